@@ -1,0 +1,1 @@
+"""Volts to engineering units: points, fits, hysteresis, certificates."""

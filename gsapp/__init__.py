@@ -1,0 +1,1 @@
+"""Ground station for flight-testing remotely piloted research aircraft."""

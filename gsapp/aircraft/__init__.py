@@ -1,0 +1,34 @@
+"""The aircraft as a file: geometry, mass, propulsion, instruments, controls, limits."""
+
+from gsapp.aircraft.config import (
+    Accelerometer,
+    Aircraft,
+    AirData,
+    AlphaVane,
+    BetaVane,
+    Control,
+    Geometry,
+    Gyro,
+    Limits,
+    MassProperties,
+    Propulsion,
+    Sensors,
+)
+from gsapp.aircraft.reading import load_aircraft, shipped_aircraft
+
+__all__ = [
+    "Accelerometer",
+    "AirData",
+    "Aircraft",
+    "AlphaVane",
+    "BetaVane",
+    "Control",
+    "Geometry",
+    "Gyro",
+    "Limits",
+    "MassProperties",
+    "Propulsion",
+    "Sensors",
+    "load_aircraft",
+    "shipped_aircraft",
+]

@@ -1,0 +1,348 @@
+"""What an aircraft file holds. Values are in SI and radians once read.
+
+Positions are from the center of gravity in body axes (x forward, y right, z down). A section or
+sensor that a file leaves out takes the defaults given here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, field_validator, model_validator
+
+from gsapp.foundation import StrictModel
+from gsapp.quantities.fields import (
+    Acceleration,
+    Angle,
+    AngularRate,
+    Area,
+    Force,
+    Frequency,
+    Inertia,
+    Length,
+    Mass,
+    MassFlow,
+    Position,
+    Pressure,
+    Ratio,
+    RotationSpeed,
+    Speed,
+    Time,
+)
+
+AT_CG: Position = (0.0, 0.0, 0.0)
+_DEG = 0.017453292519943295
+_G = 9.80665
+
+
+def _positive(value: float, what: str) -> float:
+    if not value > 0.0:
+        raise ValueError(f"{what} must be greater than zero; measure it and write it here")
+    return value
+
+
+def _several_positions(value: Any) -> Any:
+    """Let one engine's position stand alone, without a list around it."""
+    if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple)):
+        return [value]
+    return value
+
+
+class Geometry(StrictModel):
+    """Reference geometry.
+
+    Attributes
+    ----------
+    wing_area : float
+        S, m^2.
+    span : float
+        b, m.
+    chord : float
+        Mean aerodynamic chord c, m.
+    length : float or None
+        Over all, m.
+    """
+
+    wing_area: Area
+    span: Length
+    chord: Length
+    length: Length | None = None
+
+    @field_validator("wing_area", "span", "chord")
+    @classmethod
+    def _must_be_positive(cls, value: float) -> float:
+        return _positive(value, "it")
+
+    @property
+    def aspect_ratio(self) -> float:
+        """Return b^2/S."""
+        return self.span**2 / self.wing_area
+
+
+class MassProperties(StrictModel):
+    """Mass and inertia at take-off, about the center of gravity in body axes.
+
+    Attributes
+    ----------
+    mass : float
+        With payload and full fuel, kg.
+    ixx, iyy, izz, ixz : float
+        kg m^2; Ixy = Iyz = 0 by symmetry.
+    fuel : float
+        The part of `mass` that is fuel at take-off, kg.
+    fuel_flow_idle, fuel_flow_full : float
+        All engines, kg/s.
+    """
+
+    mass: Mass
+    ixx: Inertia
+    iyy: Inertia
+    izz: Inertia
+    ixz: Inertia = 0.0
+    fuel: Mass = 0.0
+    fuel_flow_idle: MassFlow = 0.0
+    fuel_flow_full: MassFlow = 0.0
+
+    @field_validator("mass", "ixx", "iyy", "izz")
+    @classmethod
+    def _must_be_positive(cls, value: float) -> float:
+        return _positive(value, "it")
+
+    @model_validator(mode="after")
+    def _must_be_a_body(self) -> MassProperties:
+        if self.ixz**2 >= self.ixx * self.izz:
+            raise ValueError("ixz^2 exceeds ixx*izz, which no body can have; check ixz")
+        for name, one, two in (
+            ("ixx", self.iyy, self.izz),
+            ("iyy", self.ixx, self.izz),
+            ("izz", self.ixx, self.iyy),
+        ):
+            if getattr(self, name) > one + two:
+                raise ValueError(
+                    f"{name} exceeds the sum of the other two moments of inertia, "
+                    "which no body can have; check all three"
+                )
+        if not 0.0 <= self.fuel < self.mass:
+            raise ValueError("fuel must be less than mass, which includes it; check both")
+        return self
+
+    @property
+    def height_of_mass(self) -> float:
+        """Return the rms height of the mass above and below the CG, m: sqrt((Ixx+Iyy-Izz)/2m)."""
+        return math.sqrt(max(self.ixx + self.iyy - self.izz, 0.0) / (2.0 * self.mass))
+
+
+class Propulsion(StrictModel):
+    """Engines: thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x.
+
+    Attributes
+    ----------
+    max_thrust : float
+        Static, all engines, sea level, N.
+    zero_thrust_speed : float
+        m/s.
+    lag : float
+        Time constant from throttle to thrust, s.
+    position : tuple of positions
+        One for each engine, from the CG, m.
+    rpm_idle, rpm_full : float
+        Fan speed at closed and full throttle, rad/s.
+    """
+
+    max_thrust: Force = 0.0
+    zero_thrust_speed: Speed = 1e9
+    lag: Time = 0.0
+    position: Annotated[tuple[Position, ...], BeforeValidator(_several_positions)] = (AT_CG,)
+    rpm_idle: RotationSpeed = 0.0
+    rpm_full: RotationSpeed = 0.0
+
+    @field_validator("zero_thrust_speed")
+    @classmethod
+    def _must_be_positive(cls, value: float) -> float:
+        return _positive(value, "it")
+
+
+class _Sensor(StrictModel):
+    """What every sensor may state: where it is and how slow it is."""
+
+    position: Position = AT_CG
+    lag: Time = 0.0
+    delay: Time = 0.0
+    rate: Frequency = 100.0
+
+
+class AlphaVane(_Sensor):
+    """Angle-of-attack vane; `noise` is the standard deviation, rad."""
+
+    noise: Angle = 0.0
+    bias: Angle = 0.0
+    range: tuple[Angle, Angle] = (-45 * _DEG, 45 * _DEG)
+    upwash: Ratio = 1.0
+
+
+class BetaVane(AlphaVane):
+    """Sideslip vane: ``fixed`` on the body's z axis (reads the flank angle), or ``swivel``."""
+
+    kind: Literal["fixed", "swivel"] = "fixed"
+
+
+class Accelerometer(_Sensor):
+    """Three-axis accelerometer; `noise` is the standard deviation of each axis, m/s^2."""
+
+    noise: Acceleration = 0.0
+    bias: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    range: tuple[Acceleration, Acceleration] = (-16 * _G, 16 * _G)
+
+
+class Gyro(_Sensor):
+    """Three rate gyros; `noise` is the standard deviation of each, rad/s.
+
+    `vibration` is the amplitude at the engines' full speed; without an anti-alias filter it
+    folds into the samples.
+    """
+
+    noise: AngularRate = 0.0
+    bias: tuple[AngularRate, AngularRate, AngularRate] = (0.0, 0.0, 0.0)
+    range: tuple[AngularRate, AngularRate] = (-2000 * _DEG, 2000 * _DEG)
+    vibration: AngularRate = 0.0
+
+
+class AirData(_Sensor):
+    """Pitot-static probe; noises are standard deviations, Pa."""
+
+    noise: Pressure = 0.0
+    static_noise: Pressure = 0.0
+    range: tuple[Pressure, Pressure] = (0.0, 20000.0)
+    static_range: tuple[Pressure, Pressure] = (0.0, 120000.0)
+
+
+class SurfaceSensors(_Sensor):
+    """Potentiometers on the surfaces; `noise` is the standard deviation, rad."""
+
+    noise: Angle = 0.0
+
+
+class Sensors(StrictModel):
+    """The instruments; one that is not listed sits at the CG and is ideal."""
+
+    alpha_vane: AlphaVane = Field(default_factory=AlphaVane)
+    beta_vane: BetaVane = Field(default_factory=BetaVane)
+    accelerometer: Accelerometer = Field(default_factory=Accelerometer)
+    gyro: Gyro = Field(default_factory=Gyro)
+    air_data: AirData = Field(default_factory=AirData)
+    surfaces: SurfaceSensors = Field(default_factory=SurfaceSensors)
+
+
+class Control(StrictModel):
+    """One control: how it is measured, how it moves, what the pilot's stick does to it.
+
+    Attributes
+    ----------
+    kind : {"position", "servo", "command"}
+        Where the recorded signal is taken: on the surface, at the servo before the linkage, or
+        as commanded.
+    travel : tuple of float
+        Lowest and highest deflection, rad.
+    full_stick_high, full_stick_low : float
+        Deflection at full positive stick with the rate switch high and low, rad. Pulled back,
+        and to the right, is positive: the elevator's is negative.
+    lag, delay : float
+        Of the servo, s.
+    rate_limit : float
+        rad/s.
+    slop : float
+        Free play of the linkage, whole width, rad.
+    """
+
+    kind: Literal["position", "servo", "command"] = "position"
+    travel: tuple[Angle, Angle] = (-25 * _DEG, 25 * _DEG)
+    full_stick_high: Angle = 20 * _DEG
+    full_stick_low: Angle = 12 * _DEG
+    lag: Time = 0.0
+    delay: Time = 0.0
+    rate_limit: AngularRate = 1e9
+    slop: Angle = 0.0
+
+    @field_validator("travel")
+    @classmethod
+    def _low_before_high(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if not value[0] < value[1]:
+            raise ValueError("the lower end of the travel must come first; swap the two")
+        return value
+
+
+class Limits(StrictModel):
+    """Limits of the flight and of the linear model.
+
+    Attributes
+    ----------
+    alpha_linear : tuple of float
+        Where the aerodynamics are linear, rad.
+    alpha_stall : float
+        rad.
+    beta_linear : float
+        Largest sideslip of the linear model, rad.
+    load_factor : tuple of float
+        Lowest and highest normal acceleration, m/s^2.
+    stall_speed, maximum_speed : float
+        Calibrated airspeed, m/s.
+    bank : float
+        rad.
+    """
+
+    alpha_linear: tuple[Angle, Angle] = (-5 * _DEG, 10 * _DEG)
+    alpha_stall: Angle = 14 * _DEG
+    beta_linear: Angle = 12 * _DEG
+    load_factor: tuple[Acceleration, Acceleration] = (-2 * _G, 4 * _G)
+    stall_speed: Speed = 0.0
+    maximum_speed: Speed = 1e9
+    bank: Angle = 75 * _DEG
+
+
+class Controls(StrictModel):
+    """The three controls by their channel ids, and the flap."""
+
+    de: Control = Field(
+        default_factory=lambda: Control(full_stick_high="-20 deg", full_stick_low="-12 deg")
+    )
+    da: Control = Field(default_factory=Control)
+    dr: Control = Field(
+        default_factory=lambda: Control(full_stick_high="-20 deg", full_stick_low="-12 deg")
+    )
+    flap: Control = Field(default_factory=Control)
+
+
+class Aircraft(StrictModel):
+    """An aircraft file, read.
+
+    Attributes
+    ----------
+    name : str
+        For titles and reports.
+    source : str
+        Where the numbers come from.
+    """
+
+    name: str = "aircraft"
+    source: str = ""
+    geometry: Geometry
+    mass: MassProperties
+    propulsion: Propulsion = Field(default_factory=Propulsion)
+    sensors: Sensors = Field(default_factory=Sensors)
+    controls: Controls = Field(default_factory=Controls)
+    limits: Limits = Field(default_factory=Limits)
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return sentences about values that are possible but suspicious."""
+        found: list[str] = []
+        height = self.mass.height_of_mass
+        if height > 0.1 * self.geometry.span:
+            found.append(
+                f"ixx + iyy - izz says that the mass lies {height:.2f} m (rms) above and below "
+                "the CG, more than a fuselage holds: repeat the pendulum swings"
+            )
+        weight = self.mass.mass * _G
+        if 0.0 < self.propulsion.max_thrust < 0.1 * weight:
+            found.append("max_thrust is less than a tenth of the weight: it will not take off")
+        return tuple(found)

@@ -1,0 +1,34 @@
+"""Finding and reading aircraft files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gsapp.aircraft.config import Aircraft
+from gsapp.foundation import read_toml
+from gsapp.foundation.shipped import Shipped
+
+SHIPPED = Shipped(folder=Path(__file__).parent / "files", kind="aircraft")
+
+
+def shipped_aircraft() -> tuple[str, ...]:
+    """Return the names of the aircraft that come with the program."""
+    return SHIPPED.names()
+
+
+def load_aircraft(name_or_path: str | Path) -> Aircraft:
+    """Read an aircraft file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path, or the name of a shipped aircraft such as ``b777``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named.
+    UnknownNameError
+        If there is neither such a file nor such a shipped aircraft.
+    """
+    return read_toml(SHIPPED.find(name_or_path), Aircraft)

@@ -1,0 +1,1 @@
+"""From frames to blocks: framing, messages, channel maps, vehicle time, calibration, air data."""

@@ -1,0 +1,1 @@
+"""Equations of motion, aerodynamic model and effect terms, propulsion, sensors, simulation."""

@@ -1,0 +1,1 @@
+"""Trim cues, verdicts on doublets, test points, advice, predicted bounds."""

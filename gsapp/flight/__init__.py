@@ -1,0 +1,1 @@
+"""Flight folder, import and export, cut and merge, maneuver detection, catalog."""

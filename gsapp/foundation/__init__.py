@@ -1,0 +1,28 @@
+"""What every part stands on: errors, atomic writes, and reading TOML with good messages."""
+
+from gsapp.foundation.errors import (
+    FileProblem,
+    FileProblemsError,
+    FlightError,
+    GroundStationError,
+    LinkError,
+    UnitError,
+    UnknownNameError,
+)
+from gsapp.foundation.files import write_atomically
+from gsapp.foundation.toml import StrictModel, read_toml, toml_text, write_toml
+
+__all__ = [
+    "FileProblem",
+    "FileProblemsError",
+    "FlightError",
+    "GroundStationError",
+    "LinkError",
+    "StrictModel",
+    "UnitError",
+    "UnknownNameError",
+    "read_toml",
+    "toml_text",
+    "write_atomically",
+    "write_toml",
+]

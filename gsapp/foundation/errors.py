@@ -1,0 +1,78 @@
+"""The errors that the program raises on purpose.
+
+Each is also the builtin that it most resembles, so that a caller may catch either. The text of
+an error is one sentence for the person at the screen: what, where, and what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+
+class GroundStationError(Exception):
+    """Base of every error that is meant for the user to read."""
+
+    def __str__(self) -> str:
+        """Return the sentence itself; `KeyError` would quote it."""
+        return str(self.args[0]) if self.args else ""
+
+
+class UnitError(GroundStationError, ValueError):
+    """A unit is unknown, or cannot express the quantity at hand."""
+
+
+class UnknownNameError(GroundStationError, KeyError):
+    """A channel, file, source or effect of that name does not exist."""
+
+
+class LinkError(GroundStationError, OSError):
+    """A link cannot be opened, or was lost."""
+
+
+class FlightError(GroundStationError, ValueError):
+    """A flight cannot be read, or lacks what was asked of it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FileProblem:
+    """One mistake in a file.
+
+    Attributes
+    ----------
+    where : str
+        Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax.
+    what : str
+        What is wrong, in words.
+    remedy : str
+        What to write instead; empty where nothing can be proposed.
+    """
+
+    where: str
+    what: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """Return ``where: what; remedy`` on one line."""
+        tail = f"; {self.remedy}" if self.remedy else ""
+        return f"{self.where}: {self.what}{tail}"
+
+
+class FileProblemsError(GroundStationError, ValueError):
+    """A file holds one or more mistakes, all of them named.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    problems : sequence of FileProblem
+        Every mistake found, in the order of the file.
+    """
+
+    def __init__(self, path: Path | str, problems: Sequence[FileProblem]) -> None:
+        self.path = Path(path)
+        self.problems = tuple(problems)
+        count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
+        lines = "\n".join(f"  {problem}" for problem in problems)
+        super().__init__(f"{path}: {count}\n{lines}")

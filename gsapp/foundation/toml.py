@@ -1,0 +1,160 @@
+"""TOML files read into pydantic models, with every mistake reported at once.
+
+Values that carry units are read by the types of `gsapp.quantities`; here is only what all files
+share: syntax errors with their line, unknown keys with the nearest known one, key paths.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+import tomlkit
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from gsapp.foundation.errors import FileProblem, FileProblemsError
+from gsapp.foundation.files import write_atomically
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class StrictModel(BaseModel):
+    """Base of every model read from a file: frozen, and unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def read_toml(path: Path | str, model: type[Model]) -> Model:
+    """Read a TOML file into a model.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    model : type of BaseModel
+        What it should hold.
+
+    Returns
+    -------
+    BaseModel
+        An instance of `model`.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file cannot be read, is not TOML (with line and column), or does not fit the
+        model; every mistake is listed with key path and remedy.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        problem = FileProblem(
+            where=f"byte {error.start}", what="is not UTF-8 text", remedy="save the file as UTF-8"
+        )
+        raise FileProblemsError(path, [problem]) from error
+    except OSError as error:
+        problem = FileProblem(
+            where="file",
+            what=f"cannot be read ({error.strerror})",
+            remedy="check the path and the permissions",
+        )
+        raise FileProblemsError(path, [problem]) from error
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise FileProblemsError(path, [_syntax_problem(str(error))]) from error
+    return validate(path, content, model)
+
+
+def validate(path: Path | str, content: Mapping[str, Any], model: type[Model]) -> Model:
+    """Fit parsed content into a model; see `read_toml` for the errors."""
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        problems = [_problem(dict(detail), model) for detail in error.errors()]
+        raise FileProblemsError(path, problems) from error
+
+
+def toml_text(content: Mapping[str, Any]) -> str:
+    """Return TOML for a mapping; None values are left out, since TOML has no null."""
+    return tomlkit.dumps(_without_none(content))
+
+
+def write_toml(path: Path | str, content: Mapping[str, Any]) -> Path:
+    """Write a mapping as TOML, atomically. None values are left out."""
+    return write_atomically(path, toml_text(content))
+
+
+def _without_none(content: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_none(value) if isinstance(value, Mapping) else value
+        for key, value in content.items()
+        if value is not None
+    }
+
+
+def _syntax_problem(message: str) -> FileProblem:
+    place = re.search(r"\(at (line \d+, column \d+)\)", message)
+    what = message[: place.start()].strip() if place else message
+    return FileProblem(
+        where=place.group(1) if place else "end of file",
+        what=f"is not valid TOML ({what})",
+        remedy='write  key = "value"  and quote every value that has a unit',
+    )
+
+
+def _key_path(location: Sequence[Any]) -> str:
+    path = ""
+    for part in location:
+        if isinstance(part, int):
+            path += f"[{part}]"
+        elif part != "[key]":
+            path += f".{part}" if path else str(part)
+    return path or "file"
+
+
+def _problem(detail: dict[str, Any], model: type[BaseModel]) -> FileProblem:
+    location = tuple(detail["loc"])
+    where = _key_path(location)
+    if detail["type"] == "extra_forbidden":
+        known = sorted(_known_keys(model, location[:-1]))
+        near = difflib.get_close_matches(str(location[-1]), known, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else f"known keys: {', '.join(known)}"
+        return FileProblem(where=where, what="is not a known key", remedy=remedy)
+    if detail["type"] == "missing":
+        return FileProblem(where=where, what="is missing", remedy="add it")
+    text = str(detail["msg"]).removeprefix("Value error, ")
+    what, _, remedy = text.partition("; ")
+    if detail["type"] != "value_error":
+        what = f"{what[:1].lower()}{what[1:]} (found {detail['input']!r})"
+    return FileProblem(where=where, what=what, remedy=remedy)
+
+
+def _known_keys(model: type[BaseModel], location: Sequence[Any]) -> Iterator[str]:
+    """Yield the keys that the table at `location` may hold."""
+    current: list[type[BaseModel]] = [model]
+    for part in location:
+        if isinstance(part, int):
+            continue
+        deeper: list[type[BaseModel]] = []
+        for candidate in current:
+            for name, field in candidate.model_fields.items():
+                if part in (name, field.alias):
+                    deeper.extend(_models_in(field.annotation))
+        # A key of a mapping, or the tag of a union, does not change the model.
+        current = deeper or current
+    for candidate in current:
+        for name, field in candidate.model_fields.items():
+            yield field.alias or name
+
+
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+        return
+    for argument in get_args(annotation):
+        yield from _models_in(argument)

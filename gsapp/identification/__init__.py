@@ -1,0 +1,1 @@
+"""Data compatibility, FTR, maximum likelihood, least squares, subspace, linear models."""

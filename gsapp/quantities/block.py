@@ -1,0 +1,103 @@
+"""Blocks: stretches of samples, time first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities.channels import channel
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Block:
+    """Samples of several channels at common times.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Channel ids, each in the vocabulary.
+    times : ndarray, shape (n,)
+        Flight time in s, increasing.
+    values : ndarray, shape (n, n_channels)
+        SI units, radians; NaN where missing. Both arrays are float64 and read-only.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, or a channel is listed twice.
+    UnknownNameError
+        If a channel is not in the vocabulary.
+    """
+
+    channels: tuple[str, ...]
+    times: FloatArray
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        times = np.array(self.times, dtype=np.float64)
+        values = np.array(self.values, dtype=np.float64)
+        channels = tuple(self.channels)
+        if times.ndim != 1 or values.shape != (times.size, len(channels)):
+            raise ValueError(
+                f"a block of {len(channels)} channels needs times (n,) and values "
+                f"(n, {len(channels)}), not {times.shape} and {values.shape}"
+            )
+        if len(set(channels)) != len(channels):
+            raise ValueError(f"a channel is listed twice in {channels}")
+        for channel_id in channels:
+            channel(channel_id)
+        times.setflags(write=False)
+        values.setflags(write=False)
+        object.__setattr__(self, "channels", channels)
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", values)
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return int(self.times.size)
+
+    def __contains__(self, channel_id: object) -> bool:
+        """Return whether the block has that channel."""
+        return channel_id in self.channels
+
+    def __getitem__(self, channel_id: str) -> FloatArray:
+        """Return the samples of one channel, shape (n,)."""
+        try:
+            return self.values[:, self.channels.index(channel_id)]
+        except ValueError:
+            raise UnknownNameError(
+                f"this flight has no channel '{channel_id}'; it has {', '.join(self.channels)}"
+            ) from None
+
+    def select(self, channel_ids: Sequence[str]) -> Block:
+        """Return a block of these channels, in this order."""
+        columns = [self[channel_id] for channel_id in channel_ids]
+        values = np.column_stack(columns) if columns else np.empty((len(self), 0))
+        return Block(channels=tuple(channel_ids), times=self.times, values=values)
+
+    def between(self, start: float, stop: float) -> Block:
+        """Return the samples with ``start <= time < stop`` (s)."""
+        low, high = np.searchsorted(self.times, (start, stop), side="left")
+        return Block(
+            channels=self.channels, times=self.times[low:high], values=self.values[low:high]
+        )
+
+    @staticmethod
+    def concatenate(blocks: Iterable[Block]) -> Block:
+        """Join blocks of the same channels, in the order given."""
+        parts = list(blocks)
+        if not parts:
+            raise ValueError("there is no block to join")
+        if any(part.channels != parts[0].channels for part in parts):
+            raise ValueError("blocks of different channels cannot be joined")
+        return Block(
+            channels=parts[0].channels,
+            times=np.concatenate([part.times for part in parts]),
+            values=np.concatenate([part.values for part in parts]),
+        )

@@ -1,0 +1,252 @@
+"""Units at the edges: which ones each quantity may be written in, and their factors.
+
+Inside the program everything is SI and radians. Pint supplies the factors; the lists here
+decide which texts are units at all. Left to itself pint reads ``g`` as gram and converts
+degrees to percent: here ``g`` is 9.80665 m/s^2, and a unit converts within its quantity only.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.foundation import UnitError, UnknownNameError
+
+if TYPE_CHECKING:
+    import pint
+
+Values = TypeVar("Values", float, npt.NDArray[np.float64])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A physical quantity and the units it may be written in.
+
+    Attributes
+    ----------
+    name : str
+        In words, as used in messages.
+    units : tuple of str
+        Allowed units; the first is the SI unit used inside.
+    """
+
+    name: str
+    units: tuple[str, ...]
+
+    @property
+    def si(self) -> str:
+        """Return the unit used inside the program."""
+        return self.units[0]
+
+
+def _quantities(**units: str) -> dict[str, Quantity]:
+    return {
+        key: Quantity(name=key.replace("_", " "), units=tuple(text.split(",")))
+        for key, text in units.items()
+    }
+
+
+QUANTITIES: dict[str, Quantity] = _quantities(
+    ratio=",%",
+    time="s,ms,us,min,h",
+    angle="rad,deg",
+    angular_rate="rad/s,deg/s",
+    angular_acceleration="rad/s^2,deg/s^2",
+    rotation_speed="rad/s,rpm,Hz",
+    frequency="Hz,kHz,1/s",
+    length="m,ft,in,cm,mm,km,mi,nmi",
+    area="m^2,ft^2,in^2,cm^2",
+    volume="m^3,l,floz,gal,in^3",
+    speed="m/s,ft/s,kt,mph,km/h,ft/min",
+    acceleration="m/s^2,ft/s^2,g",
+    mass="kg,slug,lb,oz",
+    mass_flow="kg/s,slug/s,lb/s,lb/min,oz/min",
+    force="N,lbf",
+    weight="N,lbf,lb",
+    moment="N*m,lbf*ft",
+    inertia="kg*m^2,slug*ft^2,lb*ft^2",
+    density="kg/m^3,slug/ft^3",
+    pressure="Pa,hPa,kPa,mbar,psi,lbf/ft^2,inH2O,inHg",
+    temperature="K,degC,degF",
+    voltage="V,mV",
+    current="A,mA",
+    charge="C,mAh,Ah",
+    latitude="rad,deg",
+    data_rate="B/s,kB/s",
+    count=",1",
+)
+"""Every quantity by its key."""
+
+# Where our text and pint's differ. A pound is a mass in `mass` and its weight in `weight`.
+_PINT_TEXT = {
+    "": "dimensionless",
+    "1": "dimensionless",
+    "%": "percent",
+    "g": "standard_gravity",
+    "kt": "knot",
+    "floz": "US_fluid_ounce",
+    "gal": "US_liquid_gallon",
+    "inH2O": "inch_H2O",
+    "inHg": "inch_Hg",
+    "mbar": "millibar",
+    "rpm": "revolution / minute",
+    "mAh": "milliampere * hour",
+    "Ah": "ampere * hour",
+    "B/s": "byte / second",
+    "kB/s": "kilobyte / second",
+    "l": "liter",
+}
+
+_ALIASES = {
+    "°": "deg",
+    "°/s": "deg/s",
+    "fps": "ft/s",
+    "psf": "lbf/ft^2",
+    "lb/ft^2": "lbf/ft^2",
+    "°C": "degC",
+    "°F": "degF",
+    "kn": "kt",
+    "V_dc": "V",
+    "-": "",
+    "usec": "us",
+    "slug*ft2": "slug*ft^2",
+    "ft2": "ft^2",
+    "m2": "m^2",
+    "kg*m2": "kg*m^2",
+}
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    import pint  # a third of a second, so only where a unit is really converted
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+def quantity(key: str) -> Quantity:
+    """Return the quantity of that key; raise `UnknownNameError` for any other."""
+    try:
+        return QUANTITIES[key]
+    except KeyError:
+        raise UnknownNameError(
+            f"no quantity is called '{key}'; known are {', '.join(QUANTITIES)}"
+        ) from None
+
+
+def normalize_unit(text: str, key: str) -> str:
+    """Return the listed spelling of a unit.
+
+    Parameters
+    ----------
+    text : str
+        As found in a file: blanks, ``**``, a middle dot and superscripts are understood.
+    key : str
+        Key of the quantity that the unit must express.
+
+    Raises
+    ------
+    UnitError
+        If the unit is unknown or does not express that quantity.
+    """
+    allowed = quantity(key).units
+    plain = re.sub(r"\s+", "", text).replace("**", "^").replace("²", "^2").replace("³", "^3")
+    plain = plain.replace("·", "*")
+    plain = _ALIASES.get(plain, plain)
+    if plain in allowed:
+        return plain
+    # "slug ft^2" and "lbf ft" are commonly written with a blank for the product.
+    spaced = re.sub(r"\s+", "*", text.strip()).replace("**", "^")
+    spaced = _ALIASES.get(spaced, spaced)
+    if spaced in allowed:
+        return spaced
+    listed = ", ".join(unit or "(no unit)" for unit in allowed)
+    shown = f"'{text}'" if text.strip() else "no unit"
+    raise UnitError(f"{shown} is not a unit of {quantity(key).name}; use one of: {listed}")
+
+
+@cache
+def _linear(unit: str, key: str) -> tuple[float, float]:
+    """Return (factor, offset) with SI value = factor * value + offset."""
+    registry = _registry()
+    weight = key == "weight" and unit == "lb"
+    name = "lbf" if weight else _PINT_TEXT.get(unit, unit)
+    si_unit = quantity(key).si
+    target = registry.Unit(_PINT_TEXT.get(si_unit, si_unit))
+    source = registry.Unit(name)
+    offset = float(registry.Quantity(0.0, source).to(target).magnitude)
+    factor = float(registry.Quantity(1.0, source).to(target).magnitude) - offset
+    return factor, offset
+
+
+def to_si(values: Values, unit: str, key: str) -> Values:
+    """Convert from a unit to SI.
+
+    Parameters
+    ----------
+    values : float or ndarray, any shape
+        In `unit`; NaN stays NaN.
+    unit : str
+        One of the quantity's allowed units.
+    key : str
+        Key of the quantity.
+
+    Returns
+    -------
+    float or ndarray
+        In the SI unit of the quantity, as float64.
+
+    Raises
+    ------
+    UnitError
+        If the unit does not express the quantity.
+    """
+    unit = normalize_unit(unit, key)
+    if unit == quantity(key).si:
+        return values
+    factor, offset = _linear(unit, key)
+    return values * factor + offset
+
+
+def from_si(values: Values, unit: str, key: str) -> Values:
+    """Convert from SI to a unit; the inverse of `to_si`."""
+    unit = normalize_unit(unit, key)
+    if unit == quantity(key).si:
+        return values
+    factor, offset = _linear(unit, key)
+    return (values - offset) / factor
+
+
+def parse(text: str | float, key: str) -> float:
+    """Read a value with its unit, such as ``"11.33 ft^2"``, into SI.
+
+    Parameters
+    ----------
+    text : str or number
+        A bare number is taken only for quantities without a unit.
+    key : str
+        Key of the quantity.
+
+    Raises
+    ------
+    UnitError
+        If there is no number, no unit where one is needed, or a unit of another quantity.
+    """
+    known = quantity(key)
+    example = f'write for example "1.0 {known.units[-1]}"'
+    if isinstance(text, bool) or not isinstance(text, (str, int, float)):
+        raise UnitError(f"{text!r} is not a {known.name}; {example}")
+    if not isinstance(text, str):
+        if "" in known.units:
+            return float(text)
+        raise UnitError(f"{text!r} has no unit; {example}")
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise UnitError(f"'{text}' does not begin with a number; {example}")
+    return to_si(float(match.group(1)), match.group(2), key)

@@ -1,0 +1,1 @@
+"""A running flight: tails the record and feeds history, alarms and events. No Qt."""

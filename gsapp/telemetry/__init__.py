@@ -1,0 +1,1 @@
+"""Links, recorder, replay, and the virtual aircraft's box."""

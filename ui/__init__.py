@@ -1,0 +1,1 @@
+"""The ground station window: views and view models (PySide6, pyqtgraph)."""
