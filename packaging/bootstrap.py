@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+"""Set up the ground station on a fresh machine and run it.
+
+    python3 packaging/bootstrap.py demo [--headless]   the whole job on a virtual flight
+    python3 packaging/bootstrap.py test                all checks and tests
+    python3 packaging/bootstrap.py bench [NAME ...]    the benchmarks
+    python3 packaging/bootstrap.py run [ARGUMENTS]     the program itself: the window, or a command
+    python3 packaging/bootstrap.py setup               only the setting up
+
+Everything is installed into `.venv` beside this folder, at the versions of run.lock and
+test.lock. Nothing but Python's standard library is used here; Python 3.11 to 3.14 is needed.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+PROJECT = HERE.parent
+VENV = PROJECT / ".venv"
+OLDEST, NEWEST = (3, 11), (3, 14)
+
+# Shared library -> Debian package. PySide6's wheels bring Qt but not what Qt stands on.
+QT_LIBRARIES = {
+    "libGL.so.1": "libgl1",
+    "libEGL.so.1": "libegl1",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libdbus-1.so.3": "libdbus-1-3",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    # for a window on X11
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-shape.so.0": "libxcb-shape0",
+    "libxcb-xkb.so.1": "libxcb-xkb1",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+}
+CERTIFICATES = (
+    "/etc/ssl/certs/ca-certificates.crt",  # Debian, Arch
+    "/etc/pki/tls/certs/ca-bundle.crt",  # Fedora
+    "/etc/ssl/ca-bundle.pem",  # openSUSE
+    "/etc/ssl/cert.pem",  # Alpine
+)
+
+
+class SetupError(Exception):
+    """Something that the user must do first; the text says what."""
+
+
+def say(text: str) -> None:
+    """Print one line at once."""
+    print(text, flush=True)
+
+
+def check_python() -> None:
+    """Run under a fitting Python: this one, or another found on the PATH."""
+    if OLDEST <= sys.version_info[:2] <= NEWEST:
+        return
+    for minor in range(NEWEST[1], OLDEST[1] - 1, -1):
+        other = shutil.which(f"python3.{minor}")
+        if other:
+            sys.exit(subprocess.call([other, str(Path(__file__).resolve()), *sys.argv[1:]]))
+    wanted = f"{OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}"
+    raise SetupError(
+        f"Python {wanted} is needed; this is {sys.version.split()[0]}. Install one of them and "
+        "call it by its name, for example: python3.12 packaging/bootstrap.py demo"
+    )
+
+
+def loads(library: str) -> bool:
+    """Return whether the system's loader finds a shared library."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def has_fonts() -> bool:
+    """Return whether any scalable font is installed; Qt draws empty boxes without one."""
+    folders = (Path("/usr/share/fonts"), Path("/usr/local/share/fonts"), Path.home() / ".fonts")
+    return any(
+        path.suffix.lower() in {".ttf", ".otf", ".ttc"}
+        for folder in folders
+        if folder.is_dir()
+        for path in folder.rglob("*")
+    )
+
+
+def missing_packages() -> list[str]:
+    """Return the Debian packages that this Linux lacks."""
+    packages = [package for library, package in QT_LIBRARIES.items() if not loads(library)]
+    try:
+        import ensurepip  # noqa: F401
+        import venv  # noqa: F401
+    except ImportError:
+        packages.append("python3-venv")
+        if sys.executable != "/usr/bin/python3":
+            packages.append(f"python{sys.version_info[0]}.{sys.version_info[1]}-venv")
+    if not any(Path(path).is_file() for path in CERTIFICATES):
+        packages.append("ca-certificates")
+    if not has_fonts():
+        packages.append("fonts-dejavu-core")
+    return packages
+
+
+def install_system_packages() -> None:
+    """Install what Linux lacks where that is allowed, else name the one command to type."""
+    if not sys.platform.startswith("linux"):
+        return
+    packages = missing_packages()
+    if not packages:
+        return
+    names = " ".join(packages)
+    if shutil.which("apt-get") is None:
+        raise SetupError(
+            "These are missing (Debian's names; your distribution's may differ), install them "
+            f"and call again: {names}"
+        )
+    prefix = [] if os.geteuid() == 0 else ["sudo", "-n"]
+    may_install = not prefix or (
+        shutil.which("sudo") is not None
+        and subprocess.call(["sudo", "-n", "true"], stderr=subprocess.DEVNULL) == 0
+    )
+    command = f"sudo apt-get update && sudo apt-get install -y --no-install-recommends {names}"
+    if not may_install:
+        raise SetupError(f"System packages are missing. Type this, then call again:\n  {command}")
+    say(f"Installing system packages: {names}")
+    environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
+    install = ["apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages]
+    for step in (["apt-get", "update", "-qq"], install):
+        if subprocess.call(prefix + step, env=environment) != 0:
+            raise SetupError(f"That did not succeed. Type this, then call again:\n  {command}")
+    left = missing_packages()
+    if left:
+        raise SetupError(f"Still missing after the installation: {' '.join(left)}")
+
+
+def venv_python() -> Path:
+    """Return the interpreter of the virtual environment."""
+    return VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def state_of(locks: list[Path]) -> str:
+    """Return a fingerprint of all that an environment is made from."""
+    digest = hashlib.sha256(sys.version.encode() + str(PROJECT).encode())
+    for path in [*locks, PROJECT / "pyproject.toml"]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def pip(*arguments: str) -> None:
+    """Run pip inside the environment."""
+    command = [str(venv_python()), "-m", "pip", "--disable-pip-version-check", "-q", *arguments]
+    if subprocess.call(command) != 0:
+        raise SetupError(
+            "pip did not succeed; its message stands above. Check the network and call again: "
+            "what was installed so far is kept."
+        )
+
+
+def set_up(with_tests: bool) -> None:
+    """Make `.venv` as the lock files say; do nothing if it already is so."""
+    install_system_packages()
+    locks = [HERE / "run.lock"] + ([HERE / "test.lock"] if with_tests else [])
+    stamp = VENV / ("test.stamp" if with_tests else "run.stamp")
+    state = state_of(locks)
+    if stamp.is_file() and stamp.read_text() == state and venv_python().is_file():
+        return
+    say(f"Setting up {VENV} (once; some minutes)")
+    current = subprocess.run(
+        [str(venv_python()), "-c", "import sys; print(sys.version)"],
+        check=False, capture_output=True, text=True,
+    ).stdout.strip() if venv_python().is_file() else ""  # fmt: skip
+    if current != sys.version.strip():
+        shutil.rmtree(VENV, ignore_errors=True)
+        if subprocess.call([sys.executable, "-m", "venv", str(VENV)]) != 0:
+            raise SetupError(f"The virtual environment {VENV} could not be made.")
+    for lock in locks:
+        # Wheels only: nothing is compiled on the user's machine.
+        pip("install", "--require-hashes", "--no-deps", "--only-binary", ":all:", "-r", str(lock))
+    pip("install", "--no-deps", "--no-build-isolation", "-e", str(PROJECT))
+    stamp.write_text(state)
+
+
+def environment() -> dict[str, str]:
+    """Return the environment for what is run: BLAS on one thread, the venv's commands first."""
+    return dict(
+        os.environ,
+        PATH=f"{venv_python().parent}{os.pathsep}{os.environ.get('PATH', '')}",
+        OPENBLAS_NUM_THREADS="1",
+        OMP_NUM_THREADS="1",
+        PYTHONUTF8="1",
+    )
+
+
+def run(arguments: list[str], **variables: str) -> int:
+    """Run the environment's Python in the project folder; return the exit code."""
+    return subprocess.call(
+        [str(venv_python()), *arguments], cwd=PROJECT, env={**environment(), **variables}
+    )
+
+
+def test(arguments: list[str]) -> int:
+    """Run every check, the tests last; go on after a failure so that one run shows all."""
+    checks = [
+        ("ruff, rules", ["-m", "ruff", "check", "."]),
+        ("ruff, format", ["-m", "ruff", "format", "--check", "."]),
+        ("mypy, strict", ["-m", "mypy"]),
+        ("import contract", ["-c", "from importlinter.cli import lint_imports_command as c; c()"]),
+        ("tests", ["-m", "pytest", "-n", "2", "--dist", "loadfile", *arguments]),
+    ]
+    failed = []
+    for name, command in checks:
+        started = time.monotonic()
+        say(f"--- {name}")
+        if run(command, QT_QPA_PLATFORM="offscreen") != 0:
+            failed.append(name)
+        say(f"--- {name}: {time.monotonic() - started:.0f} s")
+    if failed:
+        say(f"FAILED: {', '.join(failed)}")
+    return 1 if failed else 0
+
+
+def main() -> int:
+    """Do what the first argument says; return the exit code."""
+    command, arguments = (sys.argv[1] if len(sys.argv) > 1 else "help"), sys.argv[2:]
+    actions = {
+        "setup": lambda: 0,
+        "run": lambda: run(["-m", "gsapp.cli", *arguments]),
+        "demo": lambda: run(["-m", "gsapp.cli", "demo", *arguments]),
+        "test": lambda: test(arguments),
+        "bench": lambda: run(["tests/bench/run.py", *arguments]),
+    }
+    if command not in actions:
+        say(__doc__ or "")
+        return 0 if command in {"help", "-h", "--help"} else 2
+    try:
+        check_python()
+        set_up(with_tests=command in {"test", "bench"})
+        return actions[command]()
+    except SetupError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())
