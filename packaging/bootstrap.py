@@ -202,10 +202,10 @@ def environment() -> dict[str, str]:
     )
 
 
-def run(arguments: list[str], **variables: str) -> int:
-    """Run the environment's Python in the project folder; return the exit code."""
+def run(arguments: list[str], folder: Path | None = None, **variables: str) -> int:
+    """Run the environment's Python, in the user's folder or another; return the exit code."""
     return subprocess.call(
-        [str(venv_python()), *arguments], cwd=PROJECT, env={**environment(), **variables}
+        [str(venv_python()), *arguments], cwd=folder, env={**environment(), **variables}
     )
 
 
@@ -222,7 +222,7 @@ def test(arguments: list[str]) -> int:
     for name, command in checks:
         started = time.monotonic()
         say(f"--- {name}")
-        if run(command, QT_QPA_PLATFORM="offscreen") != 0:
+        if run(command, PROJECT, QT_QPA_PLATFORM="offscreen") != 0:
             failed.append(name)
         say(f"--- {name}: {time.monotonic() - started:.0f} s")
     if failed:
@@ -238,7 +238,7 @@ def main() -> int:
         "run": lambda: run(["-m", "gsapp.cli", *arguments]),
         "demo": lambda: run(["-m", "gsapp.cli", "demo", *arguments]),
         "test": lambda: test(arguments),
-        "bench": lambda: run(["tests/bench/run.py", *arguments]),
+        "bench": lambda: run(["tests/bench/run.py", *arguments], PROJECT),
     }
     if command not in actions:
         say(__doc__ or "")

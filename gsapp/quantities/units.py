@@ -82,7 +82,7 @@ QUANTITIES: dict[str, Quantity] = _quantities(
 )
 """Every quantity by its key."""
 
-# Where our text and pint's differ. A pound is a mass in `mass` and its weight in `weight`.
+# Where our text and pint's differ.
 _PINT_TEXT = {
     "": "dimensionless",
     "1": "dimensionless",
@@ -100,6 +100,12 @@ _PINT_TEXT = {
     "B/s": "byte / second",
     "kB/s": "kilobyte / second",
     "l": "liter",
+}
+
+# A pound is a mass in `mass` and its weight in `weight`; pint's Hz is one radian per second.
+_PINT_TEXT_OF_QUANTITY = {
+    ("weight", "lb"): "lbf",
+    ("rotation_speed", "Hz"): "revolution / second",
 }
 
 _ALIASES = {
@@ -120,7 +126,7 @@ _ALIASES = {
     "kg*m2": "kg*m^2",
 }
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[^\s\d.,].*?)?)\s*")
 
 
 @cache
@@ -175,14 +181,14 @@ def normalize_unit(text: str, key: str) -> str:
 def _linear(unit: str, key: str) -> tuple[float, float]:
     """Return (factor, offset) with SI value = factor * value + offset."""
     registry = _registry()
-    weight = key == "weight" and unit == "lb"
-    name = "lbf" if weight else _PINT_TEXT.get(unit, unit)
+    name = _PINT_TEXT_OF_QUANTITY.get((key, unit)) or _PINT_TEXT.get(unit, unit)
     si_unit = quantity(key).si
     target = registry.Unit(_PINT_TEXT.get(si_unit, si_unit))
     source = registry.Unit(name)
     offset = float(registry.Quantity(0.0, source).to(target).magnitude)
     factor = float(registry.Quantity(1.0, source).to(target).magnitude) - offset
-    return factor, offset
+    # Conversion chains round in the last digit; the definitions are shorter than that.
+    return float(f"{factor:.15g}"), float(f"{offset:.15g}")
 
 
 def to_si(values: Values, unit: str, key: str) -> Values:

@@ -1,0 +1,64 @@
+"""Blocks hold what they were given, unchangeable, with channels from the vocabulary."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import Block, base_id, channel
+
+
+def block() -> Block:
+    return Block(
+        channels=("alpha", "q", "q.2"),
+        times=np.arange(5) * 0.01,
+        values=np.arange(15.0).reshape(5, 3),
+    )
+
+
+def test_columns_are_found_by_id() -> None:
+    assert block()["q.2"].tolist() == [2, 5, 8, 11, 14]
+    assert block().select(["q", "alpha"]).values[1].tolist() == [4, 3]
+
+
+def test_time_windows_include_the_start_and_exclude_the_end() -> None:
+    assert block().between(0.01, 0.03).times.tolist() == [0.01, 0.02]
+
+
+def test_blocks_cannot_be_changed() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        block().values[0, 0] = 1.0
+
+
+def test_blocks_copy_what_they_are_given() -> None:
+    times = np.arange(2.0)
+    made = Block(channels=("p",), times=times, values=np.zeros((2, 1)))
+    times[0] = 9.0
+    assert made.times[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("channels", "shape"), [(("p", "p"), (2, 2)), (("p",), (2, 2)), (("p", "q"), (3, 2))]
+)
+def test_shapes_and_names_must_fit(channels: tuple[str, ...], shape: tuple[int, int]) -> None:
+    with pytest.raises(ValueError, match=r"needs times|listed twice"):
+        Block(channels=channels, times=np.arange(2.0), values=np.zeros(shape))
+
+
+def test_unknown_channels_fail_with_the_nearest_known() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean alpha"):
+        Block(channels=("alfa",), times=np.zeros(1), values=np.zeros((1, 1)))
+    with pytest.raises(UnknownNameError, match="no channel 'beta'; it has alpha, q"):
+        block()["beta"]
+
+
+def test_joining_keeps_the_order() -> None:
+    joined = Block.concatenate([block().between(0, 0.02), block().between(0.02, 1)])
+    np.testing.assert_array_equal(joined.values, block().values)
+
+
+def test_redundant_sensors_share_the_quantity() -> None:
+    assert base_id("q.3") == "q"
+    assert channel("q.3").unit == "rad/s"
+    assert channel("q.3").symbol == "q 3"

@@ -1,0 +1,112 @@
+"""Units convert within their quantity only, by exact factors, and back again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gsapp.foundation import UnitError
+from gsapp.quantities import CHANNELS, QUANTITIES, channel, from_si, normalize_unit, parse, to_si
+
+UNITS = [(key, unit) for key, entry in QUANTITIES.items() for unit in entry.units]
+
+# Definitions: NIST SP 811 (international foot, avoirdupois pound, standard gravity).
+EXACT = [
+    ("length", "ft", 0.3048),
+    ("length", "nmi", 1852.0),
+    ("mass", "lb", 0.45359237),
+    ("mass", "slug", 0.45359237 * 9.80665 / 0.3048),
+    ("force", "lbf", 0.45359237 * 9.80665),
+    ("weight", "lb", 0.45359237 * 9.80665),
+    ("acceleration", "g", 9.80665),
+    ("angle", "deg", math.pi / 180),
+    ("rotation_speed", "rpm", 2 * math.pi / 60),
+    ("rotation_speed", "Hz", 2 * math.pi),
+    ("pressure", "psi", 0.45359237 * 9.80665 / 0.0254**2),
+    ("pressure", "lbf/ft^2", 0.45359237 * 9.80665 / 0.3048**2),
+    ("pressure", "inH2O", 249.08891),
+    ("pressure", "inHg", 3386.389),
+    ("inertia", "slug*ft^2", 0.45359237 * 9.80665 * 0.3048),
+    ("density", "slug/ft^3", 0.45359237 * 9.80665 / 0.3048**4),
+    ("volume", "floz", 29.5735295625e-6),
+    ("speed", "kt", 1852.0 / 3600.0),
+    ("ratio", "%", 0.01),
+    ("charge", "mAh", 3.6),
+]
+
+
+@pytest.mark.parametrize(("key", "unit", "factor"), EXACT)
+def test_factors_are_those_of_the_definitions(key: str, unit: str, factor: float) -> None:
+    assert to_si(1.0, unit, key) == pytest.approx(factor, rel=3e-7)
+
+
+def test_temperatures_have_offsets() -> None:
+    assert to_si(20.0, "degC", "temperature") == pytest.approx(293.15)
+    assert to_si(59.0, "degF", "temperature") == pytest.approx(288.15)
+
+
+@given(st.sampled_from(UNITS), st.floats(-1e6, 1e6))
+def test_every_unit_goes_to_si_and_back(pair: tuple[str, str], value: float) -> None:
+    key, unit = pair
+    assert from_si(to_si(value, unit, key), unit, key) == pytest.approx(value, rel=1e-12, abs=1e-9)
+
+
+def test_arrays_keep_their_gaps() -> None:
+    converted = to_si(np.array([1.0, np.nan]), "deg", "angle")
+    assert converted[0] == pytest.approx(math.pi / 180)
+    assert math.isnan(converted[1])
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("g", "mass"),
+        ("%", "angle"),
+        ("deg", "ratio"),
+        ("gram", "mass"),
+        ("m", "area"),
+        ("", "time"),
+    ],
+)
+def test_units_of_other_quantities_are_errors(text: str, key: str) -> None:
+    with pytest.raises(UnitError, match=r"is not a unit of|no unit is not a unit"):
+        normalize_unit(text, key)
+
+
+def test_common_spellings_are_understood() -> None:
+    assert normalize_unit("slug ft^2", "inertia") == "slug*ft^2"
+    assert normalize_unit(" m / s**2 ", "acceleration") == "m/s^2"
+    assert normalize_unit("ft²", "area") == "ft^2"
+    assert normalize_unit("°/s", "angular_rate") == "deg/s"
+
+
+@pytest.mark.parametrize("text", ["fast", "", "1,5 ft", "ft 3", True, None, [1]])
+def test_what_is_not_a_value_with_a_unit_says_what_to_write(text: object) -> None:
+    with pytest.raises(UnitError, match="write for example"):
+        parse(text, "length")  # type: ignore[arg-type]
+
+
+def test_a_bare_number_needs_a_quantity_without_unit() -> None:
+    assert parse(0.5, "ratio") == 0.5
+    assert parse("50 %", "ratio") == 0.5
+    with pytest.raises(UnitError, match="has no unit"):
+        parse(3, "length")
+
+
+def test_channels_hold_displayable_units_and_sensible_limits() -> None:
+    for spec in CHANNELS.values():
+        assert spec.si_display in spec.allowed_units, spec.id
+        assert spec.us_display in spec.allowed_units, spec.id
+        assert spec.limits[0] < spec.limits[1], spec.id
+        assert spec.precision > 0, spec.id
+
+
+def test_digits_follow_the_precision_of_the_sensor() -> None:
+    assert channel("alpha").decimals("deg") == 1
+    assert channel("rpm_left").decimals("rpm") == 0
+    assert channel("an").decimals("g") == 2
+    assert channel("temperature").decimals("degF") == 0
