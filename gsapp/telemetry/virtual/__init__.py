@@ -1,0 +1,1 @@
+"""The aircraft's box: volts and messages as sent, over any link."""

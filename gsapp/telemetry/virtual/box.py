@@ -1,0 +1,59 @@
+"""The box itself: numbers its frames and decides which are due."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gsapp.telemetry.virtual.messages import Message, Slot, Tick, dialect, status_text
+
+
+class Packer:
+    """Packs messages into MAVLink 2 frames with a sequence number of their own.
+
+    Parameters
+    ----------
+    system, component : int
+        Sent in each frame.
+    """
+
+    def __init__(self, *, system: int = 1, component: int = 1) -> None:
+        self._mavlink = dialect.MAVLink(None, srcSystem=system, srcComponent=component)
+
+    def pack(self, message: Message) -> bytes:
+        """Return the frame of a message; the sequence number goes on by one."""
+        frame = bytes(message.pack(self._mavlink))
+        self._mavlink.seq = (self._mavlink.seq + 1) % 256
+        return frame
+
+
+class Box:
+    """Turns ticks into the frames of one link.
+
+    Two boxes with different layouts make the live link and the on-board log of one flight.
+
+    Parameters
+    ----------
+    slots : sequence of Slot
+        What is sent when.
+    """
+
+    def __init__(self, slots: Sequence[Slot]) -> None:
+        self._slots = tuple(slots)
+        self._packer = Packer()
+
+    def frames(self, tick: Tick) -> list[bytes]:
+        """Return the frames due at this tick, in the order in which they are sent."""
+        return [
+            self._packer.pack(slot.pack(tick))
+            for slot in self._slots
+            if tick.number % slot.every == slot.offset
+        ]
+
+    def text(self, text: str, *, warning: bool = False) -> bytes:
+        """Return the frame of one line for the crew."""
+        severity = dialect.MAV_SEVERITY_WARNING if warning else dialect.MAV_SEVERITY_INFO
+        return self._packer.pack(status_text(text, severity))
+
+    def pack(self, message: Message) -> bytes:
+        """Return the frame of any other message, such as an answer."""
+        return self._packer.pack(message)
