@@ -3,8 +3,198 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    # Plain help is twice as quick as the colored one.
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Ground station for flight-testing remotely piloted research aircraft. "
+    "Without a command it opens the window.",
+)
+
+FlightPath = Annotated[
+    Path, typer.Argument(metavar="FLIGHT", help="Flight folder, .csv, .tlog, .bin, .ulg or .mat")
+]
+JsonFile = Annotated[
+    Optional[Path],  # noqa: UP045  typer reads the annotation at run time
+    typer.Option("--json", metavar="FILE", help="Write the result for programs; - for the screen"),
+]
+MapName = Annotated[
+    Optional[str],  # noqa: UP045
+    typer.Option("--map", metavar="MAP", help="Channel map: a file, or the name of a shipped one"),
+]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(version("gsapp-ground-station"))
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def window(
+    context: typer.Context,
+    version: Annotated[  # noqa: ARG001  acts in its callback
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it")
+    ] = False,
+) -> None:
+    """Open the ground station window when no command is given."""
+    if context.invoked_subcommand is None:
+        from ui.app import run_window
+
+        raise typer.Exit(run_window())
+
+
+@app.command()
+def demo(
+    headless: Annotated[bool, typer.Option("--headless", help="Without a window")] = False,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Where the flight and its pictures go")
+    ] = Path("demo-flight"),
+    seed: Annotated[int, typer.Option(help="Another seed is another flight")] = 1,
+) -> None:
+    """Do the whole job on a virtual flight: stream, record, draw, replay, sum up.
+
+    Example: gsapp demo --headless --out demo-flight
+    """
+    from gsapp.cli import demo as command
+
+    command.run(headless=headless, out=out, seed=seed)
+
+
+@app.command()
+def fly(
+    to: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="LINK", help="Send over this link, as the aircraft's box would"),
+    ] = None,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(metavar="FLIGHT", help="Write a flight folder instead, without waiting"),
+    ] = None,
+    plan: Annotated[str, typer.Option(metavar="FILE", help="Flight plan, or a shipped one")] = (
+        "default"
+    ),
+    hide: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="ID[:PARAM=VALUE,..]", help="Add an effect that the model lacks; repeatable"
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Same seed, same flight")] = 0,
+    speed: Annotated[float, typer.Option(help="Times real time")] = 1.0,
+    thin: Annotated[bool, typer.Option("--thin", help="Fit a 57,600-baud radio")] = False,
+) -> None:
+    """Fly the virtual aircraft.
+
+    Example: gsapp fly --to udpout:127.0.0.1:14550 --plan short
+    """
+    from gsapp.cli import fly as command
+
+    if (to is None) == (out is None):
+        raise typer.BadParameter("give either --to LINK or --out FLIGHT")
+    command.run(
+        to=to, out=out, plan=plan, hide=tuple(hide or ()), seed=seed, speed=speed, thin=thin
+    )
+
+
+@app.command()
+def record(
+    link: Annotated[str, typer.Argument(metavar="LINK")],
+    out: Annotated[Path, typer.Option(metavar="FLIGHT", help="Flight folder to write")],
+) -> None:
+    """Record everything that comes over a link, until stopped with Ctrl-C.
+
+    LINK is one of udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT,
+    serial:PATH:BAUD, text:PATH:BAUD, virtual, or a FLIGHT.
+
+    Example: gsapp record serial:/dev/ttyUSB0:57600 --out flights/2026-05-12-a
+    """
+    from gsapp.cli import record as command
+
+    command.run(link=link, out=out)
+
+
+@app.command()
+def replay(
+    flight: FlightPath,
+    speed: Annotated[str, typer.Option(metavar="X|max", help="Times real time")] = "1",
+    headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
+    json: JsonFile = None,
+    channel_map: MapName = None,
+) -> None:
+    """Replay a flight in the window, or headless as fast as it goes.
+
+    Example: gsapp replay flights/2026-05-12-a --headless --json summary.json
+    """
+    if not headless and json is None:
+        from ui.app import run_window
+
+        raise typer.Exit(run_window(flight=flight, speed=speed, channel_map=channel_map))
+    from gsapp.cli import replay as command
+
+    command.run(flight=flight, speed=speed, headless=True, json=json, channel_map=channel_map)
+
+
+@app.command("import")
+def import_(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help=".tlog, .bin, .ulg, .csv or .mat")],
+    out: Annotated[Path, typer.Option(metavar="FLIGHT", help="Flight folder to write")],
+    channel_map: MapName = None,
+) -> None:
+    """Make a flight folder from the log of another program.
+
+    Example: gsapp import 00000042.BIN --map ardupilot-log --out flights/other
+    """
+    from gsapp.cli import import_ as command
+
+    command.run(file=file, channel_map=channel_map, out=out)
+
+
+@app.command()
+def export(
+    flight: FlightPath,
+    to: Annotated[str, typer.Option(metavar="csv|mat|parquet", help="Format")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write")],
+    channel_map: MapName = None,
+) -> None:
+    """Write a flight for other programs.
+
+    Example: gsapp export flights/2026-05-12-a --to mat --out flight.mat
+    """
+    from gsapp.cli import export as command
+
+    command.run(flight=flight, to=to, out=out, channel_map=channel_map)
 
 
 def main() -> None:
     """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
-    sys.exit("nothing here yet")
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception as error:
+        sentence = _sentence(error)
+        if sentence is None:
+            raise
+        sys.exit(f"gsapp: {sentence}")
+
+
+def _sentence(error: Exception) -> str | None:
+    """Return what to tell the user; None for an error that nobody foresaw."""
+    from gsapp.foundation import GroundStationError  # not needed for --help
+
+    if isinstance(error, GroundStationError):
+        return str(error)
+    if isinstance(error, OSError):
+        place = f" ({error.filename})" if error.filename else ""
+        return f"{error.strerror or error}{place}"
+    return None

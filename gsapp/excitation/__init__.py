@@ -1,1 +1,0 @@
-"""Trim cues, verdicts on doublets, test points, advice, predicted bounds."""

@@ -1,1 +1,0 @@
-"""Data compatibility, FTR, maximum likelihood, least squares, subspace, linear models."""
