@@ -33,6 +33,7 @@ _LEVELS = len(_LEVEL_SEGMENTS)
 _PLAIN = 4096
 # Cells per bin up to which bins that fall on cell edges are read without splitting any cell.
 _CELLS_PER_BIN = 64
+_COLUMN = np.arange(_FACTOR, dtype=np.int64)[:, None]
 # Positions beyond this are a broken clock, not a flight (at 1 kHz: 140,000 years).
 _FARTHEST = 2**52
 
@@ -116,16 +117,25 @@ class _SparseArray:
             base = self._base(segment)
             self._pool.values[base + inside[chosen]] = values[chosen]
 
-    def gather(self, indices: IndexArray, plane: int = 0) -> FloatArray:
-        """Return the numbers at single positions, any shape."""
+    def groups(self, starts: IndexArray, plane: int = 0) -> FloatArray:
+        """Return 16 numbers from each of some positions that are multiples of 16.
+
+        Returns
+        -------
+        ndarray, shape (16, n)
+            Such a group never crosses segments. Groups lie in columns, since NumPy reduces
+            columns ten times as fast as short rows.
+        """
         keys, bases = self._lookup()
         if keys.size == 0:
-            return np.full(indices.shape, np.nan)
-        segments, inside = np.divmod(indices, self.size)
+            return np.full((_FACTOR, starts.size), np.nan)
+        segments, inside = np.divmod(starts, self.size)
         slots = np.minimum(np.searchsorted(keys, segments), keys.size - 1)
-        found = keys[slots] == segments
-        out: FloatArray = self._pool.values[bases[slots] + (plane * self.size) + inside]
-        out[~found] = np.nan
+        missing = keys[slots] != segments
+        begins = bases[slots] + plane * self.size + inside
+        out: FloatArray = self._pool.values[begins + _COLUMN]
+        if missing.any():
+            out[:, missing] = np.nan
         return out
 
 
@@ -185,17 +195,17 @@ class _Track:
             return self.raw.read(first, last)
         return self.levels[level - 1].read(first, last, plane)
 
-    def at(self, level: int, indices: IndexArray, plane: int) -> FloatArray:
-        """Return single cells of a level, any shape."""
+    def groups(self, level: int, starts: IndexArray, plane: int) -> FloatArray:
+        """Return groups of 16 cells of a level, shape (16, n)."""
         if level == 0:
-            return self.raw.gather(indices)
-        return self.levels[level - 1].gather(indices, plane)
+            return self.raw.groups(starts)
+        return self.levels[level - 1].groups(starts, plane)
 
 
 def _highest_level(bin_size: int) -> int:
-    """Return the highest level of which any bin holds at least one whole cell."""
+    """Return the highest level of which any bin holds some whole cells, three at least."""
     level = 0
-    while level < _LEVELS and 2 * _FACTOR ** (level + 1) <= bin_size:
+    while level < _LEVELS and 4 * _FACTOR ** (level + 1) <= bin_size:
         level += 1
     return level
 
@@ -529,22 +539,21 @@ class History:
         last = int(ends[-1]) + 1  # one more, since reduceat wants its last place to exist
         low = np.fmin.reduceat(track.cells(level, first, last, 0), places)[0::2]
         high = np.fmax.reduceat(track.cells(level, first, last, 1), places)[0::2]
-        column = np.arange(_FACTOR, dtype=np.int64)
         while level > 0:
             level -= 1
             size //= _FACTOR
             cell = edges // size
-            group = cell - cell % _FACTOR
-            place = (cell - group)[:, None]
-            before = column < place
-            after = (column > place) | ((column == place) & (edges % size == 0)[:, None])
-            indices = group[:, None] + column
-            lows = track.at(level, indices, 0)
-            highs = lows if level == 0 else track.at(level, indices, 1)
-            left_low = np.fmin.reduce(np.where(before, lows, np.nan), axis=1)
-            right_low = np.fmin.reduce(np.where(after, lows, np.nan), axis=1)
-            left_high = np.fmax.reduce(np.where(before, highs, np.nan), axis=1)
-            right_high = np.fmax.reduce(np.where(after, highs, np.nan), axis=1)
+            place = cell % _FACTOR
+            group = cell - place
+            lows = track.groups(level, group, 0)
+            highs = lows if level == 0 else track.groups(level, group, 1)
+            before = place > _COLUMN
+            # A cell that the edge cuts is left to the next lower level.
+            after = place + (edges % size != 0) <= _COLUMN
+            left_low = np.fmin.reduce(np.where(before, lows, np.nan), axis=0)
+            right_low = np.fmin.reduce(np.where(after, lows, np.nan), axis=0)
+            left_high = np.fmax.reduce(np.where(before, highs, np.nan), axis=0)
+            right_high = np.fmax.reduce(np.where(after, highs, np.nan), axis=0)
             low = np.fmin(low, np.fmin(right_low[:-1], left_low[1:]))
             high = np.fmax(high, np.fmax(right_high[:-1], left_high[1:]))
         return low, high
@@ -609,6 +618,10 @@ class History:
         return None
 
     # The end
+
+    def relax(self) -> None:
+        """Let go of memory that only looking back over the whole flight has filled."""
+        self._pool.relax()
 
     def close(self) -> None:
         """Give the temporary file back. The history is empty afterwards."""

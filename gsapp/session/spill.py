@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
+import sys
 import tempfile
 from pathlib import Path
 from typing import IO
@@ -70,6 +71,12 @@ class SpillPool:
         self._used = base + count
         self.values[base : self._used] = np.nan
         return base
+
+    def relax(self) -> None:
+        """Let go of the memory that holds pages of the file; they come back when looked at."""
+        # Elsewhere than on Linux the advice may mean that the content is no longer wanted.
+        if self._map is not None and self.on_disk and sys.platform == "linux":
+            self._map.madvise(mmap.MADV_DONTNEED)
 
     def close(self) -> None:
         """Give the file back. The pool is empty afterwards."""
