@@ -1,0 +1,178 @@
+"""Every command of the window with its keys: menus, shortcuts and the help come from here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
+
+Need = Literal["nothing", "flight", "live", "replay", "recorder"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """Something the user can do.
+
+    Attributes
+    ----------
+    id : str
+        Name in code.
+    menu : str
+        Menu that lists it.
+    text : str
+        As listed.
+    keys : tuple of str
+        Shortcuts; the first is shown in the menu.
+    needs : str
+        What must be there for it to be of use; it is gray otherwise.
+    rule : bool
+        Whether a line stands above it in the menu.
+    """
+
+    id: str
+    menu: str
+    text: str
+    keys: tuple[str, ...] = ()
+    needs: Need = "nothing"
+    rule: bool = False
+
+
+def _command(
+    menu: str, command: str, text: str, *keys: str, needs: Need = "nothing", rule: bool = False
+) -> Command:
+    return Command(id=command, menu=menu, text=text, keys=keys, needs=needs, rule=rule)
+
+
+COMMANDS: tuple[Command, ...] = (
+    _command("File", "connect", "Connect an aircraft…", "Ctrl+L"),
+    _command("File", "open_file", "Open a flight file…", "Ctrl+O"),
+    _command("File", "open_folder", "Open a flight folder…", "Ctrl+Shift+O"),
+    _command("File", "virtual", "Fly the virtual aircraft…", "Ctrl+Shift+V"),
+    _command("File", "attach", "Attach to a running recorder", "Ctrl+R"),
+    _command("File", "export", "Export…", "Ctrl+E", needs="flight", rule=True),
+    _command("File", "stop_recording", "Stop recording…", "Ctrl+Shift+R", needs="recorder"),
+    _command("File", "close_flight", "Close the flight", "Ctrl+W", needs="flight"),
+    _command("File", "quit", "Quit", "Ctrl+Q", rule=True),
+    _command("View", "place_preflight", "Preflight", "F1"),
+    _command("View", "place_flight", "Flight", "F2"),
+    _command("View", "place_pilot", "Pilot", "F3"),
+    _command("View", "place_review", "Review", "F4"),
+    _command("View", "place_gap", "Model gap", "F5"),
+    _command("View", "full_screen", "Full screen", "F11", rule=True),
+    _command("View", "side_panel", "Side panel", "F9"),
+    _command("View", "next_theme", "Next theme", "Ctrl+T", rule=True),
+    _command("View", "units", "US or SI units", "Ctrl+U"),
+    _command("View", "larger", "Larger", "Ctrl++", "Ctrl+="),
+    _command("View", "smaller", "Smaller", "Ctrl+-"),
+    _command("View", "normal_size", "Normal size", "Ctrl+0"),
+    _command("Charts", "hold", "Pause or go on", "Space", needs="flight"),
+    _command("Charts", "earlier", "Earlier", "Left", "PgUp", needs="flight"),
+    _command("Charts", "later", "Later", "Right", "PgDown", needs="flight"),
+    _command("Charts", "to_start", "To the start of the flight", "Home", needs="flight"),
+    _command("Charts", "to_now", "To now", "End", needs="flight"),
+    _command("Charts", "zoom_in", "Shorter time on screen", "+", "=", needs="flight"),
+    _command("Charts", "zoom_out", "Longer time on screen", "-", needs="flight"),
+    _command("Charts", "cursor_left", "Cursor earlier", "Ctrl+Left", needs="flight", rule=True),
+    _command("Charts", "cursor_right", "Cursor later", "Ctrl+Right", needs="flight"),
+    _command("Charts", "cursor_a", "Set cursor A", "1", needs="flight"),
+    _command("Charts", "cursor_b", "Set cursor B", "2", needs="flight"),
+    _command("Charts", "cursors_clear", "Remove the cursors", "Esc", needs="flight"),
+    _command("Charts", "choose_channels", "Choose channels", "C", needs="flight", rule=True),
+    _command("Charts", "show_marks", "Marks", "K", needs="flight"),
+    _command("Charts", "show_values", "Values at the cursors", "V", needs="flight"),
+    _command("Charts", "show_alarms", "Alarms", "L", needs="flight"),
+    _command("Charts", "show_messages", "Messages of the aircraft", "Y", needs="flight"),
+    _command("Flight", "mark", "Mark this moment", "M", needs="flight"),
+    _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
+    _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight"),
+    _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight"),
+    _command("Flight", "acknowledge", "Acknowledge the alarms", "A", needs="flight", rule=True),
+    _command("Flight", "mute", "Sound on or off", "S"),
+    _command("Replay", "slower", "Slower", "[", needs="replay"),
+    _command("Replay", "faster", "Faster", "]", needs="replay"),
+    _command("Replay", "step_back", "One step back", ",", needs="replay"),
+    _command("Replay", "step", "One step on", ".", needs="replay"),
+    _command("Replay", "go_to", "Go to time…", "G", "Ctrl+G", needs="replay"),
+    _command("Help", "keys", "All keys", "?", "Shift+F1"),
+    _command("Help", "copy_details", "Copy the details of the last error", "Ctrl+Shift+C"),
+    _command("Help", "dismiss", "Close the newest banner", "Ctrl+D"),
+    _command("Help", "about", "About", rule=True),
+)
+"""All commands, in the order of the menus."""
+
+CHECKED = frozenset({"full_screen", "side_panel", "mute"})
+"""Commands that are on or off; the menu shows which."""
+
+
+def key_text(keys: str) -> str:
+    """Return a shortcut as this system writes it."""
+    return QKeySequence(keys).toString(QKeySequence.SequenceFormat.NativeText)
+
+
+class CommandSet:
+    """The actions of a window, one for each command.
+
+    Parameters
+    ----------
+    parent : QWidget
+        The window.
+    handlers : mapping of str to callable
+        What each command does; must name every command and no other.
+    commands : iterable of Command
+        The table.
+
+    Raises
+    ------
+    ValueError
+        If a command has no handler, or a handler no command.
+    """
+
+    def __init__(
+        self,
+        parent: QWidget,
+        handlers: Mapping[str, Callable[[], object]],
+        commands: Iterable[Command] = COMMANDS,
+    ) -> None:
+        self.commands = tuple(commands)
+        odd = {command.id for command in self.commands} ^ set(handlers)
+        if odd:
+            raise ValueError(f"commands and handlers differ: {', '.join(sorted(odd))}")
+        self.actions: dict[str, QAction] = {}
+        for command in self.commands:
+            action = QAction(command.text, parent)
+            action.setShortcuts([QKeySequence(keys) for keys in command.keys])
+            if command.id in CHECKED:
+                action.setCheckable(True)
+            handler = handlers[command.id]
+            action.triggered.connect(lambda _checked=False, act=handler: act())
+            parent.addAction(action)
+            self.actions[command.id] = action
+
+    def fill(self, bar: QMenuBar) -> None:
+        """Put the menus into a menu bar."""
+        menus: dict[str, QMenu] = {}
+        for command in self.commands:
+            if command.menu not in menus:
+                menus[command.menu] = bar.addMenu(f"&{command.menu}")
+            if command.rule:
+                menus[command.menu].addSeparator()
+            menus[command.menu].addAction(self.actions[command.id])
+
+    def enable(self, present: Iterable[Need]) -> None:
+        """Gray what has nothing to act on; `present` says what is there."""
+        there = {"nothing", *present}
+        for command in self.commands:
+            self.actions[command.id].setEnabled(command.needs in there)
+
+    def check(self, command_id: str, on: bool) -> None:
+        """Show a command as on or off without running it."""
+        self.actions[command_id].setChecked(on)
+
+    def hint(self, command_id: str) -> str:
+        """Return ``Mark this moment (M)``, for tool tips."""
+        command = next(known for known in self.commands if known.id == command_id)
+        keys = f" ({key_text(command.keys[0])})" if command.keys else ""
+        return f"{command.text.rstrip('…')}{keys}"

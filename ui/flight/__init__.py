@@ -1,0 +1,1 @@
+"""The Flight place: charts, controls below, panels beside."""

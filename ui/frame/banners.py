@@ -1,0 +1,205 @@
+"""Banners: sentences across the top of the window that stay until they are closed or done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.glyphs import State, paint_state
+from ui.look import Look
+
+Level = Literal["note", "caution", "warning", "work"]
+_STATES: dict[Level, State] = {
+    "note": "plain",
+    "caution": "caution",
+    "warning": "warning",
+    "work": "plain",
+}
+_WORDS: dict[Level, str] = {"note": "Note", "caution": "Caution", "warning": "Failed", "work": ""}
+
+
+class _Sign(QWidget):
+    def __init__(self, level: Level, look: Look) -> None:
+        super().__init__()
+        self._level = level
+        self._look = look
+        self.setFixedSize(look.px(16), look.px(16))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        color = self._look.state_color(_STATES[self._level])
+        paint_state(
+            painter, _STATES[self._level], QRectF(self.rect()).adjusted(2, 2, -2, -2), color
+        )
+        painter.end()
+
+
+class Banner(QFrame):
+    """One sentence with up to a few buttons.
+
+    Parameters
+    ----------
+    level : {"note", "caution", "warning", "work"}
+        What it is about.
+    text : str
+        The sentence.
+    look : Look
+        Colors and sizes.
+    choices : sequence of (str, callable)
+        Buttons; each closes the banner after its work, unless it is of level ``work``.
+
+    Attributes
+    ----------
+    closed : Signal
+        The banner was closed.
+    """
+
+    closed = Signal()
+
+    def __init__(
+        self,
+        level: Level,
+        text: str,
+        look: Look,
+        choices: tuple[tuple[str, Callable[[], object]], ...] = (),
+    ) -> None:
+        super().__init__()
+        self.level = level
+        self.setObjectName("banner")
+        self.setProperty("level", level)
+        self.setAccessibleName(f"{_WORDS[level]}: {text}" if _WORDS[level] else text)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(look.px(16), look.px(4), look.px(8), look.px(4))
+        row.setSpacing(look.px(8))
+        if _STATES[level] != "plain":
+            row.addWidget(_Sign(level, look))
+        if _WORDS[level]:
+            word = QLabel(_WORDS[level])
+            word.setProperty("role", "strong")
+            row.addWidget(word)
+        self.label = QLabel(text)
+        self.label.setWordWrap(True)
+        self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        row.addWidget(self.label, 1)
+        self.meter: QProgressBar | None = None
+        if level == "work":
+            self.meter = QProgressBar()
+            self.meter.setRange(0, 0)
+            self.meter.setTextVisible(False)
+            self.meter.setFixedSize(QSize(look.px(160), look.px(8)))
+            self.meter.setAccessibleName("Progress")
+            row.addWidget(self.meter)
+        self.buttons: list[QPushButton] = []
+        for words, act in choices:
+            button = QPushButton(words)
+            button.setAccessibleName(words)
+            button.clicked.connect(lambda _checked=False, run=act: self._choose(run))
+            row.addWidget(button)
+            self.buttons.append(button)
+        if level != "work":
+            close = QPushButton("Close")
+            close.setProperty("role", "quiet")
+            close.setAccessibleName("Close this banner")
+            close.clicked.connect(self.close_banner)
+            row.addWidget(close)
+
+    def _choose(self, act: Callable[[], object]) -> None:
+        if self.level != "work":
+            self.close_banner()
+        act()
+
+    def say(self, text: str) -> None:
+        """Change the sentence."""
+        self.label.setText(text)
+        self.setAccessibleName(text)
+
+    def show_share(self, share: float | None) -> None:
+        """Show how much of a work is done; None = unknown."""
+        if self.meter is None:
+            return
+        if share is None:
+            self.meter.setRange(0, 0)
+        else:
+            self.meter.setRange(0, 1000)
+            self.meter.setValue(round(1000 * share))
+
+    def close_banner(self) -> None:
+        """Remove the banner."""
+        self.closed.emit()
+
+
+class BannerStack(QWidget):
+    """The banners on screen, newest on top; equal sentences are shown once.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    most : int
+        Older ones beyond this number are dropped; they stand in the log.
+    """
+
+    def __init__(self, look: Look, most: int = 3) -> None:
+        super().__init__()
+        self._look = look
+        self._most = most
+        self.banners: list[Banner] = []
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(1)
+        self.hide()
+
+    def show_banner(
+        self,
+        level: Level,
+        text: str,
+        *choices: tuple[str, Callable[[], object]],
+    ) -> Banner:
+        """Show a sentence and return its banner."""
+        for banner in list(self.banners):
+            if banner.label.text() == text and banner.level == level:
+                self.remove(banner)
+        banner = Banner(level, text, self._look, choices)
+        banner.closed.connect(lambda: self.remove(banner))
+        self.banners.insert(0, banner)
+        self._column.insertWidget(0, banner)
+        passing = [known for known in self.banners if known.level != "work"]
+        for old in passing[self._most :]:
+            self.remove(old)
+        self.show()
+        return banner
+
+    def remove(self, banner: Banner) -> None:
+        """Take a banner away; one already gone is let be."""
+        if banner in self.banners:
+            self.banners.remove(banner)
+            self._column.removeWidget(banner)
+            banner.hide()
+            banner.deleteLater()
+        if not self.banners:
+            self.hide()
+
+    def dismiss(self) -> None:
+        """Close the newest banner that is not a running work."""
+        for banner in self.banners:
+            if banner.level != "work":
+                self.remove(banner)
+                return
+
+    def texts(self) -> tuple[str, ...]:
+        """Return the sentences on screen, newest first."""
+        return tuple(banner.label.text() for banner in self.banners)

@@ -1,0 +1,196 @@
+"""The bar on top, painted: each part is a word, a number, and the sign of its state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QEnterEvent, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
+
+from ui.glyphs import State, paint_state
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.words import DASH
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BarPart:
+    """What one part of the bar says.
+
+    Attributes
+    ----------
+    id : str
+        Name in code.
+    word : str
+        What it is about, such as ``LINK``.
+    value : str
+        The number, or a dash.
+    note : str
+        What else belongs to it, smaller.
+    state : str
+        ``plain``, ``good``, ``caution``, ``warning`` or ``unknown`` (hatched).
+    detail : str
+        The whole in a sentence, for the tool tip and for screen readers.
+    width : int
+        Points reserved for value and note, so that nothing moves when numbers change.
+    """
+
+    id: str
+    word: str
+    value: str = DASH
+    note: str = ""
+    state: State = "unknown"
+    detail: str = ""
+    width: int = 96
+
+
+class BarPartView(QWidget):
+    """One part, painted; a press runs what belongs to it.
+
+    Attributes
+    ----------
+    pressed : Signal(str)
+        Id of the part.
+    """
+
+    pressed = Signal(str)
+
+    def __init__(self, part: BarPart, look: Look) -> None:
+        super().__init__()
+        self.part = part
+        self._look = look
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._describe()
+
+    def show_part(self, part: BarPart) -> bool:
+        """Show other words; return whether the width it asks for changed."""
+        if part == self.part:
+            return False
+        wider = part.width != self.part.width
+        self.part = part
+        self._describe()
+        self.update()
+        return wider
+
+    def _describe(self) -> None:
+        part = self.part
+        text = f"{part.word} {part.value} {part.note}".strip()
+        self.setAccessibleName(text if part.state in ("plain", "good") else f"{text}, {part.state}")
+        self.setAccessibleDescription(part.detail)
+
+    def sizeHint(self) -> QSize:
+        """Return the reserved size."""
+        return QSize(self._look.px(self.part.width + 16), self._look.px(48))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the same: parts do not shrink, they wrap."""
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw word above, value and note below."""
+        look, part = self._look, self.part
+        painter = QPainter(self)
+        box = QRectF(self.rect())
+        if part.state in ("caution", "warning"):
+            painter.fillRect(box, look.color(f"{part.state}_band"))
+        elif part.state == "unknown":
+            brush = QBrush(look.color("line"), Qt.BrushStyle.BDiagPattern)
+            painter.fillRect(box, brush)
+        left = look.px(8)
+        line = QRectF(left, look.px(6), box.width() - 2 * left, look.px(14))
+        if part.state != "plain":
+            side = look.px(10)
+            sign = QRectF(left, line.center().y() - side / 2, side, side)
+            paint_state(painter, part.state, sign, look.state_color(part.state))
+            line.setLeft(left + side + look.px(5))
+        self._word(painter, line)
+        self._value(painter, QRectF(left, look.px(20), box.width() - 2 * left, look.px(24)))
+        painter.setPen(look.color("line"))
+        edge = box.right() - 0.5
+        painter.drawLine(QPointF(edge, 0), QPointF(edge, box.height()))
+        painter.end()
+
+    def _word(self, painter: QPainter, line: QRectF) -> None:
+        painter.setFont(self._look.font("label"))
+        painter.setPen(self._look.color("muted" if self.part.state != "warning" else "text"))
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, self.part.word)
+
+    def _value(self, painter: QPainter, line: QRectF) -> None:
+        look, part = self._look, self.part
+        font = look.font("body", strong=True)
+        font.setPixelSize(look.px(15))
+        metrics = QFontMetricsF(font)
+        role = part.state if part.state in ("caution", "warning") else "text"
+        painter.setFont(font)
+        painter.setPen(look.color("muted" if part.state == "unknown" else role))
+        value = metrics.elidedText(part.value, Qt.TextElideMode.ElideRight, line.width())
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, value)
+        used = metrics.horizontalAdvance(value) + look.px(8)
+        room = line.width() - used
+        if part.note and room > look.px(16):
+            small = look.font("label")
+            painter.setFont(small)
+            painter.setPen(look.color("muted" if role == "text" else "text"))
+            note = QFontMetricsF(small).elidedText(part.note, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(line.adjusted(used, 1, 0, 1), Qt.AlignmentFlag.AlignVCenter, note)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Run what belongs to the part, or else show its whole sentence."""
+        self.pressed.emit(self.part.id)
+        if self.part.detail:
+            QToolTip.showText(event.globalPosition().toPoint(), self.part.detail, self)
+
+    def enterEvent(self, _event: QEnterEvent) -> None:
+        """Keep the tool tip as new as the part."""
+        self.setToolTip(self.part.detail)
+
+
+class Bar(QWidget):
+    """All parts in a row, or in two where the window is narrow.
+
+    Attributes
+    ----------
+    pressed : Signal(str)
+        Id of the part the user pressed.
+    """
+
+    pressed = Signal(str)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.setObjectName("bar")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setAccessibleName("Flight, link, recorder, alarms")
+        self._flow = FlowLayout(self, spacing=0, fill=True)
+        self._flow.setContentsMargins(0, 0, 0, 1)
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self.views: dict[str, BarPartView] = {}
+        look.changed.connect(self._resized)
+
+    def show_parts(self, parts: Iterable[BarPart]) -> None:
+        """Show the parts; those that did not change are not painted again."""
+        wider = False
+        for part in parts:
+            view = self.views.get(part.id)
+            if view is None:
+                view = BarPartView(part, self._look)
+                view.pressed.connect(self.pressed)
+                self.views[part.id] = view
+                self._flow.addWidget(view)
+                wider = True
+            else:
+                wider = view.show_part(part) or wider
+        if wider:
+            self._resized()
+
+    def _resized(self) -> None:
+        for view in self.views.values():
+            view.updateGeometry()
+            view.update()
+        self._flow.invalidate()
+        self.updateGeometry()

@@ -1,0 +1,257 @@
+"""Pages without a flight: the first picture of the window, and the places still to come."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.commands import key_text
+from ui.glyphs import paint_glyph
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.places import Place
+
+
+def label(text: str, role: str = "", *, wrap: bool = False) -> QLabel:
+    """Return a label in a role of the style sheet."""
+    made = QLabel(text)
+    if role:
+        made.setProperty("role", role)
+    made.setWordWrap(wrap)
+    return made
+
+
+class CenteredPage(QScrollArea):
+    """A column of text of readable width, centered, that scrolls where the window is small.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    width : int
+        Points the column takes at most.
+    """
+
+    def __init__(self, look: Look, width: int = 720) -> None:
+        super().__init__()
+        self._look = look
+        self._width = width
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._page = QWidget()
+        self._page.setObjectName("page")
+        self.setWidget(self._page)
+        outer = QGridLayout(self._page)
+        self.column = QVBoxLayout()
+        self._body = QWidget()
+        self._body.setLayout(self.column)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        outer.setColumnStretch(0, 1)
+        outer.setColumnStretch(2, 1)
+        outer.setRowStretch(0, 2)
+        outer.setRowStretch(2, 3)
+        outer.addWidget(self._body, 1, 1)
+        self._outer = outer
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        margin = self._look.px(24)
+        self._outer.setContentsMargins(margin, margin, margin, margin)
+        self.column.setSpacing(self._look.px(8))
+        room = max(self.viewport().width() - 2 * margin - 2, 1)
+        self._body.setFixedWidth(min(self._look.px(self._width), room))
+
+    def resizeEvent(self, event: object) -> None:
+        """Keep the column within the window."""
+        super().resizeEvent(event)
+        self._fit()
+
+
+class ComingPage(CenteredPage):
+    """A place that is not built yet: what it is for, what will stand here, what works today."""
+
+    def __init__(self, place: Place, look: Look) -> None:
+        super().__init__(look, 640)
+        self.setAccessibleName(place.title)
+        self._texts: list[str] = []
+        self._add(label(place.title, "title"), 0)
+        self._add(label(place.purpose, "muted", wrap=True), 16)
+        self._add(label("Today", "heading"), 8)
+        self._add(self._table(place.today), 24)
+        self._add(label("Not built yet: what will stand here", "heading"), 8)
+        for sentence in place.coming:
+            self._add(label(f"·  {sentence}", "muted", wrap=True), 4)
+
+    def _add(self, widget: QWidget, below: int) -> None:
+        self.column.addWidget(widget)
+        if below:
+            self.column.addSpacing(self._look.px(below))
+
+    def _table(self, rows: Sequence[tuple[str, str]]) -> QWidget:
+        card = QFrame()
+        card.setObjectName("card")
+        grid = QGridLayout(card)
+        grid.setContentsMargins(16, 12, 16, 12)
+        grid.setHorizontalSpacing(24)
+        grid.setVerticalSpacing(8)
+        grid.setColumnStretch(1, 1)
+        for row, (what, how) in enumerate(rows):
+            grid.addWidget(label(what, "strong", wrap=True), row, 0, Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(label(how, wrap=True), row, 1)
+        return card
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """One of the large choices of the empty window."""
+
+    command: str
+    title: str
+    text: str
+    glyph: str
+    key: str
+
+
+CHOICES = (
+    Choice(
+        command="connect",
+        title="Connect an aircraft",
+        text="Serial radio, UDP or TCP. Every byte is recorded from the first on.",
+        glyph="link",
+        key="Ctrl+L",
+    ),
+    Choice(
+        command="open_file",
+        title="Open a flight",
+        text="A flight folder or a file: tlog, bin, ulg, csv, mat.",
+        glyph="folder",
+        key="Ctrl+O",
+    ),
+    Choice(
+        command="virtual",
+        title="Fly the virtual aircraft",
+        text="The whole day at the field without leaving the desk.",
+        glyph="airplane",
+        key="Ctrl+Shift+V",
+    ),
+)
+
+
+class ChoiceButton(QAbstractButton):
+    """A large choice: sign, title, sentence, key."""
+
+    def __init__(self, choice: Choice, look: Look) -> None:
+        super().__init__()
+        self.choice = choice
+        self._look = look
+        self.setText(choice.title)
+        self.setAccessibleName(f"{choice.title}, {key_text(choice.key)}")
+        self.setAccessibleDescription(choice.text)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return the size of the card."""
+        return QSize(self._look.px(256), self._look.px(208))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the card."""
+        look, choice = self._look, self.choice
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
+        lit = self.underMouse() or self.hasFocus()
+        painter.setBrush(look.color("hover" if self.isDown() else "panel"))
+        painter.setPen(look.color("accent" if lit else "line"))
+        painter.drawRoundedRect(box, look.px(8), look.px(8))
+        if self.hasFocus():
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), look.px(7), look.px(7))
+        left, wide = look.px(24), box.width() - 2 * look.px(24)
+        side = look.px(40)
+        paint_glyph(
+            painter, choice.glyph, QRectF(left, look.px(24), side, side), look.color("text")
+        )
+        title = look.font("body", strong=True)
+        title.setPixelSize(look.px(16))
+        painter.setFont(title)
+        painter.setPen(look.color("text"))
+        painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, choice.title)
+        painter.setFont(look.font("body"))
+        painter.setPen(look.color("muted"))
+        text = QRectF(left, look.px(108), wide, look.px(56))
+        painter.drawText(text, Qt.TextFlag.TextWordWrap, choice.text)
+        small = look.font("label")
+        painter.setFont(small)
+        keys = key_text(choice.key)
+        high = look.px(20)
+        chip = QRectF(
+            left, box.bottom() - look.px(36),
+            QFontMetricsF(small).horizontalAdvance(keys) + look.px(16), high,
+        )  # fmt: skip
+        painter.setPen(look.color("line"))
+        painter.setBrush(look.color("background"))
+        painter.drawRoundedRect(chip, look.px(4), look.px(4))
+        painter.setPen(look.color("muted"))
+        painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, keys)
+        painter.end()
+
+
+class StartPage(CenteredPage):
+    """The empty window: three choices, and what was used last.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        Id of the command.
+    link_chosen : Signal(str)
+        A LINK used before.
+    """
+
+    chosen = Signal(str)
+    link_chosen = Signal(str)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look, 816)
+        self.setAccessibleName("Begin")
+        self.column.addWidget(label("Ground station", "title"))
+        self.column.addWidget(label("Choose where the flight comes from.", "muted", wrap=True))
+        self.column.addSpacing(16)
+        row = QWidget()
+        self._flow = FlowLayout(row, spacing=look.px(24))
+        self.buttons: dict[str, ChoiceButton] = {}
+        for choice in CHOICES:
+            button = ChoiceButton(choice, look)
+            button.clicked.connect(
+                lambda _checked=False, name=choice.command: self.chosen.emit(name)
+            )
+            self._flow.addWidget(button)
+            self.buttons[choice.command] = button
+        self.column.addWidget(row)
+        self.column.addSpacing(16)
+        self._foot = label(
+            "All keys: ?   ·   Larger: Ctrl++   ·   Theme: Ctrl+T", "hint", wrap=True
+        )
+        self.column.addWidget(self._foot)
+        look.changed.connect(self._rescale)
+
+    def _rescale(self) -> None:
+        self._flow.setSpacing(self._look.px(24))
+        for button in self.buttons.values():
+            button.updateGeometry()
+            button.update()

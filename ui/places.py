@@ -1,0 +1,122 @@
+"""The five places of the window, and what is honest to say of those still empty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """One place on the rail.
+
+    Attributes
+    ----------
+    id : str
+        Name in code; ``place_<id>`` is the command that goes there.
+    title : str
+        Word on the rail.
+    key : str
+        Key that goes there.
+    glyph : str
+        Sign on the rail.
+    purpose : str
+        What the place is for, one sentence.
+    coming : tuple of str
+        What will stand here; empty for a place that is built.
+    today : tuple of (str, str)
+        What can be done already instead, and how.
+    """
+
+    id: str
+    title: str
+    key: str
+    glyph: str
+    purpose: str
+    coming: tuple[str, ...] = ()
+    today: tuple[tuple[str, str], ...] = ()
+
+
+PLACES: tuple[Place, ...] = (
+    Place(
+        id="preflight",
+        title="Preflight",
+        key="F1",
+        glyph="preflight",
+        purpose="Calibrate the surfaces and vanes, and check the aircraft before take-off.",
+        coming=(
+            "Calibration step by step: move the surface to each angle of the template, "
+            "up and down, and see the fit and its hysteresis form",
+            "The checklist: every channel alive, the right way round, zero where it must be zero",
+            "Weights, fuel and weather for the flight's title page",
+        ),
+        today=(
+            ("Calibration in force", "stands in the bar on top, with its date"),
+            ("Volts of every instrument", "Flight (F2), Channels (C), group Volts"),
+            ("Surfaces the right way round", "Flight (F2): move the stick and watch the strips"),
+        ),
+    ),
+    Place(
+        id="flight",
+        title="Flight",
+        key="F2",
+        glyph="flight",
+        purpose="Watch the flight on strip charts.",
+    ),
+    Place(
+        id="pilot",
+        title="Pilot",
+        key="F3",
+        glyph="pilot",
+        purpose="Large cues for the pilot, readable from three meters: trim, speed, next maneuver.",
+        coming=(
+            "Is the aircraft trimmed and level, in words and one large sign",
+            "The next test point, and the verdict on the doublet just flown",
+            "A second window for a screen at the pilot's side",
+        ),
+        today=(
+            ("Airspeed and attitude", "Flight (F2): the large value right of each strip"),
+            ("Larger letters", "Ctrl++ up to 250 %; F11 fills the screen"),
+        ),
+    ),
+    Place(
+        id="review",
+        title="Review",
+        key="F4",
+        glyph="review",
+        purpose="Cut the maneuvers, estimate the derivatives, and compare the models.",
+        coming=(
+            "Maneuvers found and graded, to be corrected by hand",
+            "Derivatives with honest bounds, by maximum likelihood and by the transform in flight",
+            "A report of the flight",
+        ),
+        today=(
+            ("Look at a flight again", "Ctrl+O or Ctrl+Shift+O, any speed from 0.1x to 50x"),
+            ("Measure between two times", "Flight (F2): cursors 1 and 2, values with V"),
+            ("Take the data elsewhere", "Ctrl+E writes CSV, MATLAB or Parquet"),
+        ),
+    ),
+    Place(
+        id="gap",
+        title="Model gap",
+        key="F5",
+        glyph="gap",
+        purpose="Where simulation and measurement disagree: find out which effect the model lacks.",
+        coming=(
+            "Where they disagree: coefficient, maneuver, region of alpha, speed and throttle",
+            "Which effects could explain it, and which maneuver would tell them apart",
+            "The effect added to the model, and the gap before and after on other maneuvers",
+        ),
+        today=(
+            (
+                "A flight with a hidden effect",
+                "Ctrl+Shift+V flies the virtual aircraft with effects that its model lacks",
+            ),
+        ),
+    ),
+)
+"""From top to bottom."""
+
+
+def place(place_id: str) -> Place:
+    """Return a place by its id."""
+    return next(known for known in PLACES if known.id == place_id)

@@ -1,0 +1,157 @@
+"""What the window remembers: one TOML file in the user's configuration folder."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from pathlib import Path
+
+import platformdirs
+from pydantic import Field
+
+from gsapp.foundation import FileProblemsError, StrictModel, read_toml, write_toml
+
+_APPLICATION = "gsapp"
+_REMEMBERED = 8
+
+log = logging.getLogger(__name__)
+
+
+class Layout(StrictModel):
+    """A named choice of charts.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Channel ids, top to bottom.
+    span : float
+        Seconds shown.
+    """
+
+    channels: tuple[str, ...] = ()
+    span: float = Field(default=60.0, gt=0.0)
+
+
+class Settings(StrictModel):
+    """Everything that is kept from one start to the next.
+
+    Attributes
+    ----------
+    theme : str
+        ``daylight``, ``dark`` or ``high-contrast``.
+    units : str
+        ``US`` or ``SI``.
+    scale : int
+        Size of everything, percent.
+    muted : bool
+        Whether alarms are silent.
+    side_panel : bool
+        Whether the panel beside the charts is open.
+    geometry : str
+        Place and size of the window, as Qt writes it, in hexadecimal.
+    links : tuple of str
+        LINK texts used last, newest first.
+    folder : str
+        Where a flight was opened last.
+    flights : str
+        Where flights are recorded.
+    aircraft, channel_map, calibration : str
+        Chosen last when connecting.
+    layout : str
+        Name of the layout on screen.
+    layouts : mapping of str to Layout
+        The saved ones.
+    """
+
+    theme: str = "daylight"
+    units: str = Field(default="US", pattern="^(US|SI)$")
+    scale: int = Field(default=100, ge=100, le=250)
+    muted: bool = False
+    side_panel: bool = True
+    geometry: str = Field(default="", pattern="^[0-9a-f]*$")
+    links: tuple[str, ...] = ()
+    folder: str = ""
+    flights: str = ""
+    aircraft: str = "b777"
+    channel_map: str = "b777"
+    calibration: str = "b777"
+    layout: str = ""
+    layouts: dict[str, Layout] = Field(default_factory=dict)
+
+    def with_link(self, link: str) -> Settings:
+        """Return the settings with that link as the newest."""
+        others = tuple(known for known in self.links if known != link)
+        return self.changed(links=(link, *others)[:_REMEMBERED])
+
+    def changed(self, **values: object) -> Settings:
+        """Return a copy with other values, checked."""
+        return Settings.model_validate({**self.model_dump(), **values})
+
+
+def settings_path() -> Path:
+    """Return where the settings stand."""
+    return Path(platformdirs.user_config_dir(_APPLICATION, appauthor=False)) / "window.toml"
+
+
+def log_path() -> Path:
+    """Return where the log stands."""
+    return Path(platformdirs.user_log_dir(_APPLICATION, appauthor=False)) / "window.log"
+
+
+def flights_path() -> Path:
+    """Return where flights are recorded until the user names another folder."""
+    return Path(platformdirs.user_documents_dir()) / "flights"
+
+
+class SettingsStore:
+    """Keeps the settings and writes them when they change.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Attributes
+    ----------
+    current : Settings
+        As they are now.
+    complaint : str
+        Why the file could not be used; empty if it could. It is then kept under another name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.complaint = ""
+        self.current = self._read()
+
+    def _read(self) -> Settings:
+        if not self.path.exists():
+            return Settings()
+        try:
+            return read_toml(self.path, Settings)
+        except FileProblemsError as error:
+            kept = self.path.with_suffix(".damaged.toml")
+            with contextlib.suppress(OSError):
+                self.path.replace(kept)
+            log.warning("settings not used: %s", error)
+            self.complaint = (
+                f"The settings in {self.path.name} could not be read ({error.problems[0]}): "
+                f"the window starts with its defaults, the old file is kept as {kept.name}."
+            )
+            return Settings()
+
+    def change(self, **values: object) -> Settings:
+        """Change some values and write the file; a disk that refuses is only logged."""
+        self.replace(self.current.changed(**values))
+        return self.current
+
+    def replace(self, settings: Settings) -> None:
+        """Take other settings and write them."""
+        if settings == self.current and self.path.exists():
+            return
+        self.current = settings
+        try:
+            write_toml(self.path, settings.model_dump())
+        except OSError as error:
+            # The window goes on; only its memory is lost.
+            log.warning("settings not saved to %s: %s", self.path, error)

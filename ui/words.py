@@ -1,0 +1,143 @@
+"""Numbers as the crew reads them: times, sizes, rates, values with their units.
+
+Nothing here knows of Qt. A value that is missing is a dash, never the last one left standing.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from gsapp.quantities import ChannelSpec, from_si
+
+DASH = "–"
+MINUS = "−"
+
+_GREEK = {"alpha": "α", "beta": "β", "delta": "δ", "phi": "φ", "theta": "θ", "psi": "ψ",
+          "chi": "χ", "rho": "ρ"}  # fmt: skip
+_SUBSCRIPTED = re.compile(r"^(alpha|beta|delta|phi|theta|psi|chi|rho)(?=$|[_ ])")
+_UNIT_MARKS = (("^2", "²"), ("^3", "³"), ("degC", "°C"), ("degF", "°F"), ("deg", "°"), ("*", "·"))
+
+
+def symbol_text(symbol: str) -> str:
+    """Return a symbol as it is shown: ``delta_e left`` as ``δe left``, ``a_x`` as ``ax``."""
+    text = _SUBSCRIPTED.sub(lambda match: _GREEK[match[1]], symbol)
+    return text.replace("_", "")
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit as it is shown: ``lbf/ft^2`` as ``lbf/ft²``, ``deg/s`` as ``°/s``."""
+    for plain, shown in _UNIT_MARKS:
+        unit = unit.replace(plain, shown)
+    return unit
+
+
+def number_text(value: float, decimals: int) -> str:
+    """Return a number with a true minus sign; a dash where it is missing."""
+    if not math.isfinite(value):
+        return DASH
+    text = f"{value:.{decimals}f}"
+    if text.startswith("-"):
+        # Minus nothing is nothing.
+        return text[1:] if float(text) == 0.0 else MINUS + text[1:]
+    return text
+
+
+def value_text(spec: ChannelSpec, value: float | None, system: str, *, unit: bool = True) -> str:
+    """Return an SI value in the unit of the screen, with the digits that its sensor earns.
+
+    Parameters
+    ----------
+    spec : ChannelSpec
+        The channel.
+    value : float or None
+        SI; None or NaN is missing.
+    system : {"US", "SI"}
+        Units of the screen.
+    unit : bool
+        Whether the unit follows the number.
+    """
+    shown = spec.display_unit(system)
+    if value is None or not math.isfinite(value):
+        return DASH
+    number = number_text(from_si(float(value), shown, spec.quantity), spec.decimals(shown))
+    return f"{number} {unit_text(shown)}".rstrip() if unit else number
+
+
+def clock_text(seconds: float | None, *, tenths: bool = False) -> str:
+    """Return flight time as ``4:07``, ``1:04:07``, or with tenths ``4:07.3``."""
+    if seconds is None or not math.isfinite(seconds):
+        return DASH
+    sign = MINUS if seconds < 0 else ""
+    # Truncated, as clocks are: 59.96 s is not yet a minute.
+    ticks = int(abs(seconds) * 10 + 1e-6)
+    whole, tenth = divmod(ticks, 10)
+    minutes, second = divmod(whole, 60)
+    hours, minute = divmod(minutes, 60)
+    text = f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute}:{second:02d}"
+    return f"{sign}{text}.{tenth}" if tenths else f"{sign}{text}"
+
+
+def parse_clock(text: str) -> float | None:
+    """Return seconds for ``247``, ``247.3``, ``4:07.3`` or ``1:04:07``; None for anything else."""
+    parts = text.strip().replace(",", ".").split(":")
+    if not 1 <= len(parts) <= 3:
+        return None
+    seconds = 0.0
+    for index, part in enumerate(parts):
+        last = index == len(parts) - 1
+        pattern = r"\d+(\.\d*)?" if last else r"\d+"
+        if not re.fullmatch(pattern, part.strip()):
+            return None
+        number = float(part)
+        if index > 0 and number >= 60.0:
+            return None
+        seconds = seconds * 60.0 + number
+    return seconds
+
+
+def duration_text(seconds: float | None) -> str:
+    """Return a length of time in words: ``0.3 s``, ``42 s``, ``5 min``, ``2.5 h``."""
+    if seconds is None or not math.isfinite(seconds):
+        return DASH
+    seconds = abs(seconds)
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    if seconds < 99.5:
+        return f"{seconds:.0f} s"
+    if seconds < 5700:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h" if seconds < 36000 else f"{seconds / 3600:.0f} h"
+
+
+def bytes_text(count: float | None) -> str:
+    """Return a size with three digits: ``950 B``, ``12.4 kB``, ``3.02 MB``, ``118 GB``."""
+    if count is None or not math.isfinite(count):
+        return DASH
+    if count < 999.5:
+        return f"{count:.0f} B"
+    for unit in ("kB", "MB", "GB", "TB"):
+        count /= 1000.0
+        if count < 9.995:
+            return f"{count:.2f} {unit}"
+        if count < 99.95:
+            return f"{count:.1f} {unit}"
+        if count < 999.5:
+            return f"{count:.0f} {unit}"
+    return f"{count:.0f} TB"
+
+
+def percent_text(ratio: float | None) -> str:
+    """Return a share: ``0 %``, ``0.4 %``, ``12 %``."""
+    if ratio is None or not math.isfinite(ratio):
+        return DASH
+    share = 100.0 * ratio
+    if 0.0 < share < 0.05:
+        return "< 0.1 %"
+    return f"{share:.1f} %" if 0.0 < share < 9.95 else f"{share:.0f} %"
+
+
+def count_text(number: int, singular: str, plural: str | None = None) -> str:
+    """Return ``1 alarm``, ``3 alarms``, ``no alarms``."""
+    word = singular if number == 1 else plural or f"{singular}s"
+    return f"{number or 'no'} {word}"

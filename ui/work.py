@@ -1,0 +1,129 @@
+"""Long work in a thread of its own, with progress, time left, and a cancel that cancels."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from ui.words import duration_text
+
+
+class CancelledError(Exception):
+    """The user asked the work to stop. Not an error."""
+
+
+class Progress:
+    """How a work says where it stands; called from its thread.
+
+    Parameters
+    ----------
+    tell : callable
+        Receives share done (None = unknown) and what is being done.
+    """
+
+    def __init__(self, tell: Callable[[float | None, str], None]) -> None:
+        self._tell = tell
+        self._cancelled = threading.Event()
+
+    def cancel(self) -> None:
+        """Ask the work to stop at its next report."""
+        self._cancelled.set()
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the work was asked to stop."""
+        return self._cancelled.is_set()
+
+    def __call__(self, share: float | None, doing: str) -> None:
+        """Report; raises `CancelledError` if the user does not want it any more."""
+        if self._cancelled.is_set():
+            raise CancelledError
+        self._tell(share, doing)
+
+
+class Work(QObject):
+    """One piece of work in a thread.
+
+    Parameters
+    ----------
+    title : str
+        What it is, for the banner.
+    function : callable
+        Called in the thread with a `Progress`; its result is handed to `done`.
+
+    Attributes
+    ----------
+    progressed : Signal(object, str)
+        Share done or None, and a sentence with the time left.
+    done : Signal(object)
+        The result.
+    failed : Signal(object)
+        The exception.
+    cancelled : Signal
+        It stopped because it was asked to.
+    """
+
+    progressed = Signal(object, str)
+    done = Signal(object)
+    failed = Signal(object)
+    cancelled = Signal()
+    _ended = Signal(object, object)
+
+    def __init__(
+        self,
+        title: str,
+        function: Callable[[Progress], Any],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.title = title
+        self.running = False
+        self._function = function
+        self._progress = Progress(self._told)
+        self._started = 0.0
+        self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
+
+    def start(self) -> None:
+        """Begin."""
+        self.running = True
+        self._started = time.monotonic()
+        threading.Thread(target=self._run, name=self.title, daemon=True).start()
+
+    def cancel(self) -> None:
+        """Ask it to stop; its result, should it still come, is dropped."""
+        self._progress.cancel()
+
+    def _run(self) -> None:
+        try:
+            result = self._function(self._progress)
+        except BaseException as error:
+            self._tell_end(None, error)
+        else:
+            self._tell_end(result, None)
+
+    def _tell_end(self, result: object, error: BaseException | None) -> None:
+        try:
+            self._ended.emit(result, error)
+        except RuntimeError:
+            # The window was closed meanwhile and this object with it.
+            return
+
+    def _told(self, share: float | None, doing: str) -> None:
+        sentence = doing
+        elapsed = time.monotonic() - self._started
+        if share is not None and share > 0.02 and elapsed > 0.5:
+            sentence = f"{doing} · {duration_text(elapsed * (1.0 - share) / share)} left"
+        self.progressed.emit(share, sentence)
+
+    def _finish(self, result: object, error: BaseException | None) -> None:
+        self.running = False
+        if isinstance(error, CancelledError) or (self._progress.cancelled and error is None):
+            self.cancelled.emit()
+        elif error is not None:
+            self.failed.emit(error)
+        else:
+            self.done.emit(result)
