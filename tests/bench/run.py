@@ -1,0 +1,60 @@
+"""Run the benchmarks: ratios measured side by side on this machine, never pass or fail.
+
+python3 packaging/bootstrap.py bench               all but peers
+python3 packaging/bootstrap.py bench strips framing
+python3 packaging/bootstrap.py bench peers         MAVProxy between aircraft and recorder
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+HERE = Path(__file__).parent
+# What each shows, in the order in which they run.
+BENCHMARKS = {
+    "framing": "framing, decoding and mapping against pymavlink",
+    "strips": "screen updates against pyqtgraph; share of a core; memory over an hour",
+    "latency": "arrival to painted pixels",
+    "peers": "MAVProxy between the virtual aircraft and the recorder",
+}
+ONLY_WHEN_NAMED = {"peers"}
+
+
+def load(name: str) -> ModuleType:
+    """Import a benchmark by its file."""
+    spec = importlib.util.spec_from_file_location(f"bench_{name}", HERE / f"{name}.py")
+    if spec is None or spec.loader is None:
+        raise FileNotFoundError(f"no benchmark is called {name}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def main(arguments: list[str]) -> int:
+    """Run the benchmarks named, or all; return the exit code."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    options = [argument for argument in arguments if argument.startswith("-")]
+    names = [argument for argument in arguments if not argument.startswith("-")]
+    unknown = [name for name in names if name not in BENCHMARKS]
+    if unknown or set(options) - {"--quick"}:
+        print(__doc__)
+        print("\n".join(f"  {name:10} {what}" for name, what in BENCHMARKS.items()))
+        return 2
+    print(f"{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores")
+    for name in names or [name for name in BENCHMARKS if name not in ONLY_WHEN_NAMED]:
+        print(f"\n=== {name}: {BENCHMARKS[name]}", flush=True)
+        started = time.monotonic()
+        load(name).main(*(["--quick"] if "--quick" in options else []))
+        print(f"=== {name}: {time.monotonic() - started:.0f} s", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
