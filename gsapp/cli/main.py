@@ -97,10 +97,10 @@ def fly(
 
     Example: gsapp fly --to udpout:127.0.0.1:14550 --plan short
     """
-    from gsapp.cli import fly as command
-
     if (to is None) == (out is None):
         raise typer.BadParameter("give either --to LINK or --out FLIGHT")
+    from gsapp.cli import fly as command
+
     command.run(
         to=to, out=out, plan=plan, hide=tuple(hide or ()), seed=seed, speed=speed, thin=thin
     )

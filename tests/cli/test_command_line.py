@@ -1,0 +1,66 @@
+"""Commands are quick to ask, exit with the right code, and say one sentence when they fail."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavlink", "rich")
+
+
+def gsapp(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "gsapp.cli", *arguments], capture_output=True, text=True, timeout=60
+    )
+
+
+def test_help_imports_nothing_heavy() -> None:
+    program = (
+        "import sys; sys.argv = ['gsapp', '--help']\n"
+        "from gsapp.cli.main import app\n"
+        "try: app()\n"
+        "except SystemExit: pass\n"
+        f"print([name for name in {HEAVY} if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("command", ["demo", "fly", "record", "replay", "import", "export"])
+def test_every_command_explains_itself_with_an_example(command: str) -> None:
+    done = gsapp(command, "--help")
+    assert done.returncode == 0
+    assert f"Example: gsapp {command}" in done.stdout
+
+
+@pytest.mark.parametrize("call", [("dance",), ("record",), ("fly",), ("replay",)])
+def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
+    done = gsapp(*call)
+    assert done.returncode == 2
+    assert "Usage:" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (("record", "udpin:nowhere", "--out", "x"), "udpin:HOST:PORT"),
+        (("replay", "absent-flight", "--headless"), "absent-flight"),
+        (("export", "absent.csv", "--to", "mat", "--out", "x.mat"), "absent.csv"),
+        (("import", "absent.bin", "--map", "ardupilot-log", "--out", "x"), "absent.bin"),
+        (("fly", "--out", "x", "--plan", "absent-plan"), "absent-plan"),
+    ],
+)
+def test_a_failure_exits_with_1_and_says_why_without_a_stack_trace(
+    tmp_path: Path, call: tuple[str, ...], sentence: str
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "gsapp.cli", *call],
+        capture_output=True, text=True, timeout=60, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 1, done.stderr
+    assert sentence in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,111 @@
+"""The bootstrap names what is missing; the locks cover, with hashes, all that is declared."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+PROJECT = Path(__file__).parents[2]
+BOOTSTRAP = PROJECT / "packaging" / "bootstrap.py"
+
+
+@pytest.fixture
+def bootstrap() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("bootstrap_under_test", BOOTSTRAP)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def locked(name: str) -> dict[str, str]:
+    text = (PROJECT / "packaging" / name).read_text()
+    entries = re.split(r"^(?=[A-Za-z0-9])", text, flags=re.MULTILINE)[1:]
+    return {re.match(r"[A-Za-z0-9_.-]+", entry)[0]: entry for entry in entries}
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {re.match(r"[A-Za-z0-9_.-]+", text)[0].lower() for text in requirements}
+
+
+def test_it_needs_the_standard_library_only() -> None:
+    tree = ast.parse(BOOTSTRAP.read_text())
+    imported = {
+        name.name.split(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import)
+        for name in node.names
+    } | {
+        node.module.split(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module
+    }
+    assert imported <= set(sys.stdlib_module_names)
+
+
+def test_the_locks_cover_every_declared_package_with_hashes() -> None:
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
+    run, test = locked("run.lock"), locked("test.lock")
+    extras = project["project"]["optional-dependencies"].values()
+    declared = names(
+        project["project"]["dependencies"] + [text for each in extras for text in each]
+    )
+    assert declared <= set(run)
+    assert names(project["dependency-groups"]["test"]) <= set(run) | set(test)
+    for entry in [*run.values(), *test.values()]:
+        assert "--hash=sha256:" in entry
+        assert "==" in entry.splitlines()[0]
+    # 6.12.0 aborts on Python 3.11: docs/decisions/0003.
+    assert re.search(r"==6\.(10|11)\.", run["pyside6-essentials"])
+
+
+def test_no_foreign_package_can_stand_in_for_the_program() -> None:
+    assert "gsapp" not in {*locked("run.lock"), *locked("test.lock")}
+
+
+def test_without_root_the_one_command_is_named(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(bootstrap, "loads", lambda library: library != "libEGL.so.1")
+    monkeypatch.setattr(bootstrap, "has_fonts", lambda: True)
+    monkeypatch.setattr(bootstrap.os, "geteuid", lambda: 1000, raising=False)
+    monkeypatch.setattr(
+        bootstrap.shutil, "which", lambda name: "/usr/bin/apt-get" if name == "apt-get" else None
+    )
+    with pytest.raises(bootstrap.SetupError, match=r"apt-get install -y .*libegl1"):
+        bootstrap.install_system_packages()
+
+
+def test_other_distributions_are_told_what_is_missing(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(bootstrap, "loads", lambda _: False)
+    monkeypatch.setattr(bootstrap.shutil, "which", lambda _: None)
+    with pytest.raises(bootstrap.SetupError, match=r"libgl1 libegl1"):
+        bootstrap.install_system_packages()
+
+
+def test_an_unfit_python_without_another_says_which_is_needed(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "version_info", (3, 9, 1))
+    monkeypatch.setattr(bootstrap.shutil, "which", lambda _: None)
+    with pytest.raises(bootstrap.SetupError, match=r"Python 3\.11 to 3\.14 is needed"):
+        bootstrap.check_python()
+
+
+def test_a_wrong_call_shows_the_commands_and_exits_with_2() -> None:
+    done = subprocess.run([sys.executable, BOOTSTRAP, "dance"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "bootstrap.py demo" in done.stdout
