@@ -1,0 +1,153 @@
+"""How the pilot's wishes become sticks: closed loops by eye, gains by feel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from gsapp.dynamics.pilot.mission import Intent
+from gsapp.dynamics.pilot.sight import View
+
+_DEG = math.pi / 180.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Feel:
+    """What a pilot has learned of an aircraft in earlier flights, at one airspeed.
+
+    Attributes
+    ----------
+    speed : float
+        Airspeed of the numbers below, m/s.
+    pitch_rate, roll_rate : float
+        Steady rate for full stick at the high rate, rad/s.
+    low_rate : tuple of float
+        Deflection at the low rate as a share of the high one: pitch, roll, yaw.
+    pitch : float
+        Attitude in level flight, rad.
+    trim : float
+        Pitch stick in level flight.
+    throttle, throttle_slope : float
+        In level flight; and its change for each m/s more.
+    turn_pull : float
+        Pitch stick for each unit of (1/cos(bank) - 1).
+    turn_yaw : float
+        Yaw stick for each unit of sin(bank), for a turn without sideslip.
+    """
+
+    speed: float
+    pitch_rate: float
+    roll_rate: float
+    low_rate: tuple[float, float, float]
+    pitch: float
+    trim: float
+    throttle: float
+    throttle_slope: float
+    turn_pull: float
+    turn_yaw: float
+
+
+class PitchKeeper:
+    """Keeps the flight path through the attitude, and the attitude through the stick.
+
+    Parameters
+    ----------
+    feel : Feel
+    trim_error : float
+        Stick by which the trim lever is off at the start.
+    dt : float
+        Time between two calls, s.
+    """
+
+    def __init__(self, feel: Feel, trim_error: float, dt: float) -> None:
+        self._feel = feel
+        self._dt = dt
+        # 1.1 rad/s: what a delay of half a second, eye to surface, lets a human close.
+        self._gain = 1.1 / feel.pitch_rate
+        self._hold = feel.trim + trim_error
+        self._level = feel.pitch
+        self._wanted = feel.pitch
+
+    def stick(self, view: View, intent: Intent) -> float:
+        """Return the pitch stick."""
+        if intent.path is not None:
+            error = intent.path - view.path
+            if not view.on_ground:
+                self._level += 0.12 * error * self._dt
+                self._level = min(max(self._level, -6.0 * _DEG), 14.0 * _DEG)
+            target = self._level + intent.path + 0.6 * error
+        elif intent.pitch is not None:
+            target = intent.pitch
+        else:
+            return self._hold
+        target = min(max(target, -14.0 * _DEG), 20.0 * _DEG)
+        step = 14.0 * _DEG * self._dt
+        self._wanted += min(max(target - self._wanted, -step), step)
+        miss = self._wanted - view.pitch
+        if not view.on_ground:
+            self._hold += 0.35 * self._gain * miss * self._dt
+            self._hold = min(max(self._hold, -0.5), 0.5)
+        bank = min(abs(view.bank), 60.0 * _DEG)
+        pull = self._feel.turn_pull * (1.0 / math.cos(bank) - 1.0)
+        # Slower air, weaker surfaces: the hand asks for more without thinking about it.
+        firmness = min((self._feel.speed / max(view.speed, 0.6 * self._feel.speed)) ** 2, 2.5)
+        return self._hold + firmness * self._gain * miss - 0.15 * self._gain * view.pitch_rate + pull
+
+
+class RollKeeper:
+    """Keeps the bank through the stick, and feeds the rudder that a turn needs."""
+
+    def __init__(self, feel: Feel, coordination: float, trim_error: float, dt: float) -> None:
+        self._feel = feel
+        self._coordination = coordination
+        self._dt = dt
+        self._gain = 1.2 / feel.roll_rate
+        self._hold = trim_error
+        self._wanted = 0.0
+
+    def sticks(self, view: View, intent: Intent) -> tuple[float, float]:
+        """Return the roll and yaw sticks, towards the pattern positive."""
+        step = 45.0 * _DEG * self._dt
+        self._wanted += min(max(intent.bank - self._wanted, -step), step)
+        miss = self._wanted - view.bank
+        if abs(self._wanted) < 15.0 * _DEG and not view.on_ground:
+            self._hold += 0.1 * self._gain * miss * self._dt
+            self._hold = min(max(self._hold, -0.2), 0.2)
+        firmness = min(self._feel.speed / max(view.speed, 0.6 * self._feel.speed), 1.7)
+        roll = self._hold + firmness * self._gain * miss
+        yaw = self._coordination * self._feel.turn_yaw * math.sin(view.bank)
+        return roll, yaw
+
+    @property
+    def hold(self) -> float:
+        """Return the roll stick kept with the hands off."""
+        return self._hold
+
+
+class SpeedKeeper:
+    """Keeps the airspeed that the pilot believes to see through the throttle."""
+
+    def __init__(self, feel: Feel, dt: float) -> None:
+        self._feel = feel
+        self._dt = dt
+        self._hold = 0.0
+        self._lever = 0.0
+
+    def throttle(self, view: View, intent: Intent) -> float:
+        """Return the throttle, 0 to 1."""
+        target = self._lever
+        if intent.throttle is not None:
+            target = intent.throttle
+        elif intent.speed is not None:
+            feel = self._feel
+            error = intent.speed - view.speed
+            self._hold = min(max(self._hold + 0.004 * error * self._dt, -0.15), 0.15)
+            level = feel.throttle + feel.throttle_slope * (intent.speed - feel.speed)
+            # Thrust over weight is climb over speed: less of it going down, more going up.
+            slope = 0.0 if intent.path is None else 1.8 * intent.path
+            turn = 0.12 * (1.0 / math.cos(min(abs(view.bank), 60.0 * _DEG)) - 1.0)
+            target = level + self._hold + 0.035 * error + slope + turn
+        target = min(max(target, 0.0), 1.0)
+        step = 0.7 * self._dt
+        self._lever += min(max(target - self._lever, -step), step)
+        return self._lever

@@ -1,0 +1,125 @@
+"""The pilot: sees, wants, moves the sticks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from gsapp.dynamics.pilot.control import Feel, PitchKeeper, RollKeeper, SpeedKeeper
+from gsapp.dynamics.pilot.hands import Hand, Sticks
+from gsapp.dynamics.pilot.mission import Intent, Mission
+from gsapp.dynamics.pilot.plan import FlightPlan, Maneuver, Surface
+from gsapp.dynamics.pilot.sight import Eyes, Runway, Situation, View
+
+_CENTERED: Mapping[Surface, float] = {"de": 0.0, "da": 0.0, "dr": 0.0}
+
+
+class HumanPilot:
+    """Flies a plan by eye; the `Hands` of a virtual flight.
+
+    Parameters
+    ----------
+    plan : FlightPlan
+        What to fly.
+    feel : Feel
+        What the pilot knows of the aircraft.
+    random : numpy.random.Generator
+        Everything in which one day differs from the next.
+    dt : float
+        Time between two moves, s.
+    flap_travel : float
+        Full travel of the flaps, rad.
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        feel: Feel,
+        random: np.random.Generator,
+        *,
+        dt: float,
+        flap_travel: float,
+    ) -> None:
+        human = plan.human
+        eyes, hands, inputs, habits = random.spawn(4)
+        self._runway = Runway(plan.conditions, plan.pattern.side)
+        self._eyes = Eyes(plan, self._runway, eyes, dt)
+        self._mission = Mission(plan, inputs)
+        self._stages = self._mission.stages()
+        self._intent = next(self._stages)
+        self._feel = feel
+        self._flap_travel = max(flap_travel, 1e-9)
+        trim_errors = human.trim_error * habits.standard_normal(3)
+        coordination = human.coordination * (1.0 + 0.2 * float(habits.standard_normal()))
+        self._pitch = PitchKeeper(feel, float(trim_errors[0]), dt)
+        self._roll = RollKeeper(feel, coordination, float(trim_errors[1]), dt)
+        self._speed = SpeedKeeper(feel, dt)
+        self._yaw_trim = float(trim_errors[2])
+        self._hands = {name: Hand(human, hands, dt) for name in ("pitch", "roll", "yaw")}
+        self._finished = False
+        self._released: tuple[float, float, float] | None = None
+
+    @property
+    def phase(self) -> str:
+        """Return what is being done."""
+        return self._intent.phase
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the engines are off and the flight is over."""
+        return self._finished
+
+    @property
+    def flown(self) -> list[tuple[float, float, Maneuver]]:
+        """Return start, end (s) and intention of the maneuvers so far."""
+        return self._mission.flown
+
+    def move(self, situation: Situation) -> Sticks:
+        """Return the sticks at this moment."""
+        view = self._eyes.look(situation)
+        try:
+            self._intent = self._stages.send(view)
+        except StopIteration:
+            self._finished = True
+        intent = self._intent
+        pitch, roll, yaw = self._wanted(view, intent)
+        inputs = _CENTERED
+        if intent.stick is not None:
+            inputs = intent.stick.at(intent.stick_time)
+        high_rate = intent.stick is None or intent.stick.high_rate
+        scale = (1.0, 1.0, 1.0) if high_rate else self._feel.low_rate
+        sign = self._runway.sign
+        return Sticks(
+            pitch=self._hands["pitch"].move(
+                pitch / scale[0] + inputs["de"], resting=intent.quiet
+            ),
+            roll=self._hands["roll"].move(
+                sign * roll / scale[1] + inputs["da"], resting=intent.quiet
+            ),
+            yaw=self._hands["yaw"].move(sign * yaw / scale[2] + inputs["dr"], resting=intent.quiet),
+            throttle=self._speed.throttle(view, intent),
+            flap=intent.flap / self._flap_travel,
+            high_rate=high_rate,
+            brake=intent.brake,
+            engines=intent.engines,
+        )
+
+    def _wanted(self, view: View, intent: Intent) -> tuple[float, float, float]:
+        """Return the sticks wanted without any input: pitch, and roll and yaw to the pattern."""
+        if intent.quiet:
+            if self._released is None:
+                # Let go where the stick is held on average, not where it happens to be.
+                hold = self._pitch.stick(view, Intent(phase=intent.phase))
+                self._released = (hold, self._roll.hold, self._yaw_trim)
+            return self._released
+        self._released = None
+        if intent.brake >= 1.0:
+            return self._feel.trim, 0.0, 0.0
+        pitch = self._pitch.stick(view, intent)
+        roll, yaw = self._roll.sticks(view, intent)
+        if intent.steer is not None and view.on_ground:
+            miss = math.remainder(intent.steer - view.course, 2.0 * math.pi)
+            return pitch, 0.3 * roll, min(max(1.5 * miss, -0.6), 0.6)
+        return pitch, roll, yaw + self._yaw_trim
