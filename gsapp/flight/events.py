@@ -1,0 +1,258 @@
+"""Events of a flight: marks, notes, alarms, acknowledgments, one JSON object to a line.
+
+The file only grows. Several windows and the recorder may append at once, and each may be killed
+at any byte: a writer first closes a line that another left torn, and a reader skips what is
+damaged and counts it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from gsapp.foundation import FlightError
+
+_LOCK_BYTE = 1 << 40
+"""Where Windows locks: far behind the end, since it would forbid reading what is locked."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """Something that happened in a flight.
+
+    Attributes
+    ----------
+    kind : str
+        ``mark``, ``note``, ``alarm``, ``acknowledge``, ``status`` (said by the vehicle) ...
+    text : str
+        In words.
+    time : float or None
+        Flight time, s; None where no vehicle time was known.
+    host_time_us : int
+        Host time, microseconds since 1970 (UTC).
+    data : mapping
+        Further values that JSON can hold.
+    """
+
+    kind: str
+    text: str = ""
+    time: float | None = None
+    host_time_us: int = 0
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.kind:
+            raise ValueError("an event needs a kind, such as mark or note")
+        object.__setattr__(self, "data", MappingProxyType(dict(self.data)))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what a line of the file holds; a time that is no number becomes null."""
+        known = self.time is not None and math.isfinite(self.time)
+        return {
+            "time": self.time if known else None,
+            "host_time_us": self.host_time_us,
+            "kind": self.kind,
+            "text": self.text,
+            "data": dict(self.data),
+        }
+
+    @staticmethod
+    def from_json(content: object) -> Event:
+        """Return the event of a parsed line.
+
+        Raises
+        ------
+        ValueError
+            If the line does not hold an event.
+        """
+        if not isinstance(content, dict):
+            raise ValueError("a line of events holds no JSON object")
+        kind, text = content.get("kind"), content.get("text", "")
+        moment, host = content.get("time"), content.get("host_time_us", 0)
+        data = content.get("data", {})
+        if not (
+            isinstance(kind, str) and kind and isinstance(text, str) and isinstance(data, dict)
+        ):
+            raise ValueError("an event needs a kind, a text and data")
+        if moment is not None and (
+            isinstance(moment, bool) or not isinstance(moment, (int, float))
+        ):
+            raise ValueError("the time of an event is a number or null")
+        if isinstance(host, bool) or not isinstance(host, int):
+            raise ValueError("the host time of an event counts microseconds")
+        return Event(
+            kind=kind,
+            text=text,
+            time=None if moment is None else float(moment),
+            host_time_us=host,
+            data=data,
+        )
+
+
+class EventLog:
+    """The events file of one flight, for appending and for following.
+
+    Parameters
+    ----------
+    path : Path or str
+        ``events.jsonl``; it need not exist yet.
+
+    Attributes
+    ----------
+    damaged : int
+        Lines that `poll` had to skip so far.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.damaged = 0
+        self._position = 0
+
+    def append(self, event: Event) -> Event:
+        """Write one event at the end of the file, whole, and see it onto the disk.
+
+        An event without a host time gets the present one.
+
+        Returns
+        -------
+        Event
+            As written.
+
+        Raises
+        ------
+        FlightError
+            If the file cannot be written, or the data is not JSON.
+        """
+        if not event.host_time_us:
+            event = Event(
+                kind=event.kind,
+                text=event.text,
+                time=event.time,
+                host_time_us=time.time_ns() // 1000,
+                data=event.data,
+            )
+        try:
+            line = json.dumps(event.to_json(), ensure_ascii=False, allow_nan=False) + "\n"
+        except (TypeError, ValueError) as error:
+            raise FlightError(
+                f"the event '{event.text or event.kind}' holds what JSON cannot ({error}); "
+                "put numbers, texts, lists and tables in its data, and null for NaN"
+            ) from error
+        try:
+            _append_line(self.path, line.encode("utf-8"))
+        except OSError as error:
+            raise FlightError(
+                f"the event '{event.text or event.kind}' cannot be written to {self.path} "
+                f"({error.strerror}); check the permissions and the space on the disk"
+            ) from error
+        return event
+
+    def poll(self) -> list[Event]:
+        """Return the events that were appended since the last call.
+
+        A last line without its end is left for the next call: somebody may be writing it.
+        """
+        try:
+            with self.path.open("rb") as stream:
+                stream.seek(self._position)
+                data = stream.read()
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise FlightError(
+                f"{self.path} cannot be read ({error.strerror}); check its permissions"
+            ) from error
+        whole = data[: data.rfind(b"\n") + 1]
+        self._position += len(whole)
+        events, damaged = _parse(whole)
+        self.damaged += damaged
+        return events
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventRecord:
+    """The events of a file, in the order written, and how many lines were damaged."""
+
+    events: tuple[Event, ...]
+    damaged: int
+
+
+def read_events(path: Path | str) -> EventRecord:
+    """Read a whole events file; a missing one holds no events, a torn last line is counted.
+
+    Raises
+    ------
+    FlightError
+        If the file is there but cannot be read.
+    """
+    try:
+        data = Path(path).read_bytes()
+    except FileNotFoundError:
+        return EventRecord(events=(), damaged=0)
+    except OSError as error:
+        raise FlightError(f"{path} cannot be read ({error.strerror}); check it") from error
+    events, damaged = _parse(data)
+    return EventRecord(events=tuple(events), damaged=damaged)
+
+
+def _parse(data: bytes) -> tuple[list[Event], int]:
+    events: list[Event] = []
+    damaged = 0
+    for line in data.split(b"\n"):
+        if not line.strip():
+            continue
+        try:
+            events.append(Event.from_json(json.loads(line.decode("utf-8"))))
+        except (ValueError, RecursionError):
+            damaged += 1
+    return events, damaged
+
+
+def _append_line(path: Path, line: bytes) -> None:
+    flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+    handle = os.open(path, flags, 0o644)
+    try:
+        with _locked(handle):
+            end = os.lseek(handle, 0, os.SEEK_END)
+            if end:
+                os.lseek(handle, end - 1, os.SEEK_SET)
+                if os.read(handle, 1) != b"\n":
+                    line = b"\n" + line
+            os.lseek(handle, 0, os.SEEK_END)
+            while line:
+                line = line[os.write(handle, line) :]
+            os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@contextlib.contextmanager
+def _locked(handle: int) -> Iterator[None]:
+    """Hold the file alone among the processes that append to it."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(handle, _LOCK_BYTE, os.SEEK_SET)
+        msvcrt.locking(handle, msvcrt.LK_LOCK, 1)
+        try:
+            yield
+        finally:
+            os.lseek(handle, _LOCK_BYTE, os.SEEK_SET)
+            msvcrt.locking(handle, msvcrt.LK_UNLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        try:
+            yield
+        finally:
+            fcntl.flock(handle, fcntl.LOCK_UN)

@@ -1,0 +1,84 @@
+"""A flight, whatever file it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.flight.events import Event
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.uniform import typical_step
+from gsapp.quantities import Block
+
+if TYPE_CHECKING:
+    from gsapp.decoding.decoder import ChannelSource
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameCounts:
+    """What became of the frames of a record.
+
+    Attributes
+    ----------
+    good : int
+        Frames with a good checksum and a known id.
+    damaged : int
+        Pieces of bytes that belong to no whole frame.
+    unknown : int
+        Whole frames of an id outside the dialect, so that they could not be checked.
+    lost : int
+        Frames missing by their sequence numbers.
+    """
+
+    good: int
+    damaged: int
+    unknown: int
+    lost: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flight:
+    """A whole flight in engineering units.
+
+    Attributes
+    ----------
+    name : str
+        As the crew calls it; else the name of the file.
+    path : Path
+        The folder or file it was read from.
+    block : Block
+        All channels on one uniform grid. Pauses without any sample longer than
+        `gsapp.flight.uniform.LONGEST_GAP` are left out but for one missing row at either end.
+    sources : mapping of str to ChannelSource
+        Where each channel came from, and whether it was measured.
+    info : FlightInfo or None
+        From ``flight.toml``.
+    frames : FrameCounts or None
+        None where the flight was not recorded as frames.
+    events : tuple of Event
+        Marks, notes and alarms, and what the vehicle said.
+    remarks : tuple of str
+        What was lost or left out on reading, in words.
+    """
+
+    name: str
+    path: Path
+    block: Block
+    sources: Mapping[str, ChannelSource]
+    info: FlightInfo | None = None
+    frames: FrameCounts | None = None
+    events: tuple[Event, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def rate(self) -> float:
+        """Return the samples per second of the grid; NaN for fewer than two samples."""
+        return 1.0 / typical_step(self.block.times)
+
+    @property
+    def duration(self) -> float:
+        """Return the seconds from the first to the last sample."""
+        times = self.block.times
+        return float(times[-1] - times[0]) if times.size else 0.0

@@ -1,0 +1,330 @@
+"""The flight folder: one flight, with everything needed to read it again years later.
+
+::
+
+    flight.toml            facts (`FlightInfo`)
+    raw.tlog raw.txt residue.bin      what arrived, byte for byte
+    aircraft.toml          the aircraft file in force
+    channel_map.toml       the channel map in force
+    calibration/*.toml     the certificates in force, named by their instruments
+    events.jsonl           marks, notes, alarms
+    <on-board log>         named in flight.toml
+    cache/                 engineering units; may be deleted at any time
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.flight.events import EventLog
+from gsapp.flight.info import FlightInfo, current_versions, now
+from gsapp.flight.replacing import copy_atomically
+from gsapp.foundation import FlightError, read_toml, write_atomically
+from gsapp.foundation.toml import validate
+
+INFO_NAME = "flight.toml"
+TLOG_NAME = "raw.tlog"
+TEXT_NAME = "raw.txt"
+RESIDUE_NAME = "residue.bin"
+AIRCRAFT_NAME = "aircraft.toml"
+CHANNEL_MAP_NAME = "channel_map.toml"
+CALIBRATION_NAME = "calibration"
+EVENTS_NAME = "events.jsonl"
+CACHE_NAME = "cache"
+
+_SIGNS_OF_A_FLIGHT = (INFO_NAME, TLOG_NAME, TEXT_NAME, RESIDUE_NAME, EVENTS_NAME)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightFolder:
+    """A flight folder on disk. Nothing is held in memory but its path.
+
+    Attributes
+    ----------
+    path : Path
+        The folder.
+    """
+
+    path: Path
+
+    @staticmethod
+    def create(path: Path | str, info: FlightInfo | None = None) -> FlightFolder:
+        """Make a flight folder, or go on in one that is already there.
+
+        A missing date becomes the present, missing versions the present ones. In a folder that
+        has a ``flight.toml`` that file is left as it is.
+
+        Raises
+        ------
+        FlightError
+            If the place is taken by a file, by a folder of other things, or cannot be written.
+        """
+        folder = FlightFolder(path=Path(path))
+        _must_not_be_a_file(folder.path)
+        if folder.path.is_dir():
+            if is_flight_folder(folder.path):
+                _must_be_writable(folder.path)
+                if not folder.info_file.exists():
+                    folder._write_new_info(info)
+                return folder
+            if any(_entries(folder.path)):
+                raise FlightError(
+                    f"{folder.path} is a folder that holds other files; name a new folder for "
+                    "the flight"
+                )
+        try:
+            folder.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FlightError(
+                f"the flight folder {folder.path} cannot be made ({error.strerror}); choose a "
+                "place where you may write"
+            ) from error
+        _must_be_writable(folder.path)
+        folder._write_new_info(info)
+        return folder
+
+    @staticmethod
+    def open(path: Path | str) -> FlightFolder:
+        """Open a flight folder.
+
+        Raises
+        ------
+        FlightError
+            If there is nothing, a file, a folder that may not be read, or one without a flight.
+        """
+        folder = Path(path)
+        if not folder.exists():
+            raise FlightError(f"there is no flight folder {folder}; check the path")
+        _must_not_be_a_file(folder)
+        if not is_flight_folder(folder):
+            names = ", ".join(_SIGNS_OF_A_FLIGHT[:3])
+            raise FlightError(
+                f"{folder} is a folder, but not a flight: it has none of {names}; name the "
+                "folder that 'gsapp record --out' or 'gsapp import --out' made"
+            )
+        return FlightFolder(path=folder)
+
+    @property
+    def info_file(self) -> Path:
+        """Return the path of ``flight.toml``."""
+        return self.path / INFO_NAME
+
+    @property
+    def tlog_file(self) -> Path:
+        """Return the path of the frames."""
+        return self.path / TLOG_NAME
+
+    @property
+    def raw_files(self) -> tuple[Path, ...]:
+        """Return the raw files that are there."""
+        names = (TLOG_NAME, TEXT_NAME, RESIDUE_NAME)
+        return tuple(self.path / name for name in names if (self.path / name).is_file())
+
+    @property
+    def aircraft_file(self) -> Path:
+        """Return where the copy of the aircraft file is."""
+        return self.path / AIRCRAFT_NAME
+
+    @property
+    def channel_map_file(self) -> Path:
+        """Return where the copy of the channel map is."""
+        return self.path / CHANNEL_MAP_NAME
+
+    @property
+    def calibration_folder(self) -> Path:
+        """Return where the copies of the certificates are."""
+        return self.path / CALIBRATION_NAME
+
+    @property
+    def cache_folder(self) -> Path:
+        """Return where engineering units are cached."""
+        return self.path / CACHE_NAME
+
+    @property
+    def events(self) -> EventLog:
+        """Return the events file, for appending and following."""
+        return EventLog(self.path / EVENTS_NAME)
+
+    def info(self) -> FlightInfo | None:
+        """Read ``flight.toml``; None if there is none.
+
+        Raises
+        ------
+        FileProblemsError
+            If it holds mistakes; all are named.
+        """
+        if not self.info_file.exists():
+            return None
+        return read_toml(self.info_file, FlightInfo)
+
+    def update_info(self, **changes: Any) -> FlightInfo:
+        """Change some facts, and leave what people wrote, comments included, where it is.
+
+        Parameters
+        ----------
+        **changes
+            Fields of `FlightInfo`, as they stand in the file (``takeoff_weight="64.5 lb"``);
+            None takes one out.
+
+        Raises
+        ------
+        FileProblemsError
+            If the result would not be valid; the file then stands unchanged.
+        """
+        try:
+            text = self.info_file.read_text(encoding="utf-8") if self.info_file.exists() else ""
+            document = tomlkit.parse(text)
+        except (OSError, UnicodeDecodeError, TOMLKitError):
+            read_toml(self.info_file, FlightInfo)  # says what is wrong, and where
+            raise
+        for key, value in changes.items():
+            if value is None:
+                document.pop(key, None)
+            else:
+                document[key] = value
+        info = validate(self.info_file, document.unwrap(), FlightInfo)
+        self._write(self.info_file, tomlkit.dumps(document))
+        return info
+
+    def onboard_log(self) -> Path | None:
+        """Return the path of the on-board log; None if the flight has none.
+
+        Raises
+        ------
+        FlightError
+            If ``flight.toml`` names one that is not there.
+        """
+        info = self.info()
+        if info is None or not info.onboard_log:
+            return None
+        path = self.path / info.onboard_log
+        if not path.is_file():
+            raise FlightError(
+                f"{self.info_file} names the on-board log '{info.onboard_log}', but it is not in "
+                "the folder; copy it there or take onboard_log out"
+            )
+        return path
+
+    def keep_aircraft(self, path: Path | str) -> Path:
+        """Copy the aircraft file in force into the folder."""
+        return self._keep(Path(path), self.aircraft_file)
+
+    def keep_channel_map(self, path: Path | str) -> Path:
+        """Copy the channel map in force into the folder."""
+        return self._keep(Path(path), self.channel_map_file)
+
+    def keep_certificates(self, paths: Iterable[Path | str]) -> tuple[Path, ...]:
+        """Copy the certificates in force into the folder; those that were there go."""
+        sources = [Path(path) for path in paths]
+        contents = {source.name: self._content(source) for source in sources}
+        if len(contents) != len(sources):
+            raise FlightError(
+                "two calibration certificates have the same file name, so that one would "
+                "replace the other in the flight folder; rename one"
+            )
+        kept = tuple(
+            self._write(self.calibration_folder / name, content)
+            for name, content in contents.items()
+        )
+        for old in self.certificate_files():
+            if old.name not in contents:
+                with contextlib.suppress(OSError):
+                    old.unlink()
+        return kept
+
+    def keep_onboard_log(self, path: Path | str, name: str | None = None) -> Path:
+        """Copy an on-board log into the folder and name it in ``flight.toml``."""
+        source = Path(path)
+        target = self.path / (name or source.name)
+        if target.name in (*_SIGNS_OF_A_FLIGHT, AIRCRAFT_NAME, CHANNEL_MAP_NAME):
+            target = self.path / f"onboard-{target.name}"
+        if not (target.exists() and target.samefile(source)):
+            copy_atomically(source, target)
+        self.update_info(onboard_log=target.name)
+        return target
+
+    def certificate_files(self) -> tuple[Path, ...]:
+        """Return the copies of the certificates, sorted."""
+        return tuple(sorted(self.calibration_folder.glob("*.toml")))
+
+    def aircraft(self) -> Aircraft | None:
+        """Read the copy of the aircraft file; None if there is none."""
+        return load_aircraft(self.aircraft_file) if self.aircraft_file.is_file() else None
+
+    def _keep(self, source: Path, target: Path) -> Path:
+        return self._write(target, self._content(source))
+
+    @staticmethod
+    def _content(source: Path) -> bytes:
+        try:
+            return source.read_bytes()
+        except OSError as error:
+            raise FlightError(
+                f"{source} cannot be copied into the flight folder ({error.strerror}); check the "
+                "path and the permissions"
+            ) from error
+
+    def _write(self, target: Path, content: bytes | str) -> Path:
+        try:
+            return write_atomically(target, content)
+        except OSError as error:
+            raise FlightError(
+                f"{target} cannot be written ({error.strerror}); check the permissions and the "
+                "space on the disk"
+            ) from error
+
+    def _write_new_info(self, info: FlightInfo | None) -> None:
+        given = info or FlightInfo()
+        filled = given.model_copy(
+            update={
+                "name": given.name or self.path.resolve().name,
+                "date": given.date or now(),
+                "versions": dict(given.versions) or current_versions(),
+            }
+        )
+        self._write(self.info_file, tomlkit.dumps(filled.content()))
+
+
+def is_flight_folder(path: Path | str) -> bool:
+    """Return whether a path is a folder that holds a flight.
+
+    Raises
+    ------
+    FlightError
+        If it is a folder that may not be read.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        return False
+    return not set(_SIGNS_OF_A_FLIGHT).isdisjoint(_entries(folder))
+
+
+def _entries(folder: Path) -> list[str]:
+    try:
+        return [entry.name for entry in os.scandir(folder)]
+    except OSError as error:
+        raise FlightError(
+            f"the folder {folder} cannot be read ({error.strerror}); check its permissions"
+        ) from error
+
+
+def _must_not_be_a_file(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise FlightError(f"{path} is a file, where a flight folder is meant; name a folder")
+
+
+def _must_be_writable(path: Path) -> None:
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise FlightError(
+            f"the flight folder {path} may not be written; change its permissions or choose "
+            "another place"
+        )

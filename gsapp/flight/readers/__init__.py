@@ -1,0 +1,1 @@
+"""Reading flights and foreign logs."""

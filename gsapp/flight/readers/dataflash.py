@@ -1,0 +1,343 @@
+"""ArduPilot's on-board log, ``.bin``: records that describe themselves.
+
+Every record begins with ``A3 95`` and a type. Type 128 (FMT) gives the length, name, format and
+columns of another type; FMTU, UNIT and MULT add units, multipliers and which column numbers the
+instance. There is no checksum: a record counts as whole if another header, or the end of the
+file, follows it. Format letters and the meaning of multipliers: ArduPilot, libraries/AP_Logger,
+LogStructure.h.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import mmap
+import struct
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.flight.events import Event
+from gsapp.flight.readers.log_table import Log, LogTable, clean_clock
+from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
+
+_HEADER = b"\xa3\x95"
+_FMT = 128
+_FMT_LENGTH = 89
+
+# Letter: type in the file, and the factor that the letter itself implies.
+_LETTERS: dict[str, tuple[Any, float]] = {
+    "a": (("<i2", (32,)), 1.0),
+    "b": ("i1", 1.0),
+    "B": ("u1", 1.0),
+    "g": ("<f2", 1.0),
+    "h": ("<i2", 1.0),
+    "H": ("<u2", 1.0),
+    "i": ("<i4", 1.0),
+    "I": ("<u4", 1.0),
+    "f": ("<f4", 1.0),
+    "d": ("<f8", 1.0),
+    "n": ("S4", 1.0),
+    "N": ("S16", 1.0),
+    "Z": ("S64", 1.0),
+    "c": ("<i2", 1e-2),
+    "C": ("<u2", 1e-2),
+    "e": ("<i4", 1e-2),
+    "E": ("<u4", 1e-2),
+    "L": ("<i4", 1e-7),
+    "M": ("u1", 1.0),
+    "q": ("<i8", 1.0),
+    "Q": ("<u8", 1.0),
+}
+
+# What the log calls units, where it differs from the vocabulary.
+_UNIT_NAMES = {
+    "m/s/s": "m/s^2",
+    "degheading": "deg",
+    "deglatitude": "deg",
+    "deglongitude": "deg",
+    "deg/s/s": "deg/s^2",
+    "rad/s/s": "rad/s^2",
+    "RPM": "rpm",
+    "Pa": "Pa",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Format:
+    """What one FMT record says."""
+
+    type: int
+    length: int
+    name: str
+    letters: str
+    columns: tuple[str, ...]
+
+    @property
+    def dtype(self) -> npt.DTypeLike | None:
+        """Return the type of a whole record; None if it does not fit its stated length."""
+        if len(self.letters) != len(self.columns) or any(c not in _LETTERS for c in self.letters):
+            return None
+        if len(set(self.columns)) != len(self.columns):
+            return None
+        fields: list[Any] = [("_header", "S3")]
+        for column, letter in zip(self.columns, self.letters, strict=True):
+            kind = _LETTERS[letter][0]
+            fields.append((column, *kind) if isinstance(kind, tuple) else (column, kind))
+        whole = np.dtype(fields)
+        return whole if whole.itemsize == self.length else None
+
+
+def read_dataflash(path: Path | str, wanted: Collection[str] | None = None) -> Log:
+    """Read an ArduPilot ``.bin`` log.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file. Damaged stretches are passed over and remarked on.
+    wanted : collection of str, optional
+        Names of the messages to decode; all if left out. ``MSG`` always becomes events.
+
+    Returns
+    -------
+    Log
+        Values in the units that the log states: raw value times the multiplier of FMTU where
+        there is one, else times the factor of the format letter.
+
+    Raises
+    ------
+    FlightError
+        If the file cannot be read, or holds no format description.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            if not file.stat().st_size:
+                raise FlightError(f"{file} is empty; copy the log from the aircraft again")
+            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                return _read(file, data, wanted)
+    except OSError as error:
+        raise FlightError(
+            f"{file} cannot be read ({error.strerror}); check the path and the permissions"
+        ) from error
+
+
+def _read(file: Path, data: mmap.mmap, wanted: Collection[str] | None) -> Log:
+    positions, formats, lost, torn = _scan(data)
+    if len(formats) < 2:
+        raise FlightError(
+            f"{file} holds no format descriptions, so it is not an ArduPilot .bin log, or its "
+            "beginning is missing; download it again, or name another file"
+        )
+    octets = np.frombuffer(data, dtype=np.uint8)
+    try:
+        records = {
+            formats[kind].name: (formats[kind], _records(octets, formats[kind], places))
+            for kind, places in positions.items()
+            if kind in formats and formats[kind].dtype is not None
+        }
+    finally:
+        del octets  # else the map of the file could not be closed
+    remarks: list[str] = []
+    if torn:
+        remarks.append(f"the last record of {file.name} was torn off; it is left out")
+    if lost:
+        remarks.append(f"{lost} bytes of {file.name} were damaged and are left out")
+    scales = _Scales.of(records)
+    tables: dict[tuple[str, str], LogTable] = {}
+    for name, (form, rows) in records.items():
+        if (wanted is None or name in wanted) and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
+            tables.update(_tables(form, rows, scales, remarks))
+    return Log(path=file, tables=tables, events=_said(records), remarks=tuple(remarks))
+
+
+def _scan(
+    data: mmap.mmap,
+) -> tuple[dict[int, list[int]], dict[int, _Format], int, bool]:
+    """Find every whole record.
+
+    Returns
+    -------
+    tuple
+        Positions of the records of each type, the formats, bytes lost, whether the end is torn.
+    """
+    lengths = [0] * 256
+    lengths[_FMT] = _FMT_LENGTH
+    formats: dict[int, _Format] = {}
+    positions: dict[int, list[int]] = {}
+    size, place, lost = len(data), 0, 0
+    while place < size:
+        length = (
+            lengths[data[place + 2]]
+            if data[place : place + 2] == _HEADER and place + 2 < size
+            else 0
+        )
+        after = place + length
+        if length and (after == size or data[after : after + 2] == _HEADER[: size - after]):
+            follows = after
+        else:
+            follows = _next_header(data, place + 1, lengths)
+            if not length or after > follows or after > size:
+                torn = bool(length) and follows == size
+                if torn:
+                    return positions, formats, lost, True
+                lost += follows - place
+                place = follows
+                continue
+            # Whole, but followed by stray bytes.
+            lost += follows - after
+        kind = data[place + 2]
+        positions.setdefault(kind, []).append(place)
+        if kind == _FMT:
+            form = _format(data[place + 3 : after])
+            if form is not None:
+                formats[form.type] = form
+                lengths[form.type] = form.length
+        place = follows
+    return positions, formats, lost, False
+
+
+def _next_header(data: mmap.mmap, start: int, lengths: list[int]) -> int:
+    """Return the next position where a record of known type is followed by another header."""
+    size = len(data)
+    while True:
+        place = data.find(_HEADER, start)
+        if place < 0 or place + 3 > size:
+            return size
+        length = lengths[data[place + 2]]
+        after = place + length
+        if length and (after >= size or data[after : after + 2] == _HEADER[: size - after]):
+            return place
+        start = place + 1
+
+
+def _format(payload: bytes) -> _Format | None:
+    kind, length, name, letters, columns = struct.unpack("<BB4s16s64s", payload)
+    if length < 3:
+        return None
+    try:
+        return _Format(
+            type=kind,
+            length=length,
+            name=_text(name),
+            letters=_text(letters),
+            columns=tuple(part for part in _text(columns).split(",") if part),
+        )
+    except UnicodeDecodeError:
+        return None
+
+
+def _text(data: bytes) -> str:
+    return data.split(b"\0")[0].decode("ascii")
+
+
+def _records(
+    octets: npt.NDArray[np.uint8], form: _Format, places: list[int]
+) -> npt.NDArray[np.void]:
+    starts = np.asarray(places, dtype=np.int64)
+    rows = octets[starts[:, None] + np.arange(form.length)]
+    return np.ascontiguousarray(rows).view(form.dtype).reshape(-1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Scales:
+    """What UNIT, MULT and FMTU say: ids to units and factors, types to their ids."""
+
+    units: dict[str, str]
+    factors: dict[str, float]
+    columns: dict[int, tuple[str, str]]
+
+    @staticmethod
+    def of(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> _Scales:
+        """Collect them from the records of a log; old logs have none."""
+        units: dict[str, str] = {}
+        factors: dict[str, float] = {}
+        columns: dict[int, tuple[str, str]] = {}
+        with contextlib.suppress(KeyError, ValueError):
+            for row in records["UNIT"][1]:
+                label = bytes(row["Label"]).decode("latin-1")
+                units[chr(row["Id"] & 0x7F)] = _UNIT_NAMES.get(label, label)
+        with contextlib.suppress(KeyError, ValueError):
+            for row in records["MULT"][1]:
+                factors[chr(row["Id"] & 0x7F)] = float(row["Mult"])
+        with contextlib.suppress(KeyError, ValueError):
+            for row in records["FMTU"][1]:
+                columns[int(row["FmtType"])] = (
+                    bytes(row["UnitIds"]).decode("latin-1"),
+                    bytes(row["MultIds"]).decode("latin-1"),
+                )
+        return _Scales(units=units, factors=factors, columns=columns)
+
+    def factor(self, form: _Format, column: int) -> float:
+        """Return what the raw value is multiplied by.
+
+        A multiplier that is zero or not given leaves the format letter's own factor. It is the
+        only factor where it is given, since it speaks of the raw value.
+        """
+        _, ids = self.columns.get(form.type, ("", ""))
+        stated = self.factors.get(ids[column], 0.0) if column < len(ids) else 0.0
+        # '?' says that nobody has told; ArduPilot writes 1 for it.
+        if stated and ids[column] != "?":
+            return stated
+        return _LETTERS[form.letters[column]][1]
+
+    def unit(self, form: _Format, column: int) -> str:
+        """Return the unit that the log states for a column, or nothing."""
+        ids, _ = self.columns.get(form.type, ("", ""))
+        return self.units.get(ids[column], "") if column < len(ids) else ""
+
+    def instance_column(self, form: _Format) -> str | None:
+        """Return the column that numbers the sensor."""
+        ids, _ = self.columns.get(form.type, ("", ""))
+        place = ids.find("#")
+        return form.columns[place] if 0 <= place < len(form.columns) else None
+
+
+def _tables(
+    form: _Format, rows: npt.NDArray[np.void], scales: _Scales, remarks: list[str]
+) -> dict[tuple[str, str], LogTable]:
+    instance = scales.instance_column(form)
+    if instance is None:
+        groups = {"": rows}
+    else:
+        numbers = rows[instance]
+        groups = {str(number): rows[numbers == number] for number in np.unique(numbers).tolist()}
+    tables: dict[tuple[str, str], LogTable] = {}
+    for selector, members in groups.items():
+        stamp, unit = ("TimeUS", 1e-6) if "TimeUS" in form.columns else ("TimeMS", 1e-3)
+        times = members[stamp].astype(np.float64) * unit
+        good = clean_clock(times)
+        dropped = int(good.size - good.sum())
+        if dropped:
+            label = f"{form.name}[{selector}]" if selector else form.name
+            remarks.append(f"{dropped} records of {label} have a time that cannot be; left out")
+        fields: dict[str, FloatArray] = {}
+        units: dict[str, str] = {}
+        for index, column in enumerate(form.columns):
+            if form.letters[index] in "nNZ":
+                continue
+            fields[column] = members[column][good].astype(np.float64) * scales.factor(form, index)
+            stated = scales.unit(form, index)
+            if stated:
+                units[column] = stated
+        tables[form.name, selector] = LogTable(times=times[good], fields=fields, units=units)
+    return tables
+
+
+def _said(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[Event, ...]:
+    """Return the texts of MSG as events."""
+    found = records.get("MSG")
+    if found is None or not {"TimeUS", "Message"} <= set(found[0].columns):
+        return ()
+    return tuple(
+        Event(
+            kind="status",
+            text=bytes(row["Message"]).decode("utf-8", "replace"),
+            time=float(row["TimeUS"]) * 1e-6,
+        )
+        for row in found[1]
+    )

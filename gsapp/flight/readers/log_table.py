@@ -1,0 +1,112 @@
+"""What every reader of a foreign log hands over: tables of named fields over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from gsapp.flight.events import Event
+from gsapp.flight.uniform import typical_step
+from gsapp.quantities import FloatArray
+
+_CLOCK_ERROR = 1.0
+_NEIGHBORS = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LogTable:
+    """All samples of one message (and instance) of a log.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        Seconds on the vehicle's clock, strictly increasing.
+    fields : mapping of str to ndarray, shape (n,) or (n, k)
+        Numbers by field name, in the log's own units; array fields have k columns.
+    units : mapping of str to str
+        Units that the log itself states; empty where it does not.
+    """
+
+    times: FloatArray
+    fields: Mapping[str, FloatArray]
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Log:
+    """A foreign log, read.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    tables : mapping of (str, str) to LogTable
+        By message name and selector: the instance number as text, empty for the only one.
+    events : tuple of Event
+        What the vehicle said.
+    remarks : tuple of str
+        What was lost, in words.
+    """
+
+    path: Path
+    tables: Mapping[tuple[str, str], LogTable]
+    events: tuple[Event, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """Return the names of the messages, sorted, each once."""
+        return tuple(sorted({message for message, _ in self.tables}))
+
+    def table(self, message: str, selector: str) -> LogTable | None:
+        """Return the table of a message; an empty selector means the first instance.
+
+        Logs from before instances were numbered call the second IMU ``IMU2``; it is found as
+        instance 1.
+        """
+        exact = self.tables.get((message, selector))
+        if exact is not None:
+            return exact
+        if selector in ("", "0"):
+            alone = self.tables.get((message, "0" if selector == "" else ""))
+            if alone is not None:
+                return alone
+        if selector.isdigit() and int(selector) > 0:
+            return self.tables.get((f"{message}{int(selector) + 1}", ""))
+        return None
+
+
+def clean_clock(times: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return which samples have a time that can be true.
+
+    A damaged stamp stands far from those of its neighbors; what then still repeats or goes back
+    is dropped too, so that the rest is strictly increasing.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        s, in the order of the file.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True where the sample stays.
+    """
+    good = np.isfinite(times)
+    if times.size > _NEIGHBORS:
+        reach = _NEIGHBORS // 2
+        padded = np.concatenate((times[:1].repeat(reach), times, times[-1:].repeat(reach)))
+        # Repeating the ends would let a damaged first or last stamp vouch for itself.
+        padded[:reach] = times[1 : reach + 1]
+        padded[-reach:] = times[-reach - 1 : -1]
+        windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBORS)
+        center = np.median(windows, axis=1)
+        limit = max(_CLOCK_ERROR, 10.0 * abs(typical_step(times)))
+        good &= np.abs(times - center) <= limit
+    kept = np.where(good, times, -np.inf)
+    before = np.concatenate(([-np.inf], np.maximum.accumulate(kept)[:-1]))
+    result: np.ndarray[tuple[int], np.dtype[np.bool_]] = good & (times > before)
+    return result

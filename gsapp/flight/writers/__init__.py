@@ -1,0 +1,61 @@
+"""Writing flights: Flight CSV, MATLAB, Parquet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from gsapp.flight.writers.flight_csv import write_flight_csv
+from gsapp.flight.writers.layout import Layout, UnitSystem
+from gsapp.flight.writers.matlab import write_mat
+from gsapp.flight.writers.parquet import write_parquet
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import Block
+
+WRITERS: Mapping[str, Callable[[Path | str, Block, str], Path]] = {
+    "csv": write_flight_csv,
+    "mat": write_mat,
+    "parquet": write_parquet,
+}
+"""Every format by its name."""
+
+
+def write_block(path: Path | str, block: Block, to: str, units: str = "us") -> Path:
+    """Write a block in a format, atomically.
+
+    Parameters
+    ----------
+    path : Path or str
+        Where to.
+    block : Block
+        The samples.
+    to : {"csv", "mat", "parquet"}
+        The format.
+    units : {"us", "metric", "si"}
+        Units of the columns.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such format or system of units.
+    FlightError
+        If the file cannot be written.
+    """
+    try:
+        writer = WRITERS[to]
+    except KeyError:
+        raise UnknownNameError(
+            f"flights are not written as '{to}'; use one of: {', '.join(WRITERS)}"
+        ) from None
+    return writer(path, block, units)
+
+
+__all__ = [
+    "WRITERS",
+    "Layout",
+    "UnitSystem",
+    "write_block",
+    "write_flight_csv",
+    "write_mat",
+    "write_parquet",
+]

@@ -1,0 +1,65 @@
+"""Writing Flight CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from gsapp.flight.replacing import replacing
+from gsapp.flight.writers.layout import Layout
+from gsapp.quantities import Block, FloatArray
+
+_ROWS_AT_ONCE = 4096
+# Two digits fewer than a double can hold: those that converting there and back may shake.
+_CONVERTED_DIGITS = 15
+
+
+def write_flight_csv(path: Path | str, block: Block, system: str = "us") -> Path:
+    """Write a block as Flight CSV, atomically.
+
+    Values in SI, and times, are written with as many digits as bring back the very same number;
+    converted ones with 15 digits, so that 1.2 deg does not become 1.2000000000000002. Missing
+    samples are empty cells.
+
+    Parameters
+    ----------
+    path : Path or str
+        Where to.
+    block : Block
+        The samples.
+    system : {"us", "metric", "si"}
+        Units of the columns.
+
+    Raises
+    ------
+    FlightError
+        If the file cannot be written.
+    """
+    layout = Layout.of(block.channels, system)
+    header = ["time [s]"] + [
+        f"{name} [{unit}]" for name, unit in zip(layout.channels, layout.units, strict=True)
+    ]
+    with (
+        replacing(path) as temporary,
+        temporary.open("w", encoding="utf-8", newline="\n") as stream,
+    ):
+        stream.write(",".join(header) + "\n")
+        for start in range(0, len(block), _ROWS_AT_ONCE):
+            rows = slice(start, start + _ROWS_AT_ONCE)
+            columns = [map(repr, block.times[rows].tolist())]
+            columns.extend(
+                _cells(layout.converted(place, block.values[rows, place]), layout.exact(place))
+                for place in range(len(layout.channels))
+            )
+            stream.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))
+    return Path(path)
+
+
+def _cells(values: FloatArray, exact: bool) -> Iterator[str]:
+    missing = np.isnan(values).tolist()
+    if exact:
+        return ("" if gone else repr(v) for v, gone in zip(values.tolist(), missing, strict=True))
+    form = f"%.{_CONVERTED_DIGITS}g"
+    return ("" if gone else form % v for v, gone in zip(values.tolist(), missing, strict=True))

@@ -1,0 +1,63 @@
+"""Which units a file is written in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import FloatArray, channel, from_si
+
+UnitSystem = Literal["us", "metric", "si"]
+"""``us``: deg, ft/s, g, lbf/ft^2, as flight-test reports use them; ``metric``: deg, m/s, g, kPa, as
+on screen; ``si``: rad, m/s, m/s^2, Pa, K, bit for bit as held inside."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """Columns of a file: channel ids and the unit of each.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Without time, which every file has first, in s.
+    units : tuple of str
+        As long as `channels`.
+    """
+
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+
+    @staticmethod
+    def of(channels: Sequence[str], system: str) -> Layout:
+        """Lay out channels in a system of units.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such system.
+        """
+        if system not in get_args(UnitSystem):
+            raise UnknownNameError(
+                f"no system of units is called '{system}'; use one of: us, metric, si"
+            )
+        return Layout(
+            channels=tuple(channels), units=tuple(_unit(name, system) for name in channels)
+        )
+
+    def converted(self, place: int, values: FloatArray) -> FloatArray:
+        """Convert SI values of the column at `place` to its unit."""
+        return from_si(values, self.units[place], channel(self.channels[place]).quantity)
+
+    def exact(self, place: int) -> bool:
+        """Return whether the column holds the values as they are inside, unconverted."""
+        return self.units[place] == channel(self.channels[place]).unit
+
+
+def _unit(channel_id: str, system: str) -> str:
+    spec = channel(channel_id)
+    # A ratio is written as such, 0 to 1; percent is for the screen.
+    if system == "si" or spec.quantity == "ratio":
+        return spec.unit
+    return spec.us_display if system == "us" else spec.si_display

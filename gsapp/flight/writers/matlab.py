@@ -1,0 +1,60 @@
+"""Writing MATLAB's ``.mat``, version 5: a variable for each channel, units in a structure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gsapp.flight.replacing import replacing
+from gsapp.flight.writers.layout import Layout
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block
+
+_MOST_BYTES = 2**31 - 1
+
+
+def variable_name(channel_id: str) -> str:
+    """Return the MATLAB variable of a channel: ``q.2`` becomes ``q_2``."""
+    return channel_id.replace(".", "_")
+
+
+def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
+    """Write a block as a ``.mat`` file, atomically.
+
+    Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``.
+
+    Parameters
+    ----------
+    path : Path or str
+        Where to.
+    block : Block
+        The samples; missing ones are NaN.
+    system : {"us", "metric", "si"}
+        Units of the variables.
+
+    Raises
+    ------
+    FlightError
+        If the file cannot be written, or the flight is too long for the format.
+    """
+    from scipy.io import savemat  # a tenth of a second
+
+    if len(block) * 8 > _MOST_BYTES:
+        raise FlightError(
+            f"{len(block)} samples do not fit a .mat file of version 5 (2 GB a variable); cut "
+            "the flight, or export it as Parquet"
+        )
+    layout = Layout.of(block.channels, system)
+    content: dict[str, Any] = {"time": block.times[:, np.newaxis]}
+    units: dict[str, str] = {"time": "s"}
+    for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
+        content[variable_name(name)] = layout.converted(place, block.values[:, place])[
+            :, np.newaxis
+        ]
+        units[variable_name(name)] = unit
+    content["units"] = units
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        savemat(stream, content, long_field_names=True, do_compression=True)
+    return Path(path)

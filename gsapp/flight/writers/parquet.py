@@ -1,0 +1,49 @@
+"""Writing Parquet: a column for each channel, its unit in the column's metadata."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gsapp.flight.replacing import replacing
+from gsapp.flight.writers.layout import Layout
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block, channel
+
+
+def write_parquet(path: Path | str, block: Block, system: str = "us") -> Path:
+    """Write a block as Parquet, atomically. Missing samples are null.
+
+    Parameters
+    ----------
+    path : Path or str
+        Where to.
+    block : Block
+        The samples.
+    system : {"us", "metric", "si"}
+        Units of the columns; each column's metadata states its own under ``unit``.
+
+    Raises
+    ------
+    FlightError
+        If pyarrow is not installed, or the file cannot be written.
+    """
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise FlightError(
+            "writing Parquet needs pyarrow, which is not installed; install it with "
+            "'pip install gsapp[parquet]', or export to csv or mat"
+        ) from error
+    layout = Layout.of(block.channels, system)
+    fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]
+    columns = [pyarrow.array(block.times)]
+    for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
+        metadata = {"unit": unit, "description": channel(name).description}
+        fields.append(pyarrow.field(name, pyarrow.float64(), metadata=metadata))
+        values = layout.converted(place, block.values[:, place])
+        columns.append(pyarrow.array(values, from_pandas=True))
+    table = pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))
+    with replacing(path) as temporary:
+        parquet.write_table(table, temporary, compression="zstd")
+    return Path(path)
