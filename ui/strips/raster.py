@@ -1,0 +1,580 @@
+"""Painting lowest and highest values into an array of pixels, column by column. No Qt.
+
+The pixels are a ring: column c lies at ``c % width``. A frame paints only the columns that are
+new or have changed; what has been painted scrolls by being shown elsewhere. Every column is a
+function of the samples around it and of nothing else, so the picture after any number of
+frames is, bit for bit, the picture painted at once.
+
+Lines are thickened here, with a round brush and edges smoothed over a sixteenth of a pixel:
+wide pens are many times slower in the painter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.quantities import FloatArray
+from ui.strips.columns import ColumnScale, Samples, column_extremes
+
+Pixels = npt.NDArray[np.uint32]
+Color = tuple[int, int, int]
+
+_LEVELS = 16  # parts of a pixel, and shades of an edge
+_SHADES = _LEVELS + 1
+_NO_TINT, _SPAN, _EVENT = range(3)
+_NO_LINE, _TICK, _EDGE, _MARK = range(4)
+_LINES = 4
+_CLASSES = 3 * _LINES
+_CHUNK = 96  # columns painted at once, so that the work fits into the processor's cache
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TracePaint:
+    """One line of a chart: its channel, its color, the columns of a dash (0 = solid)."""
+
+    channel: str
+    color: Color
+    dash: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandPaint:
+    """An area between two values (SI): its color, and that of its border."""
+
+    low: float
+    high: float
+    fill: Color
+    border: Color
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChartPaint:
+    """One chart: rows, range, and what stands behind the lines.
+
+    Attributes
+    ----------
+    top, height : int
+        Rows of pixels.
+    low, high : float
+        Values (SI) at the bottom and at the top.
+    traces : tuple of TracePaint
+        From the back to the front.
+    bands : tuple of BandPaint
+        Limits.
+    grid : tuple of float
+        Values (SI) of the grid lines.
+    """
+
+    top: int
+    height: int
+    low: float
+    high: float
+    traces: tuple[TracePaint, ...]
+    bands: tuple[BandPaint, ...] = ()
+    grid: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpanPaint:
+    """An area from time to time (s) across all charts; `stop` may be infinite."""
+
+    start: float
+    stop: float
+    event: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Backdrop:
+    """What stands behind all charts alike.
+
+    Attributes
+    ----------
+    background, plot, grid, span, event, edge : Color
+        Between charts; within; grid lines; areas of maneuvers and of other spans; their borders
+        and marks.
+    tick : float
+        Seconds between grid lines.
+    spans : tuple of SpanPaint
+        Areas across all charts.
+    marks : tuple of float
+        Times (s) marked by a line.
+    """
+
+    background: Color
+    plot: Color
+    grid: Color
+    span: Color
+    event: Color
+    edge: Color
+    tick: float
+    spans: tuple[SpanPaint, ...] = ()
+    marks: tuple[float, ...] = ()
+
+
+def brush(thickness: float) -> tuple[tuple[int, float], ...]:
+    """Return the round brush of a line: pairs of (columns aside, half height in pixels).
+
+    An even width in whole pixels lies half a pixel aside, towards what is older.
+    """
+    width = max(round(thickness), 1)
+    radius = max(thickness, 1.0) / 2.0
+    first = -(width // 2) if width % 2 else -(width // 2 - 1)
+    center = 0.0 if width % 2 else 0.5
+    # A brush of two columns would be too flat without stretching it to the full height.
+    full = math.sqrt(radius**2 - center**2) / radius if radius > center else 1.0
+    pairs = []
+    for aside in range(first, first + width):
+        distance = min(abs(aside - center), radius)
+        pairs.append((aside, math.sqrt(radius**2 - distance**2) / full))
+    return tuple(pairs)
+
+
+def value_rows(chart: ChartPaint, pad: float) -> tuple[float, float]:
+    """Return (offset, gain): a value v (SI) lies ``offset - gain * v`` rows below the top."""
+    gain = (chart.height - 2.0 * pad) / (chart.high - chart.low)
+    return pad + gain * chart.high, gain
+
+
+class _Rows:
+    """What a chart's rows look like: a kind for each row, and the shades of each kind."""
+
+    __slots__ = ("kinds", "shades")
+
+    def __init__(
+        self, chart: ChartPaint, backdrop: Backdrop, pad: float, line: int, color: Color
+    ) -> None:
+        offset, gain = value_rows(chart, pad)
+        rows = np.empty((chart.height, 3))
+        rows[:] = backdrop.plot
+        plain = np.ones(chart.height, dtype=bool)
+        middles = np.arange(chart.height) + 0.5
+        for band in chart.bands:
+            inside = (middles >= offset - gain * band.high) & (middles < offset - gain * band.low)
+            rows[inside] = band.fill
+            plain[inside] = False
+        for value in chart.grid:
+            self._line(rows, offset - gain * value, line, backdrop.grid, plain)
+        for band in chart.bands:
+            for value in (band.low, band.high):
+                if math.isfinite(value):
+                    self._line(rows, offset - gain * value, line, band.border, plain)
+        keys = np.column_stack((rows, plain))
+        different, inverse = np.unique(keys, axis=0, return_inverse=True)
+        self.kinds = inverse.reshape(-1)
+        self.shades = _shades(different[:, :3], different[:, 3] > 0, backdrop, color)
+
+    @staticmethod
+    def _line(
+        rows: FloatArray, at: float, width: int, color: Color, plain: npt.NDArray[np.bool_]
+    ) -> None:
+        first = round(at - width / 2.0)
+        begin, end = max(first, 0), min(first + width, len(rows))
+        if begin < end:
+            rows[begin:end] = color
+            plain[begin:end] = False
+
+
+def _gap_shades(backdrop: Backdrop) -> Pixels:
+    """Return the shades of the rows between charts."""
+    rows = np.array([backdrop.background], dtype=np.float64)
+    return _shades(rows, np.array([True]), backdrop, backdrop.background, lines=False)
+
+
+def _shades(
+    rows: FloatArray,
+    plain: npt.NDArray[np.bool_],
+    backdrop: Backdrop,
+    color: Color,
+    *,
+    lines: bool = True,
+) -> Pixels:
+    """Return the pixels of each kind of row: shape (kinds, classes, shades)."""
+    behind = np.empty((len(rows), _CLASSES, 3))
+    behind[:] = rows[:, None, :]
+    for tint, tinted in ((_SPAN, backdrop.span), (_EVENT, backdrop.event)):
+        chosen = slice(tint * _LINES, (tint + 1) * _LINES)
+        # A limit stays visible below a maneuver.
+        behind[plain, chosen] = tinted
+        behind[~plain, chosen] += 0.35 * (np.array(tinted) - behind[~plain, chosen])
+    for tint in range(3):
+        if lines:
+            behind[plain, tint * _LINES + _TICK] = backdrop.grid
+        behind[:, tint * _LINES + _EDGE] = backdrop.edge
+        behind[:, tint * _LINES + _MARK] = backdrop.edge
+    share = (np.arange(_SHADES) / _LEVELS)[:, None]
+    mixed = behind[:, :, None, :] + (np.array(color) - behind[:, :, None, :]) * share
+    parts = np.rint(mixed).astype(np.uint32)
+    red, green, blue = parts[..., 0], parts[..., 1], parts[..., 2]
+    packed: Pixels = np.uint32(0xFF000000) | (red << 16) | (green << 8) | blue
+    return packed
+
+
+class Raster:
+    """The pixels of all charts.
+
+    Parameters
+    ----------
+    width, height : int
+        Pixels.
+    charts : sequence of ChartPaint
+        Charts from top to bottom, which do not overlap.
+    backdrop : Backdrop
+        What stands behind them.
+    thickness : float
+        Of the lines, in pixels.
+    line : int
+        Of grid lines and borders, in pixels.
+
+    Attributes
+    ----------
+    pixels : ndarray, shape (height, width)
+        0xffRRGGBB; column c lies at ``c % width``.
+    low, high : ndarray, shape (n_traces, width)
+        Values (SI) of the columns painted, in the same ring; all first traces, chart by chart,
+        then all second ones, ...
+    """
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        charts: Sequence[ChartPaint],
+        backdrop: Backdrop,
+        *,
+        thickness: float = 2.0,
+        line: int = 1,
+    ) -> None:
+        self.width = max(int(width), 1)
+        self.height = max(int(height), 1)
+        self.charts = list(charts)
+        self.backdrop = backdrop
+        self.line = line
+        self._brush = brush(thickness)
+        self._pad = thickness / 2.0 + 1.0
+        self.reach = max(abs(aside) for aside, _ in self._brush)
+        self.pixels: Pixels = np.zeros((self.height, self.width), dtype=np.uint32)
+        self._layers = self._number_traces()
+        count = sum(len(layer) for layer in self._layers)
+        self.low = np.full((count, self.width), np.nan)
+        self.high = np.full((count, self.width), np.nan)
+        self._row_chart = np.full(self.height, len(self.charts), dtype=np.intp)
+        self._row_local = np.zeros((self.height, 1), dtype=np.int32)
+        for number, chart in enumerate(self.charts):
+            rows = slice(chart.top, chart.top + chart.height)
+            self._row_chart[rows] = number
+            self._row_local[rows, 0] = np.arange(chart.height) * _LEVELS
+        tallest = max((chart.height for chart in self.charts), default=1)
+        # Half the bytes, half the time; but the sixteenths of a tall chart do not fit.
+        self._integer = np.int16 if (tallest + 2) * _LEVELS < 32000 else np.int32
+        self._row_local = self._row_local.astype(self._integer)
+        self._rows: list[_Rows] = [self._make_rows(chart) for chart in self.charts]
+        self._gather_shades()
+
+    # Set-up
+
+    @property
+    def pad(self) -> float:
+        """Return the rows that a chart leaves free above its highest value and below."""
+        return self._pad
+
+    def trace_number(self, chart: int, trace: int) -> int:
+        """Return the row of `low` and `high` in which a trace is kept."""
+        before = sum(len(layer) for layer in self._layers[:trace])
+        return before + self._layers[trace].index(chart)
+
+    def set_chart(self, number: int, chart: ChartPaint) -> None:
+        """Change the range, bands, grid or colors of a chart; it then needs to be painted."""
+        self.charts[number] = chart
+        self._rows[number] = self._make_rows(chart)
+        self._gather_shades()
+
+    def _number_traces(self) -> list[list[int]]:
+        most = max((len(chart.traces) for chart in self.charts), default=0)
+        return [
+            [number for number, chart in enumerate(self.charts) if len(chart.traces) > layer]
+            for layer in range(most)
+        ]
+
+    def _make_rows(self, chart: ChartPaint) -> _Rows:
+        color = chart.traces[0].color if chart.traces else self.backdrop.plot
+        return _Rows(chart, self.backdrop, self._pad, self.line, color)
+
+    def _gather_shades(self) -> None:
+        pieces = [rows.shades.reshape(-1) for rows in self._rows]
+        pieces.append(_gap_shades(self.backdrop).reshape(-1))
+        self._shades = np.concatenate(pieces)
+        starts = np.cumsum([0, *(piece.size for piece in pieces)])
+        base = np.full((self.height, 1), starts[-2], dtype=np.int32)
+        for chart, rows, start in zip(self.charts, self._rows, starts, strict=False):
+            base[chart.top : chart.top + chart.height, 0] = start + rows.kinds * (
+                _CLASSES * _SHADES
+            )
+        self._row_base = base
+
+    # Painting
+
+    def paint(
+        self,
+        history: Samples,
+        scale: ColumnScale,
+        first: int,
+        last: int,
+        charts: Sequence[int] | None = None,
+    ) -> None:
+        """Paint the columns ``first <= c < last`` of all charts, or of some.
+
+        Parameters
+        ----------
+        history : Samples
+            Where the samples are.
+        scale : ColumnScale
+            How columns lie on them.
+        first, last : int
+            Not more than `width` columns.
+        charts : sequence of int or None
+            Numbers of charts; None also paints what lies between the charts.
+        """
+        if last <= first:
+            return
+        classes = self.column_classes(scale, first, last) * np.int32(_SHADES)
+        chosen = range(len(self.charts)) if charts is None else charts
+        rows = self._rows_of(charts)
+        for layer, members in enumerate(self._layers):
+            there = [number for number in members if charts is None or number in chosen]
+            if layer == 0 or there:
+                top, bottom = self._edges(history, scale, first, last, layer, there)
+                if layer == 0:
+                    self._paint_first(first, there, top, bottom, classes, rows)
+                else:
+                    self._paint_over(first, layer, there, top, bottom)
+        if not self._layers:
+            nothing = np.zeros((1, last - first), dtype=self._integer)
+            self._paint_first(first, [], nothing, nothing, classes, rows)
+
+    def _rows_of(self, charts: Sequence[int] | None) -> npt.NDArray[np.intp] | None:
+        if charts is None:
+            return None
+        pieces = [
+            np.arange(self.charts[n].top, self.charts[n].top + self.charts[n].height)
+            for n in charts
+        ]
+        return np.concatenate(pieces) if pieces else np.empty(0, dtype=np.intp)
+
+    def _edges(
+        self,
+        history: Samples,
+        scale: ColumnScale,
+        first: int,
+        last: int,
+        layer: int,
+        charts: Sequence[int],
+    ) -> tuple[npt.NDArray[np.signedinteger], npt.NDArray[np.signedinteger]]:
+        """Return where lines begin and end in each column, in sixteenths of a row.
+
+        One row for each chart, then one that is empty, for the rows between charts.
+        """
+        margin = self.reach + 1
+        count = last - first
+        low = np.empty((len(charts), count + 2 * margin))
+        high = np.empty_like(low)
+        for row, number in enumerate(charts):
+            channel_id = self.charts[number].traces[layer].channel
+            low[row], high[row] = column_extremes(
+                history, channel_id, scale, first - margin, last + margin
+            )
+        self._keep(low, high, first, last, layer, charts)
+        placed = [value_rows(self.charts[number], self._pad) for number in charts]
+        offset = np.array([pair[0] for pair in placed])[:, None]
+        gain = np.array([pair[1] for pair in placed])[:, None]
+        heights = np.array([self.charts[number].height for number in charts], dtype=np.float64)
+        # What lies off the scale stays at the edge, where half of its width can be seen.
+        above = np.clip(offset - gain * high, 0.0, heights[:, None])
+        below = np.clip(offset - gain * low, 0.0, heights[:, None])
+        above, below = self._thicken(*_connect(above, below))
+        above, below = above[:, margin:-margin], below[:, margin:-margin]
+        missing = np.isnan(above)
+        columns = np.arange(first, last)
+        for row, number in enumerate(charts):
+            dash = self.charts[number].traces[layer].dash
+            if dash:
+                missing[row] |= (columns // dash) % 3 == 2
+        edges = []
+        for part in (above, below):
+            np.clip(part, -1.0, heights[:, None] + 1.0, out=part)
+            part[missing] = 0.0
+            whole = np.zeros((len(charts) + 1, count), dtype=self._integer)
+            whole[:-1] = np.rint(part * _LEVELS)
+            edges.append(whole)
+        return edges[0], edges[1]
+
+    def _keep(
+        self,
+        low: FloatArray,
+        high: FloatArray,
+        first: int,
+        last: int,
+        layer: int,
+        charts: Sequence[int],
+    ) -> None:
+        numbers = [self.trace_number(number, layer) for number in charts]
+        if not numbers:
+            return
+        margin = self.reach + 1
+        for ring, part in self._pieces(first, last):
+            source = slice(part.start + margin, part.stop + margin)
+            self.low[numbers, ring] = low[:, source]
+            self.high[numbers, ring] = high[:, source]
+
+    def _thicken(self, above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Widen lines by the brush. Nothing reaches into a gap, nor across one."""
+        there = ~np.isnan(above)
+        thick_above, thick_below = np.full_like(above, np.nan), np.full_like(below, np.nan)
+        heights = dict(self._brush)
+        for direction in (1, -1):
+            chain = there.copy()
+            for distance in range(self.reach + 1):
+                if distance:
+                    chain &= _shifted(there, direction * distance, False)
+                half = heights.get(direction * distance)
+                if half is None:
+                    continue
+                source_above = _shifted(above, direction * distance, np.nan) - half
+                source_below = _shifted(below, direction * distance, np.nan) + half
+                source_above[~chain] = np.nan
+                source_below[~chain] = np.nan
+                np.fmin(thick_above, source_above, out=thick_above)
+                np.fmax(thick_below, source_below, out=thick_below)
+        return thick_above, thick_below
+
+    def _pieces(self, first: int, last: int) -> list[tuple[slice, slice]]:
+        """Return pairs of (places in the ring, places in the row of columns)."""
+        begin = first % self.width
+        count = last - first
+        head = min(count, self.width - begin)
+        pieces = [(slice(begin, begin + head), slice(0, head))]
+        if head < count:
+            pieces.append((slice(0, count - head), slice(head, count)))
+        return pieces
+
+    def _paint_first(
+        self,
+        first: int,
+        charts: Sequence[int],
+        top: npt.NDArray[np.signedinteger],
+        bottom: npt.NDArray[np.signedinteger],
+        classes: npt.NDArray[np.int32],
+        rows: npt.NDArray[np.intp] | None,
+    ) -> None:
+        places = np.full(len(self.charts) + 1, len(charts), dtype=np.intp)
+        places[list(charts)] = np.arange(len(charts))
+        everything: slice | npt.NDArray[np.intp] = slice(None) if rows is None else rows
+        source = places[self._row_chart[everything]]
+        local, base = self._row_local[everything], self._row_base[everything]
+        for ring, part in self._pieces(first, first + top.shape[1]):
+            for begin in range(part.start, part.stop, _CHUNK):
+                end = min(begin + _CHUNK, part.stop)
+                index = _covered(top[:, begin:end], bottom[:, begin:end], source, local)
+                index = index.astype(np.int32)
+                index += base
+                index += classes[begin:end]
+                shift = ring.start - part.start
+                self.pixels[everything, begin + shift : end + shift] = self._shades.take(index)
+
+    def _paint_over(
+        self,
+        first: int,
+        layer: int,
+        charts: Sequence[int],
+        top: npt.NDArray[np.signedinteger],
+        bottom: npt.NDArray[np.signedinteger],
+    ) -> None:
+        for row, number in enumerate(charts):
+            chart = self.charts[number]
+            source = np.full(chart.height, row, dtype=np.intp)
+            local = self._row_local[chart.top : chart.top + chart.height]
+            color = np.array(chart.traces[layer].color, dtype=np.int32)
+            for ring, part in self._pieces(first, first + top.shape[1]):
+                covered = _covered(top[:, part], bottom[:, part], source, local)
+                block = self.pixels[chart.top : chart.top + chart.height, ring]
+                touched = covered > 0
+                share = covered[touched].astype(np.int32)
+                old = block[touched]
+                new = np.full(old.shape, 0xFF000000, dtype=np.uint32)
+                for shift, target in zip((16, 8, 0), color, strict=True):
+                    part_old = ((old >> np.uint32(shift)) & np.uint32(0xFF)).astype(np.int32)
+                    mixed = part_old + ((target - part_old) * share + _LEVELS // 2) // _LEVELS
+                    new |= mixed.astype(np.uint32) << np.uint32(shift)
+                block[touched] = new
+
+    def column_classes(self, scale: ColumnScale, first: int, last: int) -> npt.NDArray[np.int32]:
+        """Return what stands behind each column: area and line, as one number."""
+        tint = np.zeros(last - first, dtype=np.int32)
+        line = np.zeros(last - first, dtype=np.int32)
+        step = self.backdrop.tick
+        if step > 0.0:
+            begin = math.floor(scale.time(first - self.line) / step)
+            end = math.ceil(scale.time(last) / step)
+            for number in range(begin, end + 1):
+                self._draw_line(line, scale.column(number * step) - first, _TICK)
+        for span in self.backdrop.spans:
+            begin = scale.column(span.start) - first
+            open_ended = math.isinf(span.stop)
+            end = last - first if open_ended else scale.column(span.stop) - first
+            tint[max(begin, 0) : max(end + 1, 0)] = _EVENT if span.event else _SPAN
+            self._draw_line(line, begin, _EDGE)
+            if not open_ended:
+                self._draw_line(line, end, _EDGE)
+        for time in self.backdrop.marks:
+            self._draw_line(line, scale.column(time) - first, _MARK)
+        return tint * np.int32(_LINES) + line
+
+    def _draw_line(self, line: npt.NDArray[np.int32], at: int, kind: int) -> None:
+        begin, end = max(at, 0), max(at + self.line, 0)
+        line[begin:end] = kind
+
+
+def _connect(above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Let every column reach back to the one before it, so that a line is one line."""
+    joined_above, joined_below = above.copy(), below.copy()
+    here = ~np.isnan(above[:, 1:])
+    reach_up = np.fmin(above[:, 1:], below[:, :-1])
+    reach_down = np.fmax(below[:, 1:], above[:, :-1])
+    joined_above[:, 1:] = np.where(here, reach_up, np.nan)
+    joined_below[:, 1:] = np.where(here, reach_down, np.nan)
+    return joined_above, joined_below
+
+
+def _shifted(values: npt.NDArray, by: int, fill: float) -> npt.NDArray:  # type: ignore[type-arg]
+    """Return what column c + `by` holds, for every column c."""
+    if by == 0:
+        return values.copy()
+    out = np.full_like(values, fill)
+    if by > 0:
+        out[:, :-by] = values[:, by:]
+    else:
+        out[:, -by:] = values[:, :by]
+    return out
+
+
+def _covered(
+    top: npt.NDArray[np.signedinteger],
+    bottom: npt.NDArray[np.signedinteger],
+    source: npt.NDArray[np.intp],
+    local: npt.NDArray[np.signedinteger],
+) -> npt.NDArray[np.signedinteger]:
+    """Return how many sixteenths of each pixel lie between top and bottom."""
+    before = top[source]
+    before -= local
+    np.maximum(before, 0, out=before)
+    np.minimum(before, _LEVELS, out=before)
+    covered = bottom[source]
+    covered -= local
+    np.maximum(covered, 0, out=covered)
+    np.minimum(covered, _LEVELS, out=covered)
+    covered -= before
+    return covered

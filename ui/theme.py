@@ -1,0 +1,263 @@
+"""Three themes, the type sizes, and the scale: everything that decides how the window looks.
+
+Green, amber and red speak of state and of nothing else; cyan is a target. Traces take the
+Okabe-Ito set, safe for color-blind eyes, without its orange and green (they would be mistaken
+for amber and green states) and with the lightness moved until the trace's color is readable as
+text on that theme's background. Plain data, no Qt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+
+TRACE_COLORS = ("blue", "purple", "rust", "ink", "sky", "olive")
+"""Names of the trace colors, in the order in which they are handed out."""
+
+MINIMUM_SCALE, MAXIMUM_SCALE = 1.0, 2.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Theme:
+    """Colors (``#rrggbb``) and line weight of one theme.
+
+    Attributes
+    ----------
+    name : str
+        ``daylight``, ``dark`` or ``high-contrast``.
+    background, plot : str
+        Behind everything; behind the traces.
+    text, muted : str
+        What is read; what is read second (units, tick labels).
+    grid, axis : str
+        Faint grid; frames and tick marks.
+    good, caution, warning : str
+        State as text or as a line: within limits, caution, warning.
+    caution_band, warning_band : str
+        State as an area behind the traces.
+    good_fill, caution_fill, warning_fill, fill_text : str
+        State as a filled label with its text.
+    target : str
+        What is wanted: test point, wanted band.
+    span, event : str
+        Areas behind the traces: a maneuver; any other labeled span.
+    span_edge : str
+        Borders of spans, and marks.
+    cursor, cursor_a, cursor_b : str
+        The cursor and the two that measure differences.
+    previous : str
+        Traces of earlier results.
+    selection : str
+        The chosen chart.
+    banner, banner_text : str
+        Across the top while the display is paused.
+    traces : mapping of str to str
+        One color for each name of `TRACE_COLORS`.
+    line_width : float
+        Of a trace, in points at 100 %.
+    """
+
+    name: str
+    background: str
+    plot: str
+    text: str
+    muted: str
+    grid: str
+    axis: str
+    good: str
+    caution: str
+    warning: str
+    caution_band: str
+    warning_band: str
+    good_fill: str
+    caution_fill: str
+    warning_fill: str
+    fill_text: str
+    target: str
+    span: str
+    event: str
+    span_edge: str
+    cursor: str
+    cursor_a: str
+    cursor_b: str
+    previous: str
+    selection: str
+    banner: str
+    banner_text: str
+    traces: Mapping[str, str]
+    line_width: float
+
+    def trace(self, name: str) -> str:
+        """Return the color of that name, or of ``previous``."""
+        return self.previous if name == "previous" else self.traces[name]
+
+    def colors(self) -> Iterator[tuple[str, str]]:
+        """Yield every color with its name, traces as ``traces.blue``."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, str) and value.startswith("#"):
+                yield field.name, value
+        for name, value in self.traces.items():
+            yield f"traces.{name}", value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sizes:
+    """Sizes in logical pixels at a scale: type, the 8-point grid, controls.
+
+    Attributes
+    ----------
+    scale : float
+        1.0 to 2.5.
+    body, label, value, cue : int
+        Type: sentences, labels, current values, what the pilot reads from afar.
+    unit : int
+        The grid's step.
+    control : int
+        Least height of what is pressed with gloves.
+    """
+
+    scale: float
+    body: int
+    label: int
+    value: int
+    cue: int
+    unit: int
+    control: int
+
+
+def sizes(scale: float) -> Sizes:
+    """Return the sizes at `scale`, held within 100 to 250 %."""
+    held = min(max(float(scale), MINIMUM_SCALE), MAXIMUM_SCALE)
+    return Sizes(
+        scale=held,
+        body=round(13 * held),
+        label=round(11 * held),
+        value=round(18 * held),
+        cue=round(72 * held),
+        unit=round(8 * held),
+        control=round(44 * held),
+    )
+
+
+def luminance(color: str) -> float:
+    """Return the relative luminance of ``#rrggbb``, 0 to 1 (WCAG 2.2)."""
+    channels = (int(color[index : index + 2], 16) / 255.0 for index in (1, 3, 5))
+    red, green, blue = (
+        value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+        for value in channels
+    )
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast of two colors, 1 to 21 (WCAG 2.2)."""
+    high, low = sorted((luminance(one), luminance(other)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+def _traces(*colors: str) -> Mapping[str, str]:
+    return MappingProxyType(dict(zip(TRACE_COLORS, colors, strict=True)))
+
+
+DAYLIGHT = Theme(
+    name="daylight",
+    background="#f3f5f7",
+    plot="#ffffff",
+    text="#10161c",
+    muted="#434d57",
+    grid="#e3e8ec",
+    axis="#a9b4be",
+    good="#075c27",
+    caution="#704400",
+    warning="#a80019",
+    caution_band="#ffefc4",
+    warning_band="#ffdcda",
+    good_fill="#35c46f",
+    caution_fill="#ffb000",
+    warning_fill="#ff6a60",
+    fill_text="#0b0f13",
+    target="#005a66",
+    span="#e6ecf6",
+    event="#ece8f2",
+    span_edge="#66788c",
+    cursor="#10161c",
+    cursor_a="#8a2465",
+    cursor_b="#004a94",
+    previous="#8d98a3",
+    selection="#10161c",
+    banner="#10161c",
+    banner_text="#ffffff",
+    traces=_traces("#004f9e", "#86205f", "#843600", "#10161c", "#1a5570", "#544a00"),
+    line_width=2.0,
+)
+
+DARK = Theme(
+    name="dark",
+    background="#101418",
+    plot="#161b21",
+    text="#e8edf2",
+    muted="#9fabb8",
+    grid="#252d36",
+    axis="#4b5764",
+    good="#3ddc84",
+    caution="#ffb52e",
+    warning="#ff8078",
+    caution_band="#362b13",
+    warning_band="#3f1b1d",
+    good_fill="#2fc071",
+    caution_fill="#ffb000",
+    warning_fill="#ff6f66",
+    fill_text="#0b0f13",
+    target="#35e0f0",
+    span="#1f2a3a",
+    event="#2a2436",
+    span_edge="#6f8299",
+    cursor="#e8edf2",
+    cursor_a="#e59bc8",
+    cursor_b="#7db9ff",
+    previous="#6c7885",
+    selection="#e8edf2",
+    banner="#e8edf2",
+    banner_text="#101418",
+    traces=_traces("#74b6ff", "#e79fcb", "#f5a06d", "#eef2f6", "#93d0f2", "#e6dc6a"),
+    line_width=2.0,
+)
+
+HIGH_CONTRAST = Theme(
+    name="high-contrast",
+    background="#000000",
+    plot="#000000",
+    text="#ffffff",
+    muted="#dadada",
+    grid="#2e2e2e",
+    axis="#a0a0a0",
+    good="#4dff9a",
+    caution="#ffc400",
+    warning="#ff8a85",
+    caution_band="#3d3000",
+    warning_band="#4d0f0f",
+    good_fill="#4dff9a",
+    caution_fill="#ffc400",
+    warning_fill="#ff7a75",
+    fill_text="#000000",
+    target="#40f0ff",
+    span="#16233d",
+    event="#2a1a3d",
+    span_edge="#b8c8dc",
+    cursor="#ffffff",
+    cursor_a="#ffa3d6",
+    cursor_b="#8ac6ff",
+    previous="#9a9a9a",
+    selection="#ffffff",
+    banner="#ffffff",
+    banner_text="#000000",
+    traces=_traces("#8ac6ff", "#ffa3d6", "#ffa875", "#ffffff", "#a8e0ff", "#fff04d"),
+    line_width=3.0,
+)
+
+THEMES: Mapping[str, Theme] = MappingProxyType(
+    {theme.name: theme for theme in (DAYLIGHT, DARK, HIGH_CONTRAST)}
+)
+"""The themes by name."""
