@@ -1,1 +1,24 @@
 """Volts to engineering units: points, fits, hysteresis, certificates."""
+
+from calibration.certificate import Certificate
+from calibration.fit import CalibrationError, CalibrationPoint, Fit, fit_points
+from calibration.reading import (
+    certificate_content,
+    load_certificate,
+    load_certificates,
+    shipped_sets,
+    write_certificate,
+)
+
+__all__ = [
+    "CalibrationError",
+    "CalibrationPoint",
+    "Certificate",
+    "Fit",
+    "certificate_content",
+    "fit_points",
+    "load_certificate",
+    "load_certificates",
+    "shipped_sets",
+    "write_certificate",
+]
