@@ -78,7 +78,7 @@ class _Format:
     columns: tuple[str, ...]
 
     @property
-    def dtype(self) -> npt.DTypeLike | None:
+    def dtype(self) -> np.dtype[np.void] | None:
         """Return the type of a whole record; None if it does not fit its stated length."""
         if len(self.letters) != len(self.columns) or any(c not in _LETTERS for c in self.letters):
             return None
@@ -88,7 +88,7 @@ class _Format:
         for column, letter in zip(self.columns, self.letters, strict=True):
             kind = _LETTERS[letter][0]
             fields.append((column, *kind) if isinstance(kind, tuple) else (column, kind))
-        whole = np.dtype(fields)
+        whole: np.dtype[np.void] = np.dtype(fields)
         return whole if whole.itemsize == self.length else None
 
 
@@ -136,9 +136,9 @@ def _read(file: Path, data: mmap.mmap, wanted: Collection[str] | None) -> Log:
     octets = np.frombuffer(data, dtype=np.uint8)
     try:
         records = {
-            formats[kind].name: (formats[kind], _records(octets, formats[kind], places))
+            formats[kind].name: (formats[kind], _records(octets, dtype, places))
             for kind, places in positions.items()
-            if kind in formats and formats[kind].dtype is not None
+            if kind in formats and (dtype := formats[kind].dtype) is not None
         }
     finally:
         del octets  # else the map of the file could not be closed
@@ -236,11 +236,11 @@ def _text(data: bytes) -> str:
 
 
 def _records(
-    octets: npt.NDArray[np.uint8], form: _Format, places: list[int]
+    octets: npt.NDArray[np.uint8], dtype: np.dtype[np.void], places: list[int]
 ) -> npt.NDArray[np.void]:
     starts = np.asarray(places, dtype=np.int64)
-    rows = octets[starts[:, None] + np.arange(form.length)]
-    return np.ascontiguousarray(rows).view(form.dtype).reshape(-1)
+    rows = octets[starts[:, None] + np.arange(dtype.itemsize)]
+    return np.ascontiguousarray(rows).view(dtype).reshape(-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

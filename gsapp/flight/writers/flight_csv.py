@@ -48,7 +48,7 @@ def write_flight_csv(path: Path | str, block: Block, system: str = "us") -> Path
         stream.write(",".join(header) + "\n")
         for start in range(0, len(block), _ROWS_AT_ONCE):
             rows = slice(start, start + _ROWS_AT_ONCE)
-            columns = [map(repr, block.times[rows].tolist())]
+            columns: list[Iterator[str]] = [map(repr, block.times[rows].tolist())]
             columns.extend(
                 _cells(layout.converted(place, block.values[rows, place]), layout.exact(place))
                 for place in range(len(layout.channels))

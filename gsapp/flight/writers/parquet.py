@@ -33,7 +33,7 @@ def write_parquet(path: Path | str, block: Block, system: str = "us") -> Path:
     except ImportError as error:
         raise FlightError(
             "writing Parquet needs pyarrow, which is not installed; install it with "
-            "'pip install gsapp[parquet]', or export to csv or mat"
+            "'pip install gsapp-ground-station[parquet]', or export to csv or mat"
         ) from error
     layout = Layout.of(block.channels, system)
     fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]

@@ -1,0 +1,302 @@
+"""Columns that name channels and units, as Flight CSV, ``.mat`` and Parquet hold them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gsapp.foundation import FileProblem, FileProblemsError, UnitError, UnknownNameError
+from gsapp.quantities import (
+    CHANNELS,
+    Block,
+    FloatArray,
+    base_id,
+    channel,
+    normalize_unit,
+    to_si,
+)
+
+TIME = "time"
+_CELL = re.compile(r"(?P<id>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
+_NUMBERED = re.compile(r"(?P<base>.+)_(?P<number>[2-9])")
+_FIRST = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """One column as its header names it.
+
+    Attributes
+    ----------
+    id : str
+        Channel id, or ``time``.
+    unit : str
+        As listed in the vocabulary.
+    """
+
+    id: str
+    unit: str
+
+    @property
+    def quantity(self) -> str:
+        """Return the key of the quantity."""
+        return TIME if self.id == TIME else channel(self.id).quantity
+
+    def to_si(self, values: FloatArray) -> FloatArray:
+        """Convert values of this column to SI."""
+        return to_si(values, self.unit, self.quantity)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnFlight:
+    """A flight as columns, as Flight CSV, ``.mat`` and Parquet hold it.
+
+    Attributes
+    ----------
+    block : Block
+        The samples at the times of the file, which may be uneven.
+    columns : tuple of Column
+        As the file names them, in its order, time included.
+    remarks : tuple of str
+        What was lost, in words.
+    """
+
+    block: Block
+    columns: tuple[Column, ...]
+    remarks: tuple[str, ...] = ()
+
+
+def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[Column, ...]:
+    """Return the columns that header cells name.
+
+    Raises
+    ------
+    FileProblemsError
+        If a name is unknown, a unit does not fit, one is named twice, or there is no time.
+    """
+    if all(_is_number(name) for name in names):
+        problem = FileProblem(
+            where=where,
+            what="holds numbers where the names of the columns are meant",
+            remedy="begin with a header such as 'time [s],alpha [deg],q [deg/s]'",
+        )
+        raise FileProblemsError(path, [problem])
+    problems: list[FileProblem] = []
+    columns: list[Column] = []
+    seen: dict[str, int] = {}
+    for number, name in enumerate(names, start=1):
+        try:
+            column = parse_name(name)
+        except (UnitError, UnknownNameError) as error:
+            what, _, remedy = str(error).partition("; ")
+            problems.append(
+                FileProblem(where=f"{where}, column {number} ({name})", what=what, remedy=remedy)
+            )
+            continue
+        if column.id in seen:
+            problems.append(
+                FileProblem(
+                    where=f"{where}, column {number} ({name})",
+                    what=f"'{column.id}' already stands in column {seen[column.id]}",
+                    remedy=f"take one out, or call it '{base_id(column.id)}.2' if it is a second "
+                    "sensor",
+                )
+            )
+        seen.setdefault(column.id, number)
+        columns.append(column)
+    if TIME not in seen and not any("'time'" in problem.what for problem in problems):
+        problems.append(
+            FileProblem(
+                where=where,
+                what="there is no column of time",
+                remedy="add one headed 'time [s]'",
+            )
+        )
+    if not problems and len(columns) == 1:
+        problems.append(
+            FileProblem(
+                where=where,
+                what="there is time but no channel",
+                remedy="add columns such as 'q [deg/s]'",
+            )
+        )
+    if problems:
+        raise FileProblemsError(path, problems)
+    return tuple(columns)
+
+
+def parse_name(name: str) -> Column:
+    """Read ``alpha [deg]``.
+
+    Raises
+    ------
+    UnknownNameError
+        If no channel has that id; near ones are named.
+    UnitError
+        If the unit does not express the channel.
+    """
+    match = _CELL.fullmatch(name.strip())
+    if match is None:
+        raise UnknownNameError(
+            f"'{name}' is not of the form 'id [unit]'; write for example 'alpha [deg]'"
+        )
+    channel_id, unit = match["id"].strip(), match["unit"]
+    if not channel_id:
+        raise UnknownNameError(
+            "the column has no name; name it, or take the column (or a last comma) out"
+        )
+    if channel_id == TIME:
+        return Column(id=TIME, unit=_unit(TIME, unit, TIME))
+    try:
+        spec = channel(channel_id)
+    except UnknownNameError as error:
+        near = _near(channel_id)
+        if near:
+            raise UnknownNameError(
+                f"no channel is called '{channel_id}'; did you mean '{near}'?"
+            ) from error
+        raise
+    return Column(id=channel_id, unit=_unit(channel_id, unit, spec.quantity))
+
+
+def _unit(channel_id: str, unit: str | None, quantity: str) -> str:
+    try:
+        return normalize_unit(unit or "", quantity)
+    except UnitError as error:
+        if unit is not None and unit.strip():
+            raise
+        listed = str(error).partition("; ")[2]
+        raise UnitError(f"'{channel_id}' has no unit; {listed}, in brackets") from error
+
+
+def _near(name: str) -> str:
+    """Return the id meant by a name in other capitals or in long form, or nothing."""
+    plain = name.casefold().replace(" ", "_")
+    for known in (TIME, *CHANNELS):
+        if plain == known.casefold():
+            return known
+    for spec in CHANNELS.values():
+        if plain in (
+            spec.symbol.casefold().replace(" ", "_"),
+            spec.title.casefold().replace(" ", "_"),
+        ):
+            return spec.id
+    close = difflib.get_close_matches(plain, (TIME, *CHANNELS), n=1, cutoff=0.7)
+    return close[0] if close else ""
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text or "nan")
+    except ValueError:
+        return False
+    return True
+
+
+def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> None:
+    """Check that every row has a time, later than that of the row before.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    times : ndarray, shape (n,)
+        s.
+    where : callable
+        Gives the place of a row in the file, in words.
+
+    Raises
+    ------
+    FileProblemsError
+        If times are missing, repeat or go back; the first of each are named.
+    """
+    problems = [
+        FileProblem(
+            where=where(row),
+            what="has no time",
+            remedy="give every row its time, or take the row out",
+        )
+        for row in np.flatnonzero(np.isnan(times))[:_FIRST].tolist()
+    ]
+    steps = np.diff(times)
+    for row in np.flatnonzero(steps <= 0.0)[:_FIRST].tolist():
+        same = steps[row] == 0.0
+        problems.append(
+            FileProblem(
+                where=where(row + 1),
+                what="repeats the time of the row before"
+                if same
+                else f"goes back from {times[row]:.9g} s to {times[row + 1]:.9g} s",
+                remedy="keep one of the two rows"
+                if same
+                else "sort the rows by time, or cut the file where the clock began again",
+            )
+        )
+    if problems:
+        raise FileProblemsError(path, problems)
+
+
+def flight_of_columns(
+    path: Path, arrays: Mapping[str, FloatArray], units: Mapping[str, str]
+) -> ColumnFlight:
+    """Make a flight of arrays that are named by channel and state their units.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    arrays : mapping of str to ndarray
+        By ``alpha``, by ``q_2`` for ``q.2``, or by ``alpha [deg]``.
+    units : mapping of str to str
+        Units by the same names, where the name itself does not state one.
+
+    Raises
+    ------
+    FileProblemsError
+        If names or units are wrong, lengths differ, or times do not increase.
+    """
+    names = list(arrays)
+    headers = [
+        name if "[" in name or name not in units else f"{_channel_of(name)} [{units[name]}]"
+        for name in names
+    ]
+    columns = parse_header(path, "names", headers)
+    place = next(index for index, column in enumerate(columns) if column.id == TIME)
+    size = arrays[names[place]].size
+    wrong = [
+        FileProblem(
+            where=name,
+            what=f"has the shape {array.shape}, where time has {size} samples",
+            remedy="store one number for each time",
+        )
+        for name, array in arrays.items()
+        if array.ndim != 1 or array.size != size
+    ]
+    if wrong:
+        raise FileProblemsError(path, wrong)
+    if not size:
+        problem = FileProblem(where=names[place], what="is empty", remedy="export again")
+        raise FileProblemsError(path, [problem])
+    times = columns[place].to_si(arrays[names[place]])
+    check_times(path, times, lambda row: f"{names[place]}, sample {row + 1}")
+    channels = [index for index in range(len(columns)) if index != place]
+    values = np.empty((size, len(channels)))
+    for target, index in enumerate(channels):
+        values[:, target] = columns[index].to_si(arrays[names[index]])
+    block = Block(
+        channels=tuple(columns[index].id for index in channels), times=times, values=values
+    )
+    return ColumnFlight(block=block, columns=columns)
+
+
+def _channel_of(name: str) -> str:
+    """Return the channel id of a variable: ``q_2``, which MATLAB can write, is ``q.2``."""
+    match = _NUMBERED.fullmatch(name)
+    if match is None or name in CHANNELS or match["base"] not in CHANNELS:
+        return name
+    return f"{match['base']}.{match['number']}"

@@ -1,0 +1,243 @@
+"""Flight CSV: what is written comes back, and every mistake is named with its place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.flight.readers.flight_csv import read_flight_csv
+from gsapp.flight.writers import write_flight_csv
+from gsapp.foundation import FileProblemsError, FlightError
+from gsapp.quantities import CHANNELS, Block, channel, from_si, to_si
+
+DESIGN_HEADER = (
+    "time [s],alpha [deg],beta [deg],p [deg/s],q [deg/s],r [deg/s],ax [g],ay [g],an [g],V [ft/s],"
+    "qbar [lbf/ft^2],altitude [ft],phi [deg],theta [deg],psi [deg],de [deg],da [deg],dr [deg],"
+    "throttle [],flap [deg]"
+)
+
+
+def write(tmp_path, text, name="flight.csv", encoding="utf-8"):
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+    return path
+
+
+def problems_of(path):
+    with pytest.raises(FileProblemsError) as caught:
+        read_flight_csv(path)
+    assert str(path) in str(caught.value)
+    return caught.value.problems
+
+
+def test_design_header_is_read_into_si(tmp_path):
+    """The header of the design is understood whole, and each unit converted."""
+    row = ",".join(str(k) for k in range(20))
+    flight = read_flight_csv(write(tmp_path, f"{DESIGN_HEADER}\n{row}\n"))
+    block = flight.block
+    assert block.channels == tuple(
+        cell.split(" ")[0] for cell in DESIGN_HEADER.split(",") if not cell.startswith("time")
+    )
+    assert block["alpha"][0] == pytest.approx(np.deg2rad(1.0))
+    assert block["ax"][0] == pytest.approx(6 * 9.80665)
+    assert block["V"][0] == pytest.approx(9 * 0.3048)
+    assert block["qbar"][0] == pytest.approx(10 * 47.88025898)
+    assert block["throttle"][0] == 18.0
+
+
+def test_written_header_is_that_of_the_design(tmp_path):
+    """By default the writer uses the units of the design's example."""
+    ids = [cell.split(" ")[0] for cell in DESIGN_HEADER.split(",")][1:]
+    block = Block(channels=tuple(ids), times=np.zeros(1), values=np.zeros((1, len(ids))))
+    path = write_flight_csv(tmp_path / "out.csv", block)
+    assert path.read_text().splitlines()[0] == DESIGN_HEADER
+
+
+@st.composite
+def columns(draw):
+    """Draw a random subset of channels, each in a random allowed unit, with random gaps."""
+    ids = draw(st.lists(st.sampled_from(sorted(CHANNELS)), min_size=1, max_size=6, unique=True))
+    units = [draw(st.sampled_from(channel(i).allowed_units)) for i in ids]
+    rows = draw(st.integers(1, 8))
+    cell = st.none() | st.floats(-1e6, 1e6, allow_nan=False).map(lambda v: float(f"{v:.10g}"))
+    cells = draw(
+        st.lists(st.lists(cell, min_size=len(ids), max_size=len(ids)), min_size=rows, max_size=rows)
+    )
+    steps = draw(st.lists(st.integers(1, 10**6), min_size=rows, max_size=rows))
+    end = draw(st.sampled_from(["\n", "\r\n", "\r"]))
+    return ids, units, cells, np.cumsum(steps) / 1e4, end
+
+
+@settings(max_examples=40, deadline=None)
+@given(table=columns())
+def test_any_subset_unit_and_gap_is_read(tmp_path_factory, table):
+    """Random subsets, units, gaps and line ends come out as SI values at the times given."""
+    ids, units, cells, times, end = table
+    header = ",".join(["time [s]"] + [f"{i} [{u}]" for i, u in zip(ids, units, strict=True)])
+    rows = [
+        ",".join([repr(t)] + ["" if v is None else repr(v) for v in row])
+        for t, row in zip(times.tolist(), cells, strict=True)
+    ]
+    path = tmp_path_factory.mktemp("csv") / "f.csv"
+    path.write_bytes((end.join([header, *rows]) + end).encode())
+    block = read_flight_csv(path).block
+    assert block.channels == tuple(ids)
+    assert np.array_equal(block.times, times)
+    for name, unit, column in zip(ids, units, zip(*cells, strict=True), strict=True):
+        expected = to_si(
+            np.array([np.nan if v is None else v for v in column]), unit, channel(name).quantity
+        )
+        assert np.array_equal(block[name], expected, equal_nan=True)
+
+
+@settings(max_examples=40, deadline=None)
+@given(table=columns(), system=st.sampled_from(["us", "metric", "si"]))
+def test_round_trip(tmp_path_factory, table, system):
+    """SI comes back bit for bit; converted units to the digits printed."""
+    ids, _, cells, times, _ = table
+    values = np.array([[np.nan if v is None else v for v in row] for row in cells], dtype=float)
+    block = Block(channels=tuple(ids), times=times, values=values)
+    folder = tmp_path_factory.mktemp("trip")
+    back = read_flight_csv(write_flight_csv(folder / "a.csv", block, system)).block
+    assert back.channels == block.channels
+    assert np.array_equal(back.times, block.times)
+    assert np.array_equal(np.isnan(back.values), np.isnan(block.values))
+    if system == "si":
+        assert np.array_equal(back.values, block.values, equal_nan=True)
+    for name in ids:
+        spec = channel(name)
+        # The digits printed are those of the displayed unit, whose zero may lie elsewhere (degF).
+        unit = spec.us_display if system == "us" else spec.si_display
+        shown = from_si(block[name], unit, spec.quantity)
+        again = from_si(back[name], unit, spec.quantity)
+        np.testing.assert_allclose(again, shown, rtol=2e-14, atol=1e-11)
+
+
+def test_nan_and_blank_cells_are_missing(tmp_path):
+    """Empty, blank and nan cells are missing samples, at the ends of a row as well."""
+    path = write(tmp_path, "q [deg/s],time [s],r [deg/s]\n,0,1\nNaN,1, \n3,2,nan\n")
+    block = read_flight_csv(path).block
+    assert np.array_equal(np.isnan(block["q"]), [True, True, False])
+    assert np.array_equal(np.isnan(block["r"]), [False, True, True])
+
+
+def test_marks_latin1_comments_and_quotes(tmp_path):
+    """A byte-order mark, a Latin-1 degree sign, comment lines and quotation marks do no harm."""
+    plain = read_flight_csv(write(tmp_path, "time [s],alpha [°]\n0,2\n1,3\n")).block
+    for name, text, encoding in (
+        ("bom.csv", "\ufefftime [s],alpha [°]\n0,2\n1,3\n", "utf-8"),
+        ("latin.csv", "time [s],alpha [°]\n0,2\n1,3\n", "latin-1"),
+        ("comment.csv", "# cut\n\ntime [s],alpha [deg]\n0,2\n\n1,3\n\n", "utf-8"),
+        ("quotes.csv", '"time [s]","alpha [deg]"\n"0","2"\n1,3\n', "utf-8"),
+    ):
+        block = read_flight_csv(write(tmp_path, text, name, encoding)).block
+        assert np.array_equal(block.values, plain.values), name
+        assert np.array_equal(block.times, plain.times), name
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "what", "remedy"),
+    [
+        ("", "file", "is empty", "header"),
+        ("\n\n", "file", "is empty", "header"),
+        ("time [s],q [deg/s]\n", "file", "no rows", "record"),
+        ("time [s],q [ft]\n0,1\n", "line 1, column 2 (q [ft])", "'ft' is not a unit", "deg/s"),
+        ("time [s],q\n0,1\n", "line 1, column 2 (q)", "has no unit", "rad/s"),
+        ("time [s],aplha [deg]\n0,1\n", "line 1, column 2 (aplha [deg])", "'aplha'", "alpha"),
+        ("time [s],Alpha [deg]\n0,1\n", "line 1, column 2 (Alpha [deg])", "'Alpha'", "'alpha'"),
+        ("time [s],delta_e [deg]\n0,1\n", "column 2", "'delta_e'", "'de'"),
+        ("Time [s],q [deg/s]\n0,1\n", "column 1", "'Time'", "'time'"),
+        ("q [deg/s],r [deg/s]\n0,1\n", "line 1", "no column of time", "time [s]"),
+        ("time [s]\n0\n", "line 1", "no channel", "q [deg/s]"),
+        ("time [s],q [deg/s],q [deg/s]\n0,1,2\n", "column 3", "already stands in column 2", "q.2"),
+        ("time [s],q [deg/s],\n0,1,\n", "column 3", "has no name", "last comma"),
+        ("time [furlong],q [deg/s]\n0,1\n", "column 1", "not a unit of time", "ms"),
+        ("0,1\n1,2\n", "line 1", "holds numbers", "header"),
+        ("time [s],q [deg/s]\n0,1\n1,x\n", "line 3, column 2 (q [deg/s])", "'x'", "empty"),
+        ("time [s],q [deg/s]\n0,1\n1,N/A\n", "line 3, column 2", "'N/A'", "leave the cell empty"),
+        ("time [s],q [deg/s]\n0,1\n1,3deg\n", "line 3, column 2", "'3deg'", "header"),
+        ("time [s],q [deg/s]\n0,1\n1,inf\n", "line 3, column 2", "'inf'", "empty"),
+        ("time [s],q [deg/s]\n0,1\n1,1_0\n", "line 3, column 2", "'1_0'", "number"),
+        ("time [s],q [deg/s]\n0,1\n1\n2,3\n", "line 3", "1 cells where the header has 2", "empty"),
+        ("time [s],q [deg/s]\n0,1\n1,2,3x\n", "line 3", "3 cells", "empty"),
+        ("time [s],q [deg/s]\n0,0,1,2\n0,1,1,3\n", "line 2", "4 cells", "decimal commas"),
+        ('time [s],q [deg/s]\n0,"1,5"\n', "line 2, column 2", "'1,5'", "decimal point"),
+        (
+            "time [s],q [deg/s]\n0,1\n0,2\n",
+            "line 3, column 1",
+            "repeats the time",
+            "one of the two",
+        ),
+        ("time [s],q [deg/s]\n1,1\n0.5,2\n", "line 3, column 1", "goes back from 1 s", "sort"),
+        ("time [s],q [deg/s]\n0,1\n,2\n", "line 3, column 1", "has no time", "row"),
+        ("time [s];q [deg/s]\n0,1;2,5\n", "line 1", "semicolons and the numbers have", "points"),
+        ("time [s];q [deg/s]\n0.1;2.5\n", "line 1", "separated by semicolons", "by commas"),
+        ("time [s]\tq [deg/s]\n0.1\t2.5\n", "line 1", "separated by tabs", "by commas"),
+        ("time [s],q [deg/s]\n0,1\0\n", "byte 23", "not text", "ending"),
+    ],
+)
+def test_mistakes_are_named(tmp_path, text, where, what, remedy):
+    """Each mistake is told with place, nature and remedy."""
+    problem = problems_of(write(tmp_path, text))[0]
+    assert where in problem.where
+    assert what in problem.what
+    assert remedy in problem.remedy
+
+
+def test_every_mistake_of_a_header_at_once(tmp_path):
+    """A header with three mistakes names three."""
+    found = problems_of(write(tmp_path, "time [s],aplha [deg],q [kg],V\n0,1,2,3\n"))
+    assert [problem.where.split(",")[1].split()[1] for problem in found] == ["2", "3", "4"]
+
+
+def test_many_mistakes_are_counted(tmp_path):
+    """Of a thousand bad cells the first twenty are named and the others counted."""
+    rows = "".join(f"{k},bad\n" for k in range(1000))
+    found = problems_of(write(tmp_path, "time [s],q [deg/s]\n" + rows))
+    assert len(found) == 21
+    assert "980" in found[-1].what
+
+
+def test_utf16_missing_and_folder(tmp_path):
+    """UTF-16, a missing file and a folder each get a sentence."""
+    utf16 = write(tmp_path, "time [s],q [deg/s]\n0,1\n", "u.csv", "utf-16")
+    assert "UTF-16" in problems_of(utf16)[0].what
+    assert "cannot be read" in problems_of(tmp_path / "no.csv")[0].what
+    assert "cannot be read" in problems_of(tmp_path)[0].what
+
+
+def test_torn_last_line_is_left_out_and_told(tmp_path):
+    """A file whose writer was killed in the middle of a line opens as far as it is good."""
+    path = write(tmp_path, "time [s],q [deg/s],r [deg/s]\n0,1,2\n1,2,3\n2,")
+    flight = read_flight_csv(path)
+    assert flight.block.times.tolist() == [0.0, 1.0]
+    assert "line 4" in flight.remarks[0]
+    assert "torn" in flight.remarks[0]
+
+
+def test_line_numbers_hold_in_long_files_with_blank_lines(tmp_path):
+    """The line named is that of an editor, beyond the rows that are parsed at once."""
+    rows = [f"{k},1" for k in range(9000)]
+    rows[10] = ""
+    rows[8000] = "8000,oops"
+    path = write(tmp_path, "# a remark\ntime [s],q [deg/s]\n" + "\n".join(rows) + "\n")
+    assert problems_of(path)[0].where.startswith("line 8003,")
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    """If writing fails half-way, the former file stands and no rubbish remains."""
+    path = tmp_path / "flight.csv"
+    block = Block(channels=("q",), times=np.arange(3.0), values=np.ones((3, 1)))
+    write_flight_csv(path, block)
+    before = path.read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("gsapp.flight.replacing.os.fsync", full)
+    with pytest.raises(FlightError, match="No space left"):
+        write_flight_csv(path, block, "si")
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["flight.csv"]

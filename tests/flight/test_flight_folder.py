@@ -1,0 +1,203 @@
+"""The flight folder: made, opened, edited by hand, gone on in, refused in one clear sentence."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from gsapp.aircraft.reading import SHIPPED
+from gsapp.flight.folder import FlightFolder, is_flight_folder
+from gsapp.flight.info import FlightInfo, Weather
+from gsapp.foundation import FileProblemsError, FlightError
+
+
+def test_new_folder_states_date_and_versions(tmp_path):
+    """A new folder has a flight.toml with name, zoned date and versions, and is a flight."""
+    folder = FlightFolder.create(tmp_path / "deep" / "one")
+    info = folder.info()
+    assert info.name == "one"
+    assert info.date.tzinfo is not None
+    assert {"python", "numpy", "pymavlink"} <= set(info.versions)
+    assert is_flight_folder(folder.path)
+    assert FlightFolder.open(folder.path) == folder
+
+
+def test_facts_come_back(tmp_path):
+    """Every fact survives the file, to the last bit; empty ones are not written."""
+    info = FlightInfo.model_validate(
+        {
+            "name": "Race track 3",
+            "date": "2026-05-12T09:30:00+02:00",
+            "aircraft": "b777",
+            "takeoff_weight": "46.7 lb",
+            "landing_weight": "44.1 lbf",
+            "fuel": "2.1 lb",
+            "weather": {
+                "temperature": "71 degF",
+                "pressure": "28.9 inHg",
+                "wind_speed": "6 kt",
+                "wind_from": "240 deg",
+                "remarks": "gusts after ten",
+            },
+            "crew": {"pilot": "R. Roe", "engineer": "J. Doe"},
+            "notes": "two\nlines",
+            "pilot_comments": 'felt "loose" in yaw',
+            "grid_rate": "50 Hz",
+        }
+    )
+    folder = FlightFolder.create(tmp_path / "f", info)
+    back = folder.info()
+    assert back.model_dump(exclude={"versions"}) == info.model_dump(exclude={"versions"})
+    assert back.takeoff_weight == pytest.approx(46.7 * 4.4482216152605)
+    assert "channel_map" not in folder.info_file.read_text()
+    assert back.weather != Weather()
+
+
+def test_update_keeps_comments_and_refuses_nonsense(tmp_path):
+    """A change leaves hand-written comments and units; a bad one leaves the file unchanged."""
+    folder = FlightFolder.create(tmp_path / "f")
+    # Tables come last in TOML, so the hand-written line goes first.
+    head, _, versions = folder.info_file.read_text().partition("[versions]")
+    text = f'{head}\n# scale in hangar 2\ntakeoff_weight = "46.7 lb"\n[versions]{versions}'
+    folder.info_file.write_text(text)
+    info = folder.update_info(landing_weight="44.1 lb", notes="landed long")
+    after = folder.info_file.read_text()
+    assert "# scale in hangar 2" in after
+    assert '"46.7 lb"' in after
+    assert info.landing_weight == pytest.approx(44.1 * 4.4482216152605)
+    assert folder.info() == info
+    with pytest.raises(FileProblemsError, match="landing_weight"):
+        folder.update_info(landing_weight="44 ft")
+    assert folder.info_file.read_text() == after
+    folder.update_info(landing_weight=None)
+    assert folder.info().landing_weight is None
+
+
+def test_every_mistake_of_flight_toml_is_named(tmp_path):
+    """Unknown keys, wrong units and a log outside the folder are told at once, with remedies."""
+    folder = FlightFolder.create(tmp_path / "f")
+    folder.info_file.write_text(
+        'takeof_weight = "3 lb"\nlanding_weight = "3 ft"\nonboard_log = "../x.bin"\n'
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        folder.info()
+    text = str(caught.value)
+    for part in ("3 problems", "takeoff_weight", "not a unit of weight", "plain file name"):
+        assert part in text
+
+
+def test_going_on_in_the_same_flight(tmp_path):
+    """A second create opens the same flight and leaves its facts; raw files alone are a flight."""
+    first = FlightFolder.create(tmp_path / "f", FlightInfo(notes="first"))
+    again = FlightFolder.create(tmp_path / "f", FlightInfo(notes="second"))
+    assert again.info().notes == first.info().notes == "first"
+    (tmp_path / "bare").mkdir()
+    (tmp_path / "bare" / "raw.tlog").write_bytes(b"")
+    assert FlightFolder.open(tmp_path / "bare").info() is None
+    assert FlightFolder.create(tmp_path / "bare").info() is not None
+
+
+def test_copies_of_the_files_in_force(tmp_path):
+    """The aircraft and the certificates are copied under fixed names; old certificates go."""
+    folder = FlightFolder.create(tmp_path / "f")
+    folder.keep_aircraft(SHIPPED.find("b777"))
+    assert folder.aircraft() is not None
+    assert folder.aircraft_file.read_bytes() == SHIPPED.find("b777").read_bytes()
+    for name in ("alpha", "beta"):
+        (tmp_path / f"{name}.toml").write_text(f"# {name}\n")
+    folder.keep_certificates([tmp_path / "alpha.toml", tmp_path / "beta.toml"])
+    folder.keep_certificates([tmp_path / "beta.toml"])
+    assert [path.name for path in folder.certificate_files()] == ["beta.toml"]
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "beta.toml").write_text("")
+    with pytest.raises(FlightError, match="same file name"):
+        folder.keep_certificates([tmp_path / "beta.toml", tmp_path / "sub" / "beta.toml"])
+    with pytest.raises(FlightError, match="cannot be copied"):
+        folder.keep_aircraft(tmp_path / "none.toml")
+
+
+def test_onboard_log_is_copied_and_named(tmp_path):
+    """An on-board log goes into the folder under its name and stands in flight.toml."""
+    folder = FlightFolder.create(tmp_path / "f")
+    assert folder.onboard_log() is None
+    (tmp_path / "00000001.BIN").write_bytes(b"log")
+    folder.keep_onboard_log(tmp_path / "00000001.BIN")
+    assert folder.onboard_log().read_bytes() == b"log"
+    folder.onboard_log().unlink()
+    with pytest.raises(FlightError, match=r"00000001\.BIN"):
+        folder.onboard_log()
+
+
+@pytest.mark.parametrize("action", [FlightFolder.create, FlightFolder.open])
+def test_a_file_in_the_place_of_the_folder(tmp_path, action):
+    """A path that is a file is refused with its name."""
+    (tmp_path / "f").write_text("x")
+    with pytest.raises(FlightError, match=r"f is a file.*name a folder"):
+        action(tmp_path / "f")
+
+
+def test_folders_of_other_things(tmp_path):
+    """Nothing there, and a folder of other things, each get a sentence with a remedy."""
+    with pytest.raises(FlightError, match="there is no flight folder"):
+        FlightFolder.open(tmp_path / "none")
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "a.jpg").write_text("x")
+    with pytest.raises(FlightError, match="not a flight"):
+        FlightFolder.open(tmp_path / "photos")
+    with pytest.raises(FlightError, match="holds other files"):
+        FlightFolder.create(tmp_path / "photos")
+    assert (tmp_path / "photos" / "a.jpg").read_text() == "x"
+
+
+UNPRIVILEGED = """
+import fcntl, os, sys
+from pathlib import Path
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.events import Event, EventLog
+from gsapp.foundation import FlightError
+if os.getuid() == 0:
+    os.setgid(65534); os.setuid(65534)
+place = Path(sys.argv[1])
+for action, name in [(FlightFolder.open, "closed"), (FlightFolder.create, "fixed"),
+                     (FlightFolder.create, "new")]:
+    try:
+        action(place / name)
+    except FlightError as error:
+        print(error)
+try:
+    FlightFolder.open(place / "fixed").events.append(Event(kind="mark"))
+except FlightError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
+def test_a_folder_without_rights():
+    """Unreadable and unwritable folders are told as such, by a process without privileges."""
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        FlightFolder.create(place / "closed")
+        FlightFolder.create(place / "fixed")
+        try:
+            (place / "closed").chmod(0o000)
+            (place / "fixed").chmod(0o555)
+            place.chmod(0o555)
+            done = subprocess.run(
+                [sys.executable, "-c", UNPRIVILEGED, name],
+                capture_output=True,
+                text=True,
+                timeout=60,
+            )
+        finally:
+            for folder in (place, place / "closed", place / "fixed"):
+                folder.chmod(0o755)
+    lines = done.stdout.splitlines()
+    assert len(lines) == 4, done.stderr
+    assert "cannot be read" in lines[0]
+    assert "may not be written" in lines[1]
+    assert "cannot be made" in lines[2]
+    assert "cannot be written" in lines[3]
