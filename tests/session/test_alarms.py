@@ -1,0 +1,315 @@
+"""Limits and alarms: what is raised depends on the samples, and stays until acknowledged."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.aircraft import load_aircraft
+from gsapp.foundation import FileProblemsError
+from gsapp.quantities import Block
+from gsapp.session.alarms import Alarm, AlarmBoard, LimitMonitor, PresenceMonitor
+from gsapp.session.limits import LimitRule, LimitSet, Severity, load_limits
+
+RATE = 100.0
+DEG = np.pi / 180.0
+
+
+def block(first: int, values: dict[str, np.ndarray]) -> Block:
+    count = len(next(iter(values.values())))
+    return Block(
+        channels=tuple(values),
+        times=np.arange(first, first + count) / RATE,
+        values=np.column_stack(list(values.values())),
+    )
+
+
+class _Plain:
+    """One threshold, sample by sample, as one would write it on paper."""
+
+    def __init__(self, threshold: float, hysteresis: float, needed: int) -> None:
+        self.threshold, self.back, self.needed = threshold, threshold - hysteresis, needed
+        self.on, self.count = False, 0
+
+    def step(self, value: float) -> None:
+        away = value <= self.back if self.on else value > self.threshold
+        self.count = self.count + 1 if away else 0
+        if self.count >= self.needed:
+            self.on, self.count = not self.on, 0
+
+
+def plain_onsets(rule: LimitRule, values: np.ndarray) -> list[tuple[int, Severity]]:
+    """Return where alarms begin or grow worse, one sample at a time."""
+    sign = 1.0 if rule.side == "high" else -1.0
+    needed = max(1, round(rule.duration * RATE))
+    latches = [
+        _Plain(sign * limit, rule.hysteresis, needed) for limit in (rule.caution, rule.warning)
+    ]
+    armed = rule.armed_at is None
+    found, before = [], Severity.NORMAL
+    for index, value in enumerate((sign * values).tolist()):
+        if rule.armed_at is not None:
+            if value < sign * rule.armed_at:
+                armed = True
+            elif value > sign * rule.asleep_at:
+                armed = False
+                for latch in latches:
+                    latch.on, latch.count = False, 0
+        if armed:
+            for latch in latches:
+                latch.step(value)
+        now = Severity(max(level + 1 if latch.on else 0 for level, latch in enumerate(latches)))
+        if now > before:
+            found.append((index, now))
+        before = now
+    return found
+
+
+@settings(deadline=None, max_examples=50)
+@given(
+    seed=st.integers(0, 10_000),
+    cuts=st.lists(st.integers(1, 599), max_size=12),
+    side=st.sampled_from(["high", "low"]),
+    duration=st.sampled_from([0.0, 0.03, 0.1]),
+    missing=st.sampled_from([0.0, 0.05]),
+    sleeping=st.booleans(),
+)
+def test_limits_act_sample_by_sample_however_the_samples_arrive(
+    seed: int, cuts: list[int], side: str, duration: float, missing: float, sleeping: bool
+) -> None:
+    """Any cutting gives the alarms of a plain loop over the samples: onsets, state, value."""
+    generator = np.random.default_rng(seed)
+    walk = np.cumsum(generator.normal(size=600) * 0.02) + generator.normal(size=600) * 0.02
+    values = walk * DEG * 40
+    values[generator.random(600) < missing] = np.nan
+    sign = 1.0 if side == "high" else -1.0
+    rule = LimitRule(
+        channel="alpha",
+        side=side,
+        caution=sign * 3 * DEG,
+        warning=sign * 8 * DEG,
+        hysteresis=1 * DEG,
+        duration=duration,
+        armed_at=sign * -2 * DEG if sleeping else None,
+        asleep_at=sign * 15 * DEG if sleeping else None,
+    )
+    boards = []
+    for places in ([0, 600], [0, *sorted(set(cuts)), 600]):
+        board = AlarmBoard()
+        monitor = LimitMonitor(LimitSet(own=[rule]), board, RATE)
+        for first, last in pairwise(places):
+            monitor.feed(block(first, {"alpha": values[first:last]}))
+        boards.append(board)
+    whole, cut = boards
+    assert whole.standing == cut.standing
+    assert whole.log == cut.log
+    told = [(round(one.time * RATE), one.severity) for one in whole.log if one.key == rule.key]
+    worst: dict[int, Severity] = {}
+    for index, severity in told:
+        worst[index] = max(severity, worst.get(index, Severity.NORMAL))
+    assert sorted(worst.items()) == plain_onsets(rule, values)
+
+
+def test_an_alarm_stays_until_seen_and_over() -> None:
+    """Latched when the cause goes, gone once acknowledged; new again when it grows worse."""
+    board = AlarmBoard()
+    rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
+    monitor = LimitMonitor(LimitSet(own=[rule]), board, RATE)
+
+    def fly(first: int, degrees: float) -> Alarm | None:
+        monitor.feed(block(first, {"alpha": np.full(50, degrees * DEG)}))
+        return board.get("alpha:high")
+
+    assert fly(0, 5.0) is None
+    raised = fly(50, 11.0)
+    assert (raised.severity, raised.active, raised.time) == (Severity.CAUTION, True, 0.59)
+    passed = fly(100, 5.0)
+    assert (passed.severity, passed.active) == (Severity.CAUTION, False)
+    board.acknowledge("alpha:high", passed.time)
+    assert board.standing == ()
+    again = fly(150, 12.0)
+    board.acknowledge("alpha:high", again.time)
+    assert board.get("alpha:high").acknowledged
+    assert board.waiting == ()
+    worse = fly(200, 15.0)
+    assert (worse.severity, worse.acknowledged) == (Severity.WARNING, False)
+    milder = fly(250, 12.0)
+    assert (milder.severity, milder.current) == (Severity.WARNING, Severity.CAUTION)
+    board.acknowledge("alpha:high", milder.time)
+    assert board.get("alpha:high").severity is Severity.CAUTION
+    fly(300, 5.0)
+    assert board.standing == ()
+    assert [onset.severity for onset in board.log] == [1, 1, 2]
+
+
+def test_an_alarm_that_came_back_keeps_its_farthest_value() -> None:
+    """While nobody has acknowledged it, worst value and worst limit stay together."""
+    rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
+    values = np.concatenate([np.full(50, degrees) for degrees in (15.0, 0.0, 11.0, 0.0)]) * DEG
+    for step in (200, 30, 7):
+        board = AlarmBoard()
+        monitor = LimitMonitor(LimitSet(own=[rule]), board, RATE)
+        for first in range(0, 200, step):
+            monitor.feed(block(first, {"alpha": values[first : first + step]}))
+        alarm = board.get("alpha:high")
+        assert (alarm.severity, alarm.count, alarm.time) == (Severity.WARNING, 2, 1.09)
+        assert alarm.sentence() == "Angle of attack 15.0 deg, above 14.0 deg"
+
+
+def test_alarms_speak_as_engineers_do() -> None:
+    """Value and limit with the unit the user chose, and what it means."""
+    board = AlarmBoard()
+    aircraft = load_aircraft("b777")
+    monitor = LimitMonitor(LimitSet(aircraft), board, RATE)
+    monitor.feed(block(0, {"alpha": np.full(50, 15.2 * DEG), "an": np.full(50, 3.7 * 9.80665)}))
+    said = [alarm.sentence("US") for alarm in board.standing]
+    assert said == [
+        "Angle of attack 15.2 deg, above 14.0 deg, stall",
+        "Normal acceleration 3.70 g, above 3.60 g, near the g limit",
+    ]
+
+
+def test_newest_first() -> None:
+    """The list is in the order in which the crew needs it."""
+    board = AlarmBoard()
+    board.raise_("link", Severity.WARNING, 3.0, "link lost")
+    board.raise_("disk", Severity.CAUTION, 9.0, "disk nearly full")
+    board.raise_("recorder", Severity.WARNING, 9.0, "recorder stopped")
+    assert [alarm.key for alarm in board.standing] == ["recorder", "disk", "link"]
+
+
+def test_stall_speed_is_no_alarm_on_the_ground() -> None:
+    """The rule sleeps before take-off, wakes in flight, and sleeps again after landing."""
+    board = AlarmBoard()
+    aircraft = load_aircraft("b777")
+    stall = aircraft.limits.stall_speed
+    monitor = LimitMonitor(LimitSet(aircraft), board, RATE)
+    speeds = np.concatenate(
+        [
+            np.linspace(0.0, 1.6 * stall, 500),
+            np.full(200, 1.6 * stall),
+            np.linspace(1.6 * stall, 0.95 * stall, 300),
+            np.full(100, 0.95 * stall),
+        ]
+    )
+    monitor.feed(block(0, {"Vc": speeds[:600]}))
+    assert board.standing == ()
+    monitor.feed(block(600, {"Vc": speeds[600:]}))
+    assert board.get("Vc:low").severity is Severity.WARNING
+    assert "below stall speed" in board.get("Vc:low").sentence()
+    monitor.feed(block(1100, {"Vc": np.linspace(0.95 * stall, 0.0, 300)}))
+    assert not board.get("Vc:low").active
+
+
+def test_redundant_sensors_have_their_own_limits_of_plausibility() -> None:
+    """A second vane that reads nonsense is named, and is not taken for a stall."""
+    board = AlarmBoard()
+    monitor = LimitMonitor(LimitSet(load_aircraft("b777")), board, RATE)
+    monitor.feed(block(0, {"alpha.2": np.full(100, 20 * DEG)}))
+    assert board.standing == ()
+    monitor.feed(block(100, {"alpha.2": np.full(100, 55 * DEG)}))
+    assert board.get("alpha.2:high").sentence() == (
+        "Angle of attack, sensor 2 55.0 deg, above 40.0 deg, not plausible: check the instrument"
+    )
+
+
+@settings(deadline=None, max_examples=25)
+@given(cuts=st.lists(st.integers(1, 1999), max_size=10), lead=st.integers(0, 40))
+def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
+    cuts: list[int], lead: int
+) -> None:
+    """Silence of one channel among others, found at the same flight time however cut."""
+    q = np.zeros(2000)
+    q[300:900] = np.nan
+    p = np.zeros(2000)
+    p[1600:] = np.nan
+    p[1000:1100] = np.nan
+    boards = []
+    for places in ([0, 2000], [0, *sorted(set(cuts)), 2000]):
+        board = AlarmBoard()
+        monitor = PresenceMonitor(board, lambda _: 2.0)
+        for first, last in pairwise(places):
+            # One channel runs ahead of the other, as messages do.
+            begin, end = max(first - lead, 0), last if last == 2000 else max(last - lead, 0)
+            monitor.feed(block(first, {"q": q[first:last], "r": q[first:last] * 0 + 1}))
+            monitor.feed(block(first, {"alpha": np.ones(last - first)}))
+            if end > begin:
+                monitor.feed(block(begin, {"p": p[begin:end]}))
+            monitor.judge()
+        boards.append(board)
+    assert boards[0].log == boards[1].log
+    assert boards[0].standing == boards[1].standing
+    assert [(onset.key, onset.time) for onset in boards[0].log] == [
+        ("q:silent", 5.0),
+        ("r:silent", 5.0),
+        ("p:silent", 18.0),
+    ]
+    assert boards[0].get("p:silent").active
+    assert not boards[0].get("q:silent").active
+
+
+def test_when_everything_is_silent_no_instrument_is_blamed() -> None:
+    """A lost link is an alarm of its own, not one of every instrument."""
+    board = AlarmBoard()
+    monitor = PresenceMonitor(board, lambda _: 2.0)
+    monitor.feed(block(0, {"q": np.ones(200)}))
+    monitor.judge()
+    monitor.feed(block(200, {"q": np.full(1000, np.nan)}))
+    monitor.judge()
+    assert board.standing == ()
+
+
+def test_limits_files_are_read_and_their_mistakes_are_named(tmp_path: Path) -> None:
+    """The shipped table is good; units, order, channel and emptiness are checked with key path."""
+    rules = {rule.key: rule for rule in load_limits("b777").rules()}
+    assert rules["battery:low"].warning == 10.5
+    assert rules["rc_rssi:low"].caution == pytest.approx(0.4)
+    path = tmp_path / "own.toml"
+    path.write_text(
+        '[[limits]]\nchannel = "alpha"\nhigh_caution = "9 deg"\nhysteresis = "1 deg"\n'
+        '[[limits]]\nchannel = "temperature"\nhigh_warning = "40 degC"\nhysteresis = "2 degC"\n'
+    )
+    alpha, temperature = load_limits(path).rules()
+    assert alpha.caution == pytest.approx(9 * DEG)
+    assert temperature.hysteresis == pytest.approx(2.0)
+    path.write_text(
+        '[[limits]]\nchannel = "alfa"\nhigh_caution = "9 deg"\n'
+        '[[limits]]\nchannel = "alpha"\nhigh_caution = "9 ft"\n'
+        '[[limits]]\nchannel = "alpha"\n'
+        '[[limits]]\nchannel = "alpha"\nhigh_caution = "9 deg"\nhigh_warning = "8 deg"\n'
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        load_limits(path)
+    text = str(caught.value)
+    assert "limits[0]" in text
+    assert "alpha" in text
+    assert "'ft' is not a unit of angle" in text
+    assert "no limit is given" in text
+    assert "put them in order" in text
+
+
+def test_the_crews_own_limit_replaces_the_aircrafts(tmp_path: Path) -> None:
+    """One side replaced, the other side kept, for charts as for alarms."""
+    rule = LimitRule(channel="alpha", side="high", caution=7 * DEG)
+    limits = LimitSet(load_aircraft("b777"), [rule])
+    bands = limits.bands("alpha")
+    assert bands.caution_high == 7 * DEG
+    assert bands.warning_high is None
+    assert bands.caution_low == pytest.approx(-4 * DEG)
+    assert limits.bands("battery").warning_low is None
+
+
+def test_a_sensor_at_its_stop_is_clipped() -> None:
+    """The end of an instrument's range is known from the aircraft file."""
+    limits = LimitSet(load_aircraft("b777"))
+    assert limits.clips("q", 90 * DEG)
+    assert limits.clips("q.2", -90 * DEG)
+    assert not limits.clips("q", 80 * DEG)
+    assert not limits.clips("dynamic_pressure", 0.0)
+    assert not limits.clips("q", float("nan"))
+    assert not limits.clips("battery", 1e9)
