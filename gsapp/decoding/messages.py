@@ -1,0 +1,221 @@
+"""MAVLink messages decoded by columns: many payloads of one message in one step.
+
+The layouts are taken from the classes of pymavlink's ``v20.all``, so that the dialect is never
+written down twice. Field names are MAVLink's. Importing this module is cheap; pymavlink is
+imported when the first layout is asked for.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.decoding.dialect import dialect
+from gsapp.foundation import UnknownNameError
+
+# The codes of Python's struct module, as pymavlink writes them, in NumPy's words.
+_CODES = {
+    "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4",
+    "q": "<i8", "Q": "<u8", "f": "<f4", "d": "<f8",
+}  # fmt: skip
+
+_STAMPS = ("time_boot_ms", "time_boot_us", "time_usec", "timestamp")
+_MICROSECONDS = {"ms": 1000, "us": 1}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stamp:
+    """Where a message carries the vehicle's time.
+
+    Attributes
+    ----------
+    field : str
+        Name of the field.
+    offset, size : int
+        Place in the payload, bytes. Unsigned, little-endian.
+    scale : int
+        Microseconds per count.
+    """
+
+    field: str
+    offset: int
+    size: int
+    scale: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MessageLayout:
+    """How the payload of one message is laid out.
+
+    Attributes
+    ----------
+    id : int
+        Message id.
+    name : str
+        Such as ``ATTITUDE``.
+    dtype : numpy.dtype
+        Structured, packed, in the order of the wire, extensions included.
+    units : mapping of str to str
+        Units that the dialect states, by field.
+    instance_field : str or None
+        The field that tells several senders of the same message apart.
+    stamp : Stamp or None
+        The vehicle's time; None where the message carries none.
+    """
+
+    id: int
+    name: str
+    dtype: np.dtype[np.void]
+    units: Mapping[str, str]
+    instance_field: str | None
+    stamp: Stamp | None
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Return the names of the fields."""
+        return tuple(self.dtype.names or ())
+
+    def offset(self, field: str) -> int:
+        """Return the place of a field in the payload, bytes."""
+        return _offset(self.dtype, field)
+
+    def is_text(self, field: str) -> bool:
+        """Return whether a field holds characters."""
+        return self.dtype[field].kind == "S"
+
+    def length(self, field: str) -> int:
+        """Return the number of elements of an array field; 0 for a single value or text."""
+        shape = self.dtype[field].shape
+        return int(shape[0]) if shape else 0
+
+
+@cache
+def _ids() -> dict[str, int]:
+    return {str(kind.msgname): int(number) for number, kind in dialect().mavlink_map.items()}
+
+
+def is_known(message_id: int) -> bool:
+    """Return whether the dialect has a message of that id."""
+    return message_id in dialect().mavlink_map
+
+
+def message_name(message_id: int) -> str:
+    """Return the name of a message; ``UNKNOWN_n`` for an id outside the dialect."""
+    kind = dialect().mavlink_map.get(message_id)
+    return f"UNKNOWN_{message_id}" if kind is None else str(kind.msgname)
+
+
+def message_id(name: str) -> int:
+    """Return the id of a message.
+
+    Raises
+    ------
+    UnknownNameError
+        If the dialect has no such message; near names are proposed.
+    """
+    found = _ids().get(name)
+    if found is None:
+        near = difflib.get_close_matches(name.upper(), _ids(), n=3)
+        hint = f"did you mean {' or '.join(near)}?" if near else "see the MAVLink common dialect"
+        raise UnknownNameError(f"no MAVLink message is called '{name}'; {hint}")
+    return found
+
+
+@cache
+def message_layout(message_id: int) -> MessageLayout:
+    """Return the layout of a message.
+
+    Raises
+    ------
+    UnknownNameError
+        If the dialect has no message of that id.
+    """
+    kind = dialect().mavlink_map.get(message_id)
+    if kind is None:
+        raise UnknownNameError(
+            f"no MAVLink message has the id {message_id}; the sender uses another dialect"
+        )
+    codes = bytes(kind.native_format).decode("ascii").lstrip("<")
+    fields: list[Any] = []
+    for name, code, length in zip(kind.ordered_fieldnames, codes, kind.array_lengths, strict=True):
+        if code == "c":
+            fields.append((name, f"S{max(length, 1)}"))
+        elif length:
+            fields.append((name, _CODES[code], (length,)))
+        else:
+            fields.append((name, _CODES[code]))
+    dtype = np.dtype(fields)
+    units = dict(kind.fieldunits_by_name)
+    return MessageLayout(
+        id=message_id,
+        name=str(kind.msgname),
+        dtype=dtype,
+        units=units,
+        instance_field=kind.instance_field,
+        stamp=_find_stamp(dtype, units),
+    )
+
+
+def stamp_of(layout: MessageLayout, field: str) -> Stamp | None:
+    """Return a field as the vehicle's time; None if it is no unsigned count of ms or us."""
+    return _stamp(layout.dtype, layout.units, field)
+
+
+def _find_stamp(dtype: np.dtype[np.void], units: Mapping[str, str]) -> Stamp | None:
+    for name in _STAMPS:
+        found = _stamp(dtype, units, name)
+        if found is not None:
+            return found
+    return None
+
+
+def _stamp(dtype: np.dtype[np.void], units: Mapping[str, str], field: str) -> Stamp | None:
+    if field not in (dtype.names or ()):
+        return None
+    scale = _MICROSECONDS.get(units.get(field, ""))
+    if scale is None or dtype[field].kind != "u" or dtype[field].itemsize < 4:
+        return None
+    return Stamp(field=field, offset=_offset(dtype, field), size=dtype[field].itemsize, scale=scale)
+
+
+def _offset(dtype: np.dtype[np.void], field: str) -> int:
+    return int((dtype.fields or {})[field][1])
+
+
+def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np.void]:
+    """Decode payloads of one message.
+
+    Parameters
+    ----------
+    message_id : int
+        Id of the message.
+    payloads : sequence of bytes
+        As sent. MAVLink 2 cuts trailing zeros, MAVLink 1 has no extensions: what is missing is
+        zero. What is longer than the layout (a newer dialect) is cut.
+
+    Returns
+    -------
+    ndarray of void, shape (n,)
+        Structured: one field for each MAVLink field; arrays have shape (n, length). Text ends
+        at its trailing zeros. Read-only.
+
+    Raises
+    ------
+    UnknownNameError
+        If the dialect has no message of that id.
+    """
+    dtype = message_layout(message_id).dtype
+    size = dtype.itemsize
+    whole = b"".join(
+        [
+            payload if len(payload) == size else payload[:size].ljust(size, b"\0")
+            for payload in payloads
+        ]
+    )
+    return np.frombuffer(whole, dtype=dtype)
