@@ -397,8 +397,8 @@ class _Watch:
         far = math.inf if self.rule.asleep_at is None else self._sign * self.rule.asleep_at
         places = np.flatnonzero((signed < safe) | (signed > far))
         wakes = np.asarray(signed[places] < safe)
-        before = np.concatenate((np.array([self._armed]), wakes))[:-1]
-        turns = places[np.not_equal(wakes, before)].tolist()
+        before = np.concatenate((np.array([self._armed]), wakes[:-1]))[: wakes.size]
+        turns = places[np.flatnonzero(wakes != before)].tolist()
         stretches = []
         begin, armed = 0, self._armed
         for turn in turns:
@@ -502,7 +502,7 @@ class PresenceMonitor:
         if not len(block):
             return
         ticks = np.floor_divide(block.times + 1e-6, self.TICK).astype(np.int64)
-        present = ~np.isnan(block.values)
+        present: npt.NDArray[np.bool_] = np.logical_not(np.isnan(block.values))
         some = present.any(axis=0)
         if not some.any():
             return
@@ -512,7 +512,7 @@ class PresenceMonitor:
             if some[column]:
                 seen = whole if every else np.unique(ticks[present[:, column]])
                 self._coming.setdefault(channel_id, []).append(seen)
-        newest = int(ticks[-1])
+        newest = int(ticks[np.flatnonzero(present.any(axis=1))[-1]])
         self._front = newest if self._front is None else max(self._front, newest)
         if self._judged is None:
             self._judged = int(ticks[0]) - 1

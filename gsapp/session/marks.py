@@ -1,0 +1,254 @@
+"""Marks and notes on the time axis, kept in the flight's events file.
+
+The file only grows, so an edit, a deletion and an undo are events of their own, and what stands
+is found by going through them in order. Every window that watches the flight follows the same
+file, so all of them show the same marks.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal
+
+from gsapp.flight.events import Event, EventLog
+
+MARK: Final = "mark"
+NOTE: Final = "note"
+EDIT: Final = "edit"
+DELETE: Final = "delete"
+UNDO: Final = "undo"
+
+MarkKind = Literal["mark", "note"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mark:
+    """A mark or a note as it stands.
+
+    Attributes
+    ----------
+    id : str
+        Names it in later events.
+    kind : {"mark", "note"}
+        A note has more to say than a label.
+    time : float or None
+        Flight time, s.
+    end : float or None
+        Where a span ends, s; None for a moment.
+    text : str
+        In words.
+    host_time_us : int
+        When it was made, host time, microseconds since 1970.
+    """
+
+    id: str
+    kind: MarkKind
+    time: float | None
+    end: float | None
+    text: str
+    host_time_us: int
+
+
+class MarkBook:
+    """The marks of a flight, for reading, making and changing.
+
+    Parameters
+    ----------
+    log : EventLog
+        The events file.
+    clock_us : callable
+        Host time in microseconds since 1970, for new events; None takes the system's.
+
+    Attributes
+    ----------
+    revision : int
+        Grows with every change, whoever made it.
+    others : list of Event
+        Events of other kinds, in the order in which they were written.
+    """
+
+    def __init__(self, log: EventLog, clock_us: Callable[[], int] | None = None) -> None:
+        self._log = log
+        self._clock_us = clock_us
+        self.revision = 0
+        self.others: list[Event] = []
+        self._events: list[tuple[str, Event]] = []
+        self._own: list[str] = []
+        self._marks: tuple[Mark, ...] = ()
+        self._undone: set[str] = set()
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """Return the marks that stand, by flight time; those without one come first."""
+        return self._marks
+
+    @property
+    def damaged(self) -> int:
+        """Return the number of lines of the file that could not be read."""
+        return self._log.damaged
+
+    def poll(self) -> list[Event]:
+        """Take in what this and other windows wrote; return the events of other kinds."""
+        others = []
+        fresh = False
+        for event in self._log.poll():
+            if event.kind in (MARK, NOTE, EDIT, DELETE, UNDO):
+                self._events.append((self._id_of(event), event))
+                fresh = True
+            else:
+                others.append(event)
+        self.others += others
+        if fresh:
+            self._fold()
+        return others
+
+    def add(
+        self,
+        time: float | None,
+        text: str = "",
+        *,
+        end: float | None = None,
+        kind: MarkKind = MARK,
+    ) -> Mark:
+        """Make a mark at a flight time, or over a span of it.
+
+        Raises
+        ------
+        FlightError
+            If the file cannot be written.
+        """
+        data = {} if end is None else {"end": end}
+        mark_id = self._write(kind, text, time, data)
+        return next(mark for mark in self._marks if mark.id == mark_id)
+
+    def edit(
+        self,
+        mark_id: str,
+        *,
+        text: str | None = None,
+        time: float | None = None,
+        end: float | None = None,
+    ) -> None:
+        """Change what is given of a mark."""
+        data: dict[str, Any] = {"of": mark_id}
+        if text is not None:
+            data["text"] = text
+        if time is not None:
+            data["time"] = time
+        if end is not None:
+            data["end"] = end
+        self._write(EDIT, text or "", None, data)
+
+    def delete(self, mark_id: str) -> None:
+        """Take a mark away. It stays in the file, and `undo` brings it back."""
+        self._write(DELETE, "", None, {"of": mark_id})
+
+    def undo(self) -> bool:
+        """Take back the latest change made here that still stands; return whether there was one."""
+        while self._own:
+            event_id = self._own.pop()
+            if event_id not in self._undone:
+                self._write(UNDO, "", None, {"of": event_id}, remember=False)
+                return True
+        return False
+
+    def write(self, event: Event) -> None:
+        """Append an event of another kind, for all windows to see."""
+        self._log.append(replace(event, host_time_us=event.host_time_us or self._now()))
+
+    def _now(self) -> int:
+        return 0 if self._clock_us is None else self._clock_us()
+
+    def _write(
+        self,
+        kind: str,
+        text: str,
+        time: float | None,
+        data: dict[str, Any],
+        *,
+        remember: bool = True,
+    ) -> str:
+        event_id = uuid.uuid4().hex
+        self._log.append(
+            Event(
+                kind=kind,
+                text=text,
+                time=time,
+                host_time_us=self._now(),
+                data={"id": event_id, **data},
+            )
+        )
+        if remember:
+            self._own.append(event_id)
+        # Read back rather than remembered, so that all windows fold the same file.
+        self.poll()
+        return event_id
+
+    def _id_of(self, event: Event) -> str:
+        """Return the event's id; one written by other hands gets a lasting one by its place."""
+        given = event.data.get("id")
+        return given if isinstance(given, str) and given else f"line-{len(self._events)}"
+
+    def _fold(self) -> None:
+        self._undone = _undone(self._events)
+        marks: dict[str, Mark] = {}
+        for event_id, event in self._events:
+            if event_id in self._undone:
+                continue
+            if event.kind == MARK or event.kind == NOTE:
+                marks[event_id] = Mark(
+                    id=event_id,
+                    kind=NOTE if event.kind == NOTE else MARK,
+                    time=event.time,
+                    end=_number(event.data.get("end")),
+                    text=event.text,
+                    host_time_us=event.host_time_us,
+                )
+                continue
+            target = str(event.data.get("of", ""))
+            if event.kind == DELETE:
+                marks.pop(target, None)
+            elif event.kind == EDIT and target in marks:
+                marks[target] = _edited(marks[target], event)
+        self._marks = tuple(
+            sorted(
+                marks.values(),
+                key=lambda mark: (
+                    mark.time is not None,
+                    mark.time or 0.0,
+                    mark.host_time_us,
+                    mark.id,
+                ),
+            )
+        )
+        self.revision += 1
+
+
+def _undone(events: Iterable[tuple[str, Event]]) -> set[str]:
+    """Return the events taken back; an undo may be taken back itself."""
+    undone: set[str] = set()
+    # From the last one on: whether an undo counts is settled by later ones.
+    for event_id, event in reversed(list(events)):
+        if event.kind == UNDO and event_id not in undone:
+            undone.add(str(event.data.get("of", "")))
+    return undone
+
+
+def _edited(mark: Mark, event: Event) -> Mark:
+    text = event.data.get("text")
+    time = _number(event.data.get("time"))
+    end = _number(event.data.get("end"))
+    return replace(
+        mark,
+        text=text if isinstance(text, str) else mark.text,
+        time=mark.time if time is None else time,
+        end=mark.end if end is None else end,
+    )
+
+
+def _number(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    return float(value)
