@@ -1,0 +1,94 @@
+"""MAVProxy as a foreign peer: virtual aircraft -> MAVProxy -> recorder, and its reading of our log.
+
+MAVProxy is installed for this alone, without what it asks for (a gigabyte): pymavlink and
+pyserial, which are here, are all that it needs to pass messages on.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+MAVPROXY = "MAVProxy==1.8.75"
+
+
+def free_port() -> int:
+    """Return a UDP port that nobody listens on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def counts(log: Path) -> Counter[str]:
+    """Count the messages of a .tlog from system 1, as pymavlink's own reader sees them."""
+    os.environ.setdefault("MAVLINK20", "1")
+    from pymavlink import mavutil
+
+    reader = mavutil.mavlink_connection(str(log))
+    found: Counter[str] = Counter()
+    while (message := reader.recv_match()) is not None:
+        if message.get_srcSystem() == 1:
+            found[message.get_type()] += 1
+    return found
+
+
+def install(folder: Path) -> dict[str, str]:
+    """Install MAVProxy into a folder; return the environment in which it runs."""
+    subprocess.run(
+        [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", folder, MAVPROXY],
+        check=True,
+    )
+    return {**os.environ, "PYTHONPATH": str(folder)}
+
+
+def main(*_: str) -> None:
+    """Fly the short plan through MAVProxy and compare what both recorded."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        environment = install(folder / "site")
+        first, second = free_port(), free_port()
+        flight = folder / "flight"
+        gsapp = [sys.executable, "-m", "gsapp.cli"]
+        recorder = subprocess.Popen(
+            [*gsapp, "record", f"udpin:127.0.0.1:{second}", "--out", str(flight)]
+        )
+        proxy = subprocess.Popen(
+            [
+                sys.executable, str(folder / "site/bin/mavproxy.py"),
+                f"--master=udpin:127.0.0.1:{first}", f"--out=udpout:127.0.0.1:{second}",
+                "--daemon", "--non-interactive", f"--state-basedir={folder}",
+                f"--logfile={folder / 'proxy.tlog'}", "--streamrate=-1", "--default-modules=",
+            ],
+            cwd=folder, env=environment,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        time.sleep(3.0)
+        subprocess.run(
+            [*gsapp, "fly", "--to", f"udpout:127.0.0.1:{first}", "--plan", "short", "--speed", "4"],
+            check=True, stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        time.sleep(1.0)
+        for process in (recorder, proxy):
+            process.send_signal(signal.SIGINT)
+        recorder.wait(timeout=20)
+        try:
+            proxy.wait(timeout=10)
+        except subprocess.TimeoutExpired:
+            proxy.kill()
+        ours, theirs = counts(flight / "raw.tlog"), counts(folder / "proxy.tlog")
+        print(f"{'message':24} {'our record':>11} {'MAVProxy':>9}")
+        for name in sorted(set(ours) | set(theirs)):
+            print(f"{name:24} {ours[name]:11,} {theirs[name]:9,}")
+        passed_on = sum(ours.values()) / max(sum(theirs.values()), 1)
+        print(f"recorded of what MAVProxy received: {100 * passed_on:.2f} %")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+"""For all tests: no display needed, BLAS on one thread, and nothing of the user's is touched."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# Where platformdirs looks on Linux, macOS and Windows; processes that tests start inherit it.
+_HOMES = {
+    "XDG_CONFIG_HOME": "config",
+    "XDG_CACHE_HOME": "cache",
+    "XDG_DATA_HOME": "data",
+    "XDG_STATE_HOME": "state",
+    "XDG_RUNTIME_DIR": "run",
+    "XDG_DOCUMENTS_DIR": "documents",
+    "HOME": ".",
+    "APPDATA": "roaming",
+    "LOCALAPPDATA": "local",
+}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _a_home_of_its_own() -> Iterator[None]:
+    with tempfile.TemporaryDirectory(prefix="gsapp-tests-") as home:
+        before = {name: os.environ.get(name) for name in _HOMES}
+        for name, folder in _HOMES.items():
+            path = Path(home) / folder
+            path.mkdir(mode=0o700, exist_ok=True)
+            os.environ[name] = str(path)
+        yield
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@pytest.fixture
+def shared_data() -> Path:
+    """Return the folder of real telemetry, where it is present; else skip, saying so."""
+    named = os.environ.get("GSAPP_SHARED_DATA")
+    folder = Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip(f"no real telemetry at {folder}; set GSAPP_SHARED_DATA to have it tried")
+    return folder
