@@ -10,7 +10,6 @@ LogStructure.h.
 from __future__ import annotations
 
 import contextlib
-import mmap
 import struct
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -28,6 +27,8 @@ from gsapp.quantities import FloatArray
 _HEADER = b"\xa3\x95"
 _FMT = 128
 _FMT_LENGTH = 89
+
+_NOT_MEASURED = frozenset({"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG"})
 
 # Letter: type in the file, and the factor that the letter itself implies.
 _LETTERS: dict[str, tuple[Any, float]] = {
@@ -100,7 +101,8 @@ def read_dataflash(path: Path | str, wanted: Collection[str] | None = None) -> L
     path : Path or str
         The file. Damaged stretches are passed over and remarked on.
     wanted : collection of str, optional
-        Names of the messages to decode; all if left out. ``MSG`` always becomes events.
+        Names of the messages to decode; all that are measured if left out. ``MSG``
+        becomes events.
 
     Returns
     -------
@@ -115,18 +117,17 @@ def read_dataflash(path: Path | str, wanted: Collection[str] | None = None) -> L
     """
     file = Path(path)
     try:
-        with file.open("rb") as stream:
-            if not file.stat().st_size:
-                raise FlightError(f"{file} is empty; copy the log from the aircraft again")
-            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                return _read(file, data, wanted)
+        data = file.read_bytes()
     except OSError as error:
         raise FlightError(
             f"{file} cannot be read ({error.strerror}); check the path and the permissions"
         ) from error
+    if not data:
+        raise FlightError(f"{file} is empty; copy the log from the aircraft again")
+    return _read(file, data, wanted)
 
 
-def _read(file: Path, data: mmap.mmap, wanted: Collection[str] | None) -> Log:
+def _read(file: Path, data: bytes, wanted: Collection[str] | None) -> Log:
     positions, formats, lost, torn = _scan(data)
     if len(formats) < 2:
         raise FlightError(
@@ -134,14 +135,11 @@ def _read(file: Path, data: mmap.mmap, wanted: Collection[str] | None) -> Log:
             "beginning is missing; download it again, or name another file"
         )
     octets = np.frombuffer(data, dtype=np.uint8)
-    try:
-        records = {
-            formats[kind].name: (formats[kind], _records(octets, dtype, places))
-            for kind, places in positions.items()
-            if kind in formats and (dtype := formats[kind].dtype) is not None
-        }
-    finally:
-        del octets  # else the map of the file could not be closed
+    records = {
+        formats[kind].name: (formats[kind], _records(octets, dtype, places))
+        for kind, places in positions.items()
+        if kind in formats and (dtype := formats[kind].dtype) is not None
+    }
     remarks: list[str] = []
     if torn:
         remarks.append(f"the last record of {file.name} was torn off; it is left out")
@@ -150,13 +148,14 @@ def _read(file: Path, data: mmap.mmap, wanted: Collection[str] | None) -> Log:
     scales = _Scales.of(records)
     tables: dict[tuple[str, str], LogTable] = {}
     for name, (form, rows) in records.items():
-        if (wanted is None or name in wanted) and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
+        asked = name not in _NOT_MEASURED if wanted is None else name in wanted
+        if asked and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
             tables.update(_tables(form, rows, scales, remarks))
     return Log(path=file, tables=tables, events=_said(records), remarks=tuple(remarks))
 
 
 def _scan(
-    data: mmap.mmap,
+    data: bytes,
 ) -> tuple[dict[int, list[int]], dict[int, _Format], int, bool]:
     """Find every whole record.
 
@@ -171,48 +170,61 @@ def _scan(
     positions: dict[int, list[int]] = {}
     size, place, lost = len(data), 0, 0
     while place < size:
-        length = (
-            lengths[data[place + 2]]
-            if data[place : place + 2] == _HEADER and place + 2 < size
-            else 0
-        )
-        after = place + length
-        if length and (after == size or data[after : after + 2] == _HEADER[: size - after]):
-            follows = after
-        else:
-            follows = _next_header(data, place + 1, lengths)
-            if not length or after > follows or after > size:
-                torn = bool(length) and follows == size
-                if torn:
-                    return positions, formats, lost, True
-                lost += follows - place
-                place = follows
-                continue
-            # Whole, but followed by stray bytes.
-            lost += follows - after
+        if not _whole(data, place, lengths):
+            follows = _next_whole(data, place + 1, lengths)
+            if follows == size and _cut_short(data, place, lengths):
+                return positions, formats, lost, True
+            lost += follows - place
+            place = follows
+            continue
         kind = data[place + 2]
+        after = place + lengths[kind]
         positions.setdefault(kind, []).append(place)
         if kind == _FMT:
             form = _format(data[place + 3 : after])
             if form is not None:
                 formats[form.type] = form
                 lengths[form.type] = form.length
-        place = follows
+        place = after
     return positions, formats, lost, False
 
 
-def _next_header(data: mmap.mmap, start: int, lengths: list[int]) -> int:
-    """Return the next position where a record of known type is followed by another header."""
-    size = len(data)
-    while True:
-        place = data.find(_HEADER, start)
-        if place < 0 or place + 3 > size:
-            return size
-        length = lengths[data[place + 2]]
-        after = place + length
-        if length and (after >= size or data[after : after + 2] == _HEADER[: size - after]):
-            return place
-        start = place + 1
+def _whole(data: bytes, place: int, lengths: list[int]) -> bool:
+    """Return whether a whole record stands at `place`.
+
+    It does if another header, or the end, follows it; with stray bytes behind it, it does if no
+    header stands inside it, as one would had the record lost bytes.
+    """
+    if data[place : place + 2] != _HEADER or place + 2 >= len(data):
+        return False
+    length = lengths[data[place + 2]]
+    left = len(data) - place - length
+    if not length or left < 0:
+        return False
+    if data[place + length : place + length + 2] == _HEADER[:left]:
+        return True
+    inside = data.find(_HEADER, place + 1, place + length + 1)
+    while 0 <= inside < len(data) - 2:
+        if lengths[data[inside + 2]]:
+            return False
+        inside = data.find(_HEADER, inside + 1, place + length + 1)
+    return True
+
+
+def _next_whole(data: bytes, start: int, lengths: list[int]) -> int:
+    """Return where the next whole record stands, or the end."""
+    place = data.find(_HEADER, start)
+    while place >= 0 and not _whole(data, place, lengths):
+        place = data.find(_HEADER, place + 1)
+    return place if place >= 0 else len(data)
+
+
+def _cut_short(data: bytes, place: int, lengths: list[int]) -> bool:
+    """Return whether the end of the file cuts off what begins at `place` as a record does."""
+    rest = data[place : place + 3]
+    if len(rest) < 3:
+        return rest == _HEADER[: len(rest)]
+    return rest[:2] == _HEADER and place + lengths[rest[2]] > len(data)
 
 
 def _format(payload: bytes) -> _Format | None:

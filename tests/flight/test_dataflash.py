@@ -1,0 +1,265 @@
+"""ArduPilot's .bin logs: decoded as pymavlink's reader does, and past damage where it is not."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import struct
+
+import numpy as np
+import pytest
+from pymavlink import DFReader
+
+from gsapp.flight.readers.dataflash import read_dataflash
+from gsapp.foundation import FlightError
+
+SIZES = {
+    "a": "32h", "b": "b", "B": "B", "g": "e", "h": "h", "H": "H", "i": "i", "I": "I", "f": "f",
+    "d": "d", "n": "4s", "N": "16s", "Z": "64s", "c": "h", "C": "H", "e": "i", "E": "I", "L": "i",
+    "M": "B", "q": "q", "Q": "Q",
+}  # fmt: skip
+
+
+class BinWriter:
+    """Writes .bin logs as the vehicle does: FMT first, then records."""
+
+    def __init__(self):
+        self.data = bytearray()
+        self.types = {}
+        self.define("FMT", "BBnNZ", "Type,Length,Name,Format,Columns", kind=128)
+
+    def define(self, name, letters, columns, kind=None):
+        kind = kind or 129 + len(self.types)
+        form = "<" + "".join(SIZES[letter] for letter in letters)
+        self.types[name] = (kind, form)
+        length = struct.calcsize(form) + 3
+        self.write("FMT", kind, length, name.encode(), letters.encode(), columns.encode())
+        return kind
+
+    def write(self, name, *values):
+        kind, form = self.types[name]
+        self.data += b"\xa3\x95" + bytes([kind]) + struct.pack(form, *values)
+        return self
+
+    def describe(self, units, factors, rows):
+        """Write UNIT, MULT and FMTU."""
+        self.define("UNIT", "QbZ", "TimeUS,Id,Label")
+        self.define("MULT", "Qbd", "TimeUS,Id,Mult")
+        self.define("FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds")
+        for letter, label in units.items():
+            self.write("UNIT", 0, ord(letter), label.encode())
+        for letter, factor in factors.items():
+            self.write("MULT", 0, ord(letter), factor)
+        for name, unit_ids, factor_ids in rows:
+            self.write("FMTU", 0, self.types[name][0], unit_ids.encode(), factor_ids.encode())
+
+
+def flight_log(count=200, seed=1):
+    """Return the bytes of a small flight and the offsets where each record begins."""
+    rng = random.Random(seed)
+    log = BinWriter()
+    log.define("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
+    log.define("ATT", "QccC", "TimeUS,Roll,Pitch,Yaw")
+    log.define("BARO", "Qfef", "TimeUS,Press,Alt,Temp")
+    log.define("GPS", "QLLe", "TimeUS,Lat,Lng,Alt")
+    log.define("MSG", "QZ", "TimeUS,Message")
+    log.describe(
+        {"s": "s", "E": "rad/s", "o": "m/s/s", "d": "deg", "h": "degheading", "P": "Pa", "m": "m",
+         "O": "degC", "D": "deglatitude", "U": "deglongitude", "#": "instance"},
+        {"F": 1e-6, "0": 1.0, "B": 1e-2, "G": 1e-7, "-": 0.0, "?": 1.0},
+        [("IMU", "s#EEEooo", "F-000000"), ("ATT", "sddh", "FBBB"), ("BARO", "sPmO", "F0B0"),
+         ("GPS", "sDUm", "FGGB")],
+    )  # fmt: skip
+    log.write("MSG", 1_000_000, b"ArduPlane V4.5.7")
+    starts = []
+    for k in range(count):
+        stamp = 1_000_000 + k * 10_000
+        for instance in (0, 1):
+            starts.append(len(log.data))
+            log.write("IMU", stamp, instance, *(rng.uniform(-5, 5) for _ in range(6)))
+        starts.append(len(log.data))
+        log.write("ATT", stamp, rng.randint(-9000, 9000), rng.randint(-4000, 4000), 35900)
+        if k % 10 == 0:
+            log.write("BARO", stamp, rng.uniform(9e4, 1e5), rng.randint(0, 40000), 20.5)
+            log.write("GPS", stamp, 473977418, 85455938, 48800)
+    return bytes(log.data), starts
+
+
+@pytest.fixture
+def bin_file(tmp_path):
+    path = tmp_path / "00000042.BIN"
+    path.write_bytes(flight_log()[0])
+    return path
+
+
+def test_every_value_is_that_of_pymavlink(bin_file):
+    """All records of all messages equal those of pymavlink's own reader of the same file."""
+    log = read_dataflash(bin_file)
+    assert log.remarks == ()
+    theirs = DFReader.DFReader_binary(str(bin_file))
+    met: dict[tuple[str, str], int] = {}
+    while (message := theirs.recv_msg()) is not None:
+        name = message.get_type()
+        if name not in {"IMU", "ATT", "BARO", "GPS"}:
+            continue
+        key = (name, str(message.I) if name == "IMU" else "")
+        row = met.get(key, 0)
+        met[key] = row + 1
+        table = log.tables[key]
+        assert table.times[row] == pytest.approx(message.TimeUS * 1e-6, abs=1e-9)
+        for field in message.get_fieldnames():
+            if field != "TimeUS":
+                assert table.fields[field][row] == pytest.approx(getattr(message, field)), field
+    assert met == {key: table.times.size for key, table in log.tables.items() if key in met}
+    assert met["IMU", "1"] == 200
+    theirs.close()
+
+
+def test_units_and_multipliers_of_the_log(bin_file):
+    """Units come from UNIT and FMTU; a multiplier speaks of the raw value, letter or not."""
+    log = read_dataflash(bin_file)
+    assert log.tables["IMU", "0"].units["GyrX"] == "rad/s"
+    assert log.tables["IMU", "0"].units["AccX"] == "m/s^2"
+    assert log.tables["ATT", ""].units["Yaw"] == "deg"
+    assert log.tables["ATT", ""].fields["Yaw"][0] == pytest.approx(359.0)
+    assert log.tables["GPS", ""].fields["Lat"][0] == pytest.approx(47.3977418)
+
+
+def test_multiplier_of_a_plain_integer_is_applied(tmp_path):
+    """A plain int16 with the multiplier 0.01 is scaled, which pymavlink leaves to its caller."""
+    log = BinWriter()
+    log.define("VOLT", "Qhf", "TimeUS,V,Cap")
+    log.describe({"v": "V"}, {"B": 1e-2, "-": 0.0, "F": 1e-6}, [("VOLT", "svv", "FB-")])
+    log.write("VOLT", 5, 1260, 3.5)
+    path = tmp_path / "v.bin"
+    path.write_bytes(log.data)
+    table = read_dataflash(path).tables["VOLT", ""]
+    assert table.fields["V"][0] == pytest.approx(12.6)
+    assert table.fields["Cap"][0] == pytest.approx(3.5)
+
+
+def test_old_logs_without_units(tmp_path):
+    """Before FMTU the letters alone scale, TimeMS counts, and the second IMU is IMU2."""
+    log = BinWriter()
+    log.define("IMU", "Ifc", "TimeMS,GyrX,Tmp")
+    log.define("IMU2", "Ifc", "TimeMS,GyrX,Tmp")
+    for k in range(3):
+        log.write("IMU", 1000 + k, 0.5, 2150)
+        log.write("IMU2", 1000 + k, 0.7, 2150)
+    path = tmp_path / "old.bin"
+    path.write_bytes(log.data)
+    read = read_dataflash(path)
+    assert read.table("IMU", "0").fields["Tmp"][0] == pytest.approx(21.5)
+    assert read.table("IMU", "1").fields["GyrX"][0] == pytest.approx(0.7)
+    assert read.table("IMU", "").times.tolist() == pytest.approx([1.0, 1.001, 1.002])
+    assert read.table("IMU", "2") is None
+
+
+def test_array_fields_and_messages(tmp_path):
+    """The int16[32] letter becomes 32 columns; MSG becomes events at their times."""
+    log = BinWriter()
+    log.define("ISBD", "Qa", "TimeUS,x")
+    log.define("MSG", "QZ", "TimeUS,Message")
+    log.write("ISBD", 7, *range(32))
+    log.write("MSG", 2_500_000, b"Throttle armed")
+    path = tmp_path / "a.bin"
+    path.write_bytes(log.data)
+    read = read_dataflash(path)
+    assert read.tables["ISBD", ""].fields["x"].tolist() == [list(map(float, range(32)))]
+    assert [(event.time, event.text) for event in read.events] == [(2.5, "Throttle armed")]
+
+
+@pytest.mark.parametrize(
+    "kind", ["garbage", "lost bytes", "truncated record", "headers in garbage"]
+)
+def test_damage_costs_only_the_records_it_hits(tmp_path, kind):
+    """Of 600 records, 60 places are damaged; every record not touched itself is decoded."""
+    whole, starts = flight_log()
+    rng = random.Random(7)
+    data = bytearray(whole)
+    touched = set()
+    for index in sorted(rng.sample(range(5, len(starts) - 1), 60), reverse=True):
+        start, after = starts[index], starts[index + 1]
+        if kind == "garbage":
+            data[after:after] = rng.randbytes(rng.randint(1, 40))
+        elif kind == "headers in garbage":
+            data[after:after] = b"\xa3\x95" + rng.randbytes(9) + b"\xa3\x95\x81"
+        else:
+            cut = rng.randint(start + 4, start + 14)
+            end = cut + 3 if kind == "lost bytes" else min(after, start + 17)
+            del data[cut:end]
+            touched.add(index)
+    path = tmp_path / "d.bin"
+    path.write_bytes(data)
+    clean = tmp_path / "c.bin"
+    clean.write_bytes(whole)
+    damaged, good = read_dataflash(path), read_dataflash(clean)
+    assert any("damaged" in remark for remark in damaged.remarks)
+    names = [("IMU", "0"), ("IMU", "1"), ("ATT", "")]
+    for place, key in enumerate(names):
+        lost = sum(1 for index in touched if index % 3 == place)
+        ours, theirs = damaged.tables[key], good.tables[key]
+        assert set(ours.times) <= set(theirs.times)
+        assert ours.times.size == theirs.times.size - lost
+        keep = np.isin(theirs.times, ours.times)
+        for field, values in theirs.fields.items():
+            assert np.array_equal(ours.fields[field], values[keep])
+
+
+def test_a_torn_end_is_told(tmp_path):
+    """A log whose last record is torn opens up to it."""
+    whole, _ = flight_log()
+    path = tmp_path / "t.bin"
+    path.write_bytes(whole[:-7])
+    log = read_dataflash(path)
+    assert "torn off" in log.remarks[0]
+    assert log.tables["ATT", ""].times.size == 199
+    assert log.tables["IMU", "1"].times.size == 200
+
+
+def test_a_flipped_time_stamp_is_left_out(tmp_path):
+    """Stamps damaged upward and downward cost their own records and no others."""
+    whole, starts = flight_log()
+    data = bytearray(whole)
+    for index in (9, 300, 599 - 2):  # records of ATT and IMU, the last few included
+        data[starts[index] + 3 + 6] ^= 0x10
+    data[starts[150] + 3 + 2] ^= 0x20
+    path = tmp_path / "s.bin"
+    path.write_bytes(data)
+    log = read_dataflash(path)
+    total = sum(log.tables[key].times.size for key in (("IMU", "0"), ("IMU", "1"), ("ATT", "")))
+    assert total == 600 - 4
+    for table in log.tables.values():
+        assert np.all(np.diff(table.times) > 0)
+        assert table.times.max() < 10.0
+    assert any("cannot be" in remark for remark in log.remarks)
+
+
+@pytest.mark.parametrize("content", [b"", b"hello, this is text\n" * 20, bytes(500)])
+def test_files_that_are_no_log(tmp_path, content):
+    """Empty files and files of other kinds get a sentence."""
+    path = tmp_path / "x.bin"
+    path.write_bytes(content)
+    with pytest.raises(FlightError, match=r"x\.bin"):
+        read_dataflash(path)
+    with pytest.raises(FlightError, match="cannot be read"):
+        read_dataflash(tmp_path / "none.bin")
+
+
+def test_random_damage_never_crashes(tmp_path):
+    """Sixty logs with random bytes overwritten and removed are read or refused in words."""
+    whole, _ = flight_log(count=20)
+    path = tmp_path / "r.bin"
+    for seed in range(60):
+        rng = random.Random(seed)
+        data = bytearray(whole)
+        for _ in range(rng.randint(1, 30)):
+            place = rng.randrange(len(data) - 8)
+            if rng.random() < 0.5:
+                data[place : place + 4] = rng.randbytes(4)
+            else:
+                del data[place : place + rng.randint(1, 6)]
+        path.write_bytes(data)
+        with contextlib.suppress(FlightError):
+            for table in read_dataflash(path).tables.values():
+                assert np.all(np.diff(table.times) > 0)
