@@ -9,7 +9,9 @@ from typing import Literal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
-Need = Literal["nothing", "flight", "live", "replay", "recorder"]
+from ui.strips.keys import KEY_ACTIONS
+
+Need = Literal["nothing", "flight", "replay", "recorder"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +48,22 @@ def _command(
     return Command(id=command, menu=menu, text=text, keys=keys, needs=needs, rule=rule)
 
 
+CHART_PREFIX = "chart_"
+"""Begins the ids of the commands that the strip charts themselves obey."""
+
+# Marking is the window's: a mark goes into the flight, not only onto the charts.
+_CHART_COMMANDS = tuple(
+    Command(
+        id=CHART_PREFIX + action.id,
+        menu="Charts",
+        text=action.text,
+        keys=action.keys,
+        needs="flight",
+    )
+    for action in KEY_ACTIONS
+    if action.id != "mark"
+)
+
 COMMANDS: tuple[Command, ...] = (
     _command("File", "connect", "Connect an aircraft…", "Ctrl+L"),
     _command("File", "open_file", "Open a flight file…", "Ctrl+O"),
@@ -68,28 +86,17 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "larger", "Larger", "Ctrl++", "Ctrl+="),
     _command("View", "smaller", "Smaller", "Ctrl+-"),
     _command("View", "normal_size", "Normal size", "Ctrl+0"),
-    _command("Charts", "hold", "Pause or go on", "Space", needs="flight"),
-    _command("Charts", "earlier", "Earlier", "Left", "PgUp", needs="flight"),
-    _command("Charts", "later", "Later", "Right", "PgDown", needs="flight"),
-    _command("Charts", "to_start", "To the start of the flight", "Home", needs="flight"),
-    _command("Charts", "to_now", "To now", "End", needs="flight"),
-    _command("Charts", "zoom_in", "Shorter time on screen", "+", "=", needs="flight"),
-    _command("Charts", "zoom_out", "Longer time on screen", "-", needs="flight"),
-    _command("Charts", "cursor_left", "Cursor earlier", "Ctrl+Left", needs="flight", rule=True),
-    _command("Charts", "cursor_right", "Cursor later", "Ctrl+Right", needs="flight"),
-    _command("Charts", "cursor_a", "Set cursor A", "1", needs="flight"),
-    _command("Charts", "cursor_b", "Set cursor B", "2", needs="flight"),
-    _command("Charts", "cursors_clear", "Remove the cursors", "Esc", needs="flight"),
-    _command("Charts", "choose_channels", "Choose channels", "C", needs="flight", rule=True),
-    _command("Charts", "show_marks", "Marks", "K", needs="flight"),
-    _command("Charts", "show_values", "Values at the cursors", "V", needs="flight"),
-    _command("Charts", "show_alarms", "Alarms", "L", needs="flight"),
-    _command("Charts", "show_messages", "Messages of the aircraft", "Y", needs="flight"),
-    _command("Flight", "mark", "Mark this moment", "M", needs="flight"),
+    *_CHART_COMMANDS,
+    _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
+    _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
+    _command("Flight", "panel_marks", "Marks and notes", "Ctrl+3", needs="flight"),
+    _command("Flight", "panel_alarms", "Alarms", "Ctrl+4", needs="flight"),
+    _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
+    _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
     _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight"),
     _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight"),
-    _command("Flight", "acknowledge", "Acknowledge the alarms", "A", needs="flight", rule=True),
+    _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="flight", rule=True),
     _command("Flight", "mute", "Sound on or off", "S"),
     _command("Replay", "slower", "Slower", "[", needs="replay"),
     _command("Replay", "faster", "Faster", "]", needs="replay"),

@@ -17,21 +17,6 @@ _REMEMBERED = 8
 log = logging.getLogger(__name__)
 
 
-class Layout(StrictModel):
-    """A named choice of charts.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Channel ids, top to bottom.
-    span : float
-        Seconds shown.
-    """
-
-    channels: tuple[str, ...] = ()
-    span: float = Field(default=60.0, gt=0.0)
-
-
 class Settings(StrictModel):
     """Everything that is kept from one start to the next.
 
@@ -58,9 +43,9 @@ class Settings(StrictModel):
     aircraft, channel_map, calibration : str
         Chosen last when connecting.
     layout : str
-        Name of the layout on screen.
-    layouts : mapping of str to Layout
-        The saved ones.
+        Name of the layout on screen; the layouts themselves are files beside this one.
+    span : float
+        Seconds in sight.
     """
 
     theme: str = "daylight"
@@ -75,8 +60,8 @@ class Settings(StrictModel):
     aircraft: str = "b777"
     channel_map: str = "b777"
     calibration: str = "b777"
-    layout: str = ""
-    layouts: dict[str, Layout] = Field(default_factory=dict)
+    layout: str = "Overview"
+    span: float = Field(default=60.0, gt=0.0)
 
     def with_link(self, link: str) -> Settings:
         """Return the settings with that link as the newest."""
@@ -91,6 +76,11 @@ class Settings(StrictModel):
 def settings_path() -> Path:
     """Return where the settings stand."""
     return Path(platformdirs.user_config_dir(_APPLICATION, appauthor=False)) / "window.toml"
+
+
+def layouts_path(settings: Path) -> Path:
+    """Return the folder of saved layouts that belongs to a settings file."""
+    return settings.parent / "layouts"
 
 
 def log_path() -> Path:

@@ -1,0 +1,124 @@
+"""Starting the window: the display, Qt, the log, the settings."""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import GroundStationError
+from ui.display import require_display
+
+if TYPE_CHECKING:
+    from PySide6.QtWidgets import QApplication
+
+_QT_PACKAGES = "libgl1 libegl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
+
+log = logging.getLogger(__name__)
+
+
+def _require_qt() -> None:
+    try:
+        importlib.import_module("PySide6.QtWidgets")
+    except ImportError as error:
+        raise GroundStationError(
+            f"Qt cannot be loaded ({error}). On Debian or Ubuntu type: "
+            f"sudo apt install {_QT_PACKAGES}; elsewhere: pip install PySide6-Essentials"
+        ) from error
+
+
+def make_application() -> QApplication:
+    """Return the one application of the process, made if there is none yet.
+
+    Raises
+    ------
+    NoDisplayError
+        If there is no display: Qt would abort the process.
+    GroundStationError
+        If Qt cannot be loaded.
+    """
+    require_display()
+    _require_qt()
+    from PySide6.QtCore import Qt
+    from PySide6.QtGui import QGuiApplication
+    from PySide6.QtWidgets import QApplication
+
+    known = QApplication.instance()
+    if isinstance(known, QApplication):
+        return known
+    QGuiApplication.setHighDpiScaleFactorRoundingPolicy(
+        Qt.HighDpiScaleFactorRoundingPolicy.PassThrough
+    )
+    application = QApplication([sys.argv[0] if sys.argv else "gsapp"])
+    application.setApplicationName("gsapp")
+    application.setApplicationDisplayName("Ground station")
+    application.setDesktopFileName("gsapp")
+    # The same on all systems; the style sheet does the rest.
+    application.setStyle("Fusion")
+    return application
+
+
+def run_window(
+    flight: Path | None = None,
+    link: str | None = None,
+    *,
+    channel_map: str | None = None,
+    aircraft: str | None = None,
+    settings: Path | None = None,
+) -> int:
+    """Open the ground station window and run until it is closed.
+
+    Parameters
+    ----------
+    flight : Path, optional
+        Flight folder or file to open; a folder that a recorder is writing is followed live.
+    link : str, optional
+        LINK to record and show.
+    channel_map, aircraft : str, optional
+        Names or paths, in place of those used last.
+    settings : Path, optional
+        Settings file in place of the user's own.
+
+    Returns
+    -------
+    int
+        Exit code.
+
+    Raises
+    ------
+    NoDisplayError
+        If there is no display.
+    """
+    application = make_application()
+    from PySide6.QtCore import QTimer
+
+    from ui.faults import FaultDesk, start_log
+    from ui.settings import SettingsStore, log_path, settings_path
+    from ui.window import MainWindow
+
+    start_log(log_path())
+    store = SettingsStore(settings or settings_path())
+    faults = FaultDesk()
+    faults.install()
+    window = MainWindow(store, faults)
+    window.show()
+    if flight is not None:
+        QTimer.singleShot(0, lambda: window.desk.open_flight(flight, channel_map=channel_map))
+    elif link is not None:
+        QTimer.singleShot(
+            0,
+            lambda: window.desk.connect_link(link, channel_map=channel_map, aircraft=aircraft),
+        )
+    # Python only sees an interrupt between its own steps, which the window's timer provides.
+    former = signal.signal(signal.SIGINT, lambda *_: application.quit())
+    try:
+        return int(application.exec())
+    finally:
+        signal.signal(signal.SIGINT, former)
+        window.desk.close()
+        faults.remove()
+        log.info("window closed, process %d", os.getpid())

@@ -1,0 +1,285 @@
+"""Connecting an aircraft: which link, which maps, where to record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QSpinBox,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.dialogs.fields import FlightPlace, ShippedField
+from ui.dialogs.form import FormDialog, Sentence, restyle
+from ui.dialogs.requests import (
+    BAUD_RATES,
+    LINK_KINDS,
+    ConnectRequest,
+    LinkKind,
+    Verdict,
+    check_link,
+    link_text,
+)
+from ui.look import Look
+from ui.settings import Settings
+
+_PORT_CHECK_MS = 1500
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConnectChoices:
+    """What can be chosen when connecting.
+
+    Attributes
+    ----------
+    aircraft, channel_maps, calibrations : tuple of str
+        Names that come with the program.
+    parse : callable
+        Reads a LINK.
+    list_ports : callable
+        Returns (path, words) of the serial ports that are there now.
+    """
+
+    aircraft: tuple[str, ...]
+    channel_maps: tuple[str, ...]
+    calibrations: tuple[str, ...]
+    parse: Callable[[str], object]
+    list_ports: Callable[[], Sequence[tuple[str, str]]]
+
+
+class LinkField(QWidget):
+    """A LINK, put together from fields or typed; a sentence says whether it will do.
+
+    Parameters
+    ----------
+    links : sequence of str
+        Used before, newest first.
+    parse : callable
+        Reads a LINK, see `check_link`.
+    list_ports : callable
+        Returns (path, words) of the serial ports that are there now.
+
+    Attributes
+    ----------
+    changed : Signal
+        Something else is typed now.
+    verdict : Verdict
+        Whether it will do.
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        links: Sequence[str],
+        parse: Callable[[str], object],
+        list_ports: Callable[[], Sequence[tuple[str, str]]],
+        look: Look,
+    ) -> None:
+        super().__init__()
+        self._parse = parse
+        self._list_ports = list_ports
+        self._busy = False
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(look.px(8))
+        self.kind = QComboBox()
+        self.kind.setAccessibleName("Kind of link")
+        for kind, words in LINK_KINDS:
+            self.kind.addItem(words, kind)
+        self.kind.activated.connect(self._kind_chosen)
+        column.addWidget(self.kind)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._network_fields(look))
+        self._pages.addWidget(self._serial_fields(look))
+        column.addWidget(self._pages)
+        self.text = QComboBox()
+        self.text.setEditable(True)
+        self.text.setAccessibleName("LINK")
+        self.text.setToolTip("The link as one text; those used before are in the list")
+        self.text.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.text.addItems(list(links))
+        self.text.editTextChanged.connect(self._typed)
+        column.addWidget(self.text)
+        self.sentence = Sentence()
+        column.addWidget(self.sentence)
+        self.verdict = Verdict(sentence="", state="warning")
+        self._ports: tuple[tuple[str, str], ...] = ()
+        self.refresh_ports()
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self.refresh_ports)
+        self._timer.start(_PORT_CHECK_MS)
+        if links:
+            self._typed(self.text.currentText())
+        else:
+            self._from_fields()
+        self.setFocusProxy(self.text)
+
+    def _network_fields(self, look: Look) -> QWidget:
+        page = QWidget()
+        row = QHBoxLayout(page)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.host = QLineEdit("127.0.0.1")
+        self.host.setAccessibleName("Address")
+        self.port = QSpinBox()
+        self.port.setAccessibleName("Port")
+        self.port.setRange(1, 65535)
+        self.port.setValue(14550)
+        row.addWidget(QLabel("Address"))
+        row.addWidget(self.host, 1)
+        row.addWidget(QLabel("Port"))
+        row.addWidget(self.port)
+        self.host.textEdited.connect(self._from_fields)
+        self.port.valueChanged.connect(self._from_fields)
+        return page
+
+    def _serial_fields(self, look: Look) -> QWidget:
+        page = QWidget()
+        row = QHBoxLayout(page)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.device = QComboBox()
+        self.device.setAccessibleName("Serial port")
+        self.device.setPlaceholderText("No serial port is plugged in")
+        self.baud = QComboBox()
+        self.baud.setAccessibleName("Baud")
+        for baud in BAUD_RATES:
+            self.baud.addItem(f"{baud:,}", baud)
+        row.addWidget(QLabel("Port"))
+        row.addWidget(self.device, 1)
+        row.addWidget(QLabel("Baud"))
+        row.addWidget(self.baud)
+        self.device.activated.connect(self._from_fields)
+        self.baud.activated.connect(self._from_fields)
+        return page
+
+    def refresh_ports(self) -> None:
+        """List the serial ports that are there now."""
+        ports = tuple(self._list_ports())
+        if ports == self._ports:
+            return
+        kept = self.device.currentData()
+        self._ports = ports
+        self.device.clear()
+        for path, words in ports:
+            self.device.addItem(f"{path}   {words}".strip(), path)
+        self.device.setCurrentIndex(max(self.device.findData(kept), 0 if ports else -1))
+        if self._pages.currentIndex() == 1 and kept is None:
+            self._from_fields()
+        self._judge()
+
+    def _kind_chosen(self) -> None:
+        self._pages.setCurrentIndex(1 if self.kind.currentData() in ("serial", "text") else 0)
+        self._from_fields()
+
+    def _from_fields(self, *_ignored: object) -> None:
+        if self._busy:
+            return
+        kind: LinkKind = self.kind.currentData()
+        text = link_text(
+            kind,
+            host=self.host.text(),
+            port=self.port.value(),
+            device=self.device.currentData() or "",
+            baud=int(self.baud.currentData()),
+        )
+        self._busy = True
+        self.text.setEditText(text)
+        self._busy = False
+        self._judge()
+
+    def _typed(self, text: str) -> None:
+        if self._busy:
+            return
+        # The fields above follow what is typed, as far as it can be told.
+        kind, _, rest = text.strip().partition(":")
+        place = self.kind.findData(kind)
+        self._busy = True
+        if place >= 0:
+            self.kind.setCurrentIndex(place)
+            self._pages.setCurrentIndex(1 if kind in ("serial", "text") else 0)
+            head, _, number = rest.rpartition(":")
+            if kind not in ("serial", "text"):
+                self.host.setText(head)
+                if number.isdigit() and 0 < int(number) < 65536:
+                    self.port.setValue(int(number))
+            elif self.baud.findData(int(number) if number.isdigit() else -1) >= 0:
+                self.baud.setCurrentIndex(self.baud.findData(int(number)))
+        self._busy = False
+        self._judge()
+
+    def _judge(self) -> None:
+        ports = [path for path, _words in self._ports]
+        self.verdict = check_link(self.text.currentText(), self._parse, ports)
+        self.sentence.say(self.verdict.sentence, self.verdict.state)
+        line = self.text.lineEdit()
+        state = "" if self.verdict.usable else "warning"
+        if line is not None and line.property("state") != state:
+            line.setProperty("state", state)
+            restyle(line)
+        self.changed.emit()
+
+    @property
+    def value(self) -> str:
+        """Return the LINK."""
+        return self.text.currentText().strip()
+
+
+class ConnectDialog(FormDialog):
+    """Asks for everything needed to record and show an aircraft."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        look: Look,
+        choices: ConnectChoices,
+        flights: Path,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "Connect an aircraft",
+            "Recording begins at once, in a process of its own: it goes on if this window closes.",
+            "Connect",
+            look,
+            parent,
+        )
+        self.link = LinkField(settings.links, choices.parse, choices.list_ports, look)
+        self.add_row("Link", self.link)
+        self.aircraft = ShippedField("Aircraft", choices.aircraft, settings.aircraft)
+        self.add_row("Aircraft", self.aircraft)
+        self.channel_map = ShippedField("Channel map", choices.channel_maps, settings.channel_map)
+        self.add_row("Channel map", self.channel_map)
+        self.calibration = ShippedField(
+            "Calibration", choices.calibrations, settings.calibration, none="none", folder=True
+        )
+        self.add_row("Calibration", self.calibration)
+        self.place = FlightPlace(flights, look)
+        self.add_row("Flight", self.place)
+        self.link.changed.connect(self._judge)
+        self.place.changed.connect(self._judge)
+        self._judge()
+        self.fit()
+
+    def _judge(self) -> None:
+        self.button.setEnabled(self.link.verdict.usable and self.place.verdict.usable)
+
+    @property
+    def request(self) -> ConnectRequest:
+        """Return what was asked for."""
+        return ConnectRequest(
+            link=self.link.value,
+            folder=self.place.folder,
+            channel_map=self.channel_map.value,
+            aircraft=self.aircraft.value,
+            calibration=self.calibration.value,
+        )

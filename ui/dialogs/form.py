@@ -1,0 +1,165 @@
+"""What the dialogs share: labeled rows, a sentence below a field, folder and file buttons."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.look import Look
+from ui.pages import label
+
+
+def restyle(widget: QWidget) -> None:
+    """Apply the style sheet again after a property changed."""
+    widget.style().unpolish(widget)
+    widget.style().polish(widget)
+
+
+class Sentence(QLabel):
+    """A sentence below a field that says whether what stands there will do."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+        self.setProperty("role", "hint")
+
+    def say(self, text: str, state: str = "") -> None:
+        """Say something; `state` is ``good``, ``caution``, ``warning`` or empty."""
+        signs = {"good": "✓ ", "caution": "▲ ", "warning": "■ "}
+        self.setText(f"{signs.get(state, '')}{text}")
+        if self.property("state") != state:
+            self.setProperty("state", state)
+            restyle(self)
+
+
+class PathField(QWidget):
+    """A path, typed or chosen.
+
+    Parameters
+    ----------
+    name : str
+        What it is, for the file dialog and for screen readers.
+    folder : bool
+        Whether a folder is wanted rather than a file.
+    """
+
+    def __init__(self, name: str, look: Look, *, folder: bool = True) -> None:
+        super().__init__()
+        self._name, self._folder = name, folder
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.edit = QLineEdit()
+        self.edit.setAccessibleName(name)
+        row.addWidget(self.edit, 1)
+        button = QPushButton("Choose…")
+        button.setAccessibleName(f"Choose {name.lower()}")
+        button.clicked.connect(self._choose)
+        row.addWidget(button)
+        self.setFocusProxy(self.edit)
+
+    def _choose(self) -> None:
+        start = self.edit.text() or str(Path.home())
+        if self._folder:
+            chosen = QFileDialog.getExistingDirectory(self, self._name, start)
+        else:
+            chosen, _kind = QFileDialog.getOpenFileName(self, self._name, start)
+        if chosen:
+            self.edit.setText(chosen)
+
+
+class FormDialog(QDialog):
+    """A dialog of labeled rows with one button that does it and one that does not.
+
+    Parameters
+    ----------
+    title, purpose : str
+        Title of the window; a sentence on top.
+    does : str
+        Words on the button that does it.
+    """
+
+    def __init__(
+        self, title: str, purpose: str, does: str, look: Look, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.look = look
+        self.setWindowTitle(title)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.setSpacing(0)
+        area = QScrollArea()
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidgetResizable(True)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._body = QWidget()
+        self._body.setObjectName("page")
+        self._area = area
+        column = QVBoxLayout(self._body)
+        column.setContentsMargins(look.px(24), look.px(24), look.px(24), look.px(16))
+        column.setSpacing(look.px(16))
+        column.addWidget(label(title, "title"))
+        column.addWidget(label(purpose, "muted", wrap=True))
+        self.grid = QGridLayout()
+        self.grid.setHorizontalSpacing(look.px(16))
+        self.grid.setVerticalSpacing(look.px(4))
+        self.grid.setColumnStretch(1, 1)
+        column.addLayout(self.grid)
+        column.addStretch(1)
+        area.setWidget(self._body)
+        outer.addWidget(area, 1)
+        foot = QWidget()
+        foot.setObjectName("controls")
+        foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        row = QHBoxLayout(foot)
+        row.setContentsMargins(look.px(24), look.px(12), look.px(24), look.px(12))
+        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.button = self.buttons.addButton(does, QDialogButtonBox.ButtonRole.AcceptRole)
+        self.button.setDefault(True)
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        row.addWidget(self.buttons)
+        outer.addWidget(foot)
+
+    def add_row(self, name: str, field: QWidget, below: QWidget | None = None) -> None:
+        """Add a labeled field with something below it."""
+        row = self.grid.rowCount()
+        if row > 1:
+            self.grid.setRowMinimumHeight(row, self.look.px(4))
+            row += 1
+        title = label(name, "strong")
+        title.setMinimumHeight(self.look.px(30))
+        title.setBuddy(field)
+        if not field.accessibleName():
+            field.setAccessibleName(name)
+        self.grid.addWidget(title, row, 0, Qt.AlignmentFlag.AlignTop)
+        self.grid.addWidget(field, row, 1)
+        if below is not None:
+            self.grid.addWidget(below, row + 1, 1)
+
+    def fit(self, width: int = 640) -> None:
+        """Take the size of the content, within the screen."""
+        wide = self.look.px(width)
+        high = self._body.heightForWidth(wide)
+        if high <= 0:
+            high = self._body.sizeHint().height()
+        high += self.look.px(64)
+        screen = self.screen().availableSize() if self.screen() else None
+        if screen is not None:
+            wide, high = min(wide, screen.width() - 32), min(high, screen.height() - 64)
+        self.resize(wide, high)

@@ -1,0 +1,102 @@
+"""All keys, from the table of commands."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFrame,
+    QGridLayout,
+    QLineEdit,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.commands import COMMANDS, Command, key_text
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.pages import label
+
+CHART_KEYS: tuple[tuple[str, str], ...] = (
+    ("Drag", "Scroll the charts in time"),
+    ("Wheel", "Scroll; with Ctrl shorter or longer time"),
+    ("Point", "Cursor with all values at that time"),
+)
+
+
+class KeysDialog(QDialog):
+    """Every key of the window, to be searched."""
+
+    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("All keys")
+        self.resize(look.px(880), look.px(640))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
+        column.setSpacing(look.px(8))
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search for a key or for what it does")
+        self.search.setAccessibleName("Search the keys")
+        self.search.setClearButtonEnabled(True)
+        column.addWidget(self.search)
+        area = QScrollArea()
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidgetResizable(True)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        body = QWidget()
+        body.setObjectName("page")
+        self._flow = FlowLayout(body, spacing=look.px(16))
+        self._cards: list[tuple[QFrame, list[tuple[str, list[QWidget]]]]] = []
+        for menu in dict.fromkeys(command.menu for command in COMMANDS):
+            commands = [known for known in COMMANDS if known.menu == menu and known.keys]
+            self._flow.addWidget(self._card(menu, commands, look))
+        area.setWidget(body)
+        column.addWidget(area, 1)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column.addWidget(buttons)
+        self.search.textChanged.connect(self.narrow)
+        self.search.setFocus()
+
+    def _card(self, title: str, commands: list[Command], look: Look) -> QFrame:
+        card = QFrame()
+        card.setObjectName("card")
+        card.setFixedWidth(look.px(392))
+        grid = QGridLayout(card)
+        grid.setContentsMargins(look.px(16), look.px(12), look.px(16), look.px(12))
+        grid.setVerticalSpacing(look.px(4))
+        grid.setHorizontalSpacing(look.px(16))
+        grid.setColumnStretch(0, 1)
+        grid.addWidget(label(title, "heading"), 0, 0, 1, 2)
+        rows: list[tuple[str, list[QWidget]]] = []
+        for row, command in enumerate(commands, start=1):
+            text = command.text.rstrip("…")
+            keys = "  or  ".join(key_text(known) for known in command.keys)
+            what, how = label(text, wrap=True), label(keys, "strong")
+            how.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(what, row, 0)
+            grid.addWidget(how, row, 1)
+            rows.append((f"{title} {text} {keys}".lower(), [what, how]))
+        self._cards.append((card, rows))
+        return card
+
+    def narrow(self, words: str) -> None:
+        """Show only the rows that hold all the words."""
+        wanted = words.lower().split()
+        for card, rows in self._cards:
+            count = 0
+            for text, widgets in rows:
+                fits = all(word in text for word in wanted)
+                count += fits
+                for widget in widgets:
+                    widget.setVisible(fits)
+            card.setVisible(count > 0)
+        self._flow.invalidate()
+
+    def rows(self) -> tuple[str, ...]:
+        """Return what is on screen, one text for each row."""
+        return tuple(
+            text for _card, rows in self._cards for text, parts in rows if not parts[0].isHidden()
+        )

@@ -1,0 +1,197 @@
+"""What the dialogs ask for, checked while it is typed. No Qt."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Literal
+
+from gsapp.foundation import GroundStationError
+from ui.words import bytes_text
+
+State = Literal["", "good", "caution", "warning"]
+LinkKind = Literal["serial", "udpin", "udpout", "tcp", "tcpin", "text"]
+
+BAUD_RATES = (57_600, 115_200, 230_400, 460_800, 921_600, 38_400, 9_600)
+"""Speeds offered, the usual ones first."""
+
+LINK_KINDS: tuple[tuple[LinkKind, str], ...] = (
+    ("udpin", "UDP: the aircraft sends here"),
+    ("udpout", "UDP: call the aircraft"),
+    ("tcp", "TCP: connect to it"),
+    ("tcpin", "TCP: it connects here"),
+    ("serial", "Serial port, MAVLink"),
+    ("text", "Serial port, lines of text"),
+)
+"""Kinds of links, with the words of the dialog."""
+
+# A full MAVLink stream of the B777 box.
+_BYTES_PER_HOUR = 65e6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """Whether something typed will do, and a sentence about it."""
+
+    sentence: str
+    state: State = ""
+
+    @property
+    def usable(self) -> bool:
+        """Return whether it will do."""
+        return self.state != "warning"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConnectRequest:
+    """An aircraft to be recorded and shown.
+
+    Attributes
+    ----------
+    link : str
+        LINK text.
+    folder : Path
+        Flight folder to record into.
+    channel_map, aircraft, calibration : str
+        Names of shipped files or paths; calibration may be empty for none.
+    """
+
+    link: str
+    folder: Path
+    channel_map: str
+    aircraft: str
+    calibration: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualRequest:
+    """A flight of the virtual aircraft.
+
+    Attributes
+    ----------
+    plan : str
+        Flight plan; empty for the usual one.
+    seed : int
+        Seed of gusts, noise and the pilot's hand.
+    speed : float
+        Times real time.
+    hidden : tuple of str
+        Effects that its model lacks.
+    thin : bool
+        Only what a 57,600-baud radio carries.
+    folder : Path
+        Flight folder to record into.
+    """
+
+    plan: str
+    seed: int
+    speed: float
+    hidden: tuple[str, ...]
+    thin: bool
+    folder: Path
+
+
+def link_text(kind: LinkKind, *, host: str, port: int, device: str, baud: int) -> str:
+    """Return the LINK that the fields of the dialog describe."""
+    if kind in ("serial", "text"):
+        return f"{kind}:{device}:{baud}"
+    return f"{kind}:{host.strip() or '127.0.0.1'}:{port}"
+
+
+def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) -> Verdict:
+    """Return what is to be said of a LINK as it is typed.
+
+    Parameters
+    ----------
+    text : str
+        As typed so far.
+    parse : callable
+        Reads a LINK; raises `GroundStationError` with a sentence if it is none.
+    ports : iterable of str
+        Serial ports that are there now.
+    """
+    text = text.strip()
+    if not text:
+        return Verdict(
+            sentence="Choose above, or type a LINK such as udpin:127.0.0.1:14550.", state="warning"
+        )
+    try:
+        parse(text)
+    except GroundStationError as error:
+        return Verdict(sentence=str(error), state="warning")
+    except ValueError as error:
+        return Verdict(sentence=f"This is not a link: {error}.", state="warning")
+    kind, _, rest = text.partition(":")
+    if kind in ("serial", "text"):
+        device = rest.rpartition(":")[0] or rest
+        if device and device not in set(ports):
+            return Verdict(
+                sentence=f"{device} is not there now; it is opened as soon as it is plugged in.",
+                state="caution",
+            )
+    if kind in ("udpin", "tcpin") and rest.startswith("0.0.0.0:"):
+        return Verdict(
+            sentence="Listens to the whole network: anybody on it can send.", state="caution"
+        )
+    sentences = {
+        "udpin": "Listens on this port until the aircraft sends.",
+        "udpout": "Calls this address until the aircraft answers.",
+        "tcp": "Connects, and connects again whenever the link is lost.",
+        "tcpin": "Waits for the aircraft to connect.",
+        "serial": "MAVLink over the serial port; found again after it was unplugged.",
+        "text": "Lines of comma-separated text over the serial port.",
+        "virtual": "The virtual aircraft of this program.",
+    }
+    return Verdict(sentence=sentences.get(kind, "A recorded flight."), state="good")
+
+
+def folder_name(text: str) -> str:
+    """Return a name as a folder can have it on every system."""
+    return re.sub(r'[<>:"/\\|?*\x00-\x1f]+', "-", text).strip(" .")
+
+
+def next_flight_name(parent: Path, today: date) -> str:
+    """Return ``2026-05-12 flight 3``: the next one of the day."""
+    number = 1
+    while (parent / f"{today.isoformat()} flight {number}").exists():
+        number += 1
+    return f"{today.isoformat()} flight {number}"
+
+
+def check_folder(parent: str, name: str) -> Verdict:
+    """Return what is to be said of the place where a flight shall be recorded."""
+    if not name.strip():
+        return Verdict(sentence="The flight needs a name.", state="warning")
+    if folder_name(name) != name.strip():
+        return Verdict(
+            sentence=f"A folder cannot be called that; {folder_name(name)!r} would do.",
+            state="warning",
+        )
+    if not parent.strip():
+        return Verdict(sentence="Choose the folder in which flights are kept.", state="warning")
+    place = Path(parent).expanduser()
+    existing = place
+    while not existing.exists() and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        return Verdict(
+            sentence=f"{existing} cannot be written to; choose another folder.", state="warning"
+        )
+    free = shutil.disk_usage(existing).free
+    room = f"{bytes_text(free)} free"
+    if free < _BYTES_PER_HOUR:
+        return Verdict(
+            sentence=f"Only {room}: less than an hour of flight. Make room first.",
+            state="caution",
+        )
+    target = place / name.strip()
+    if target.exists():
+        return Verdict(
+            sentence=f"This flight exists: the recording goes on in it. {room}.", state="caution"
+        )
+    return Verdict(sentence=f"Recorded in {target}. {room}.", state="good")

@@ -1,0 +1,179 @@
+"""Short questions: go to time, export, map of a foreign file, what to do with the recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from PySide6.QtWidgets import QComboBox, QLineEdit, QMessageBox, QPushButton, QWidget
+
+from ui.dialogs.fields import ShippedField
+from ui.dialogs.form import FormDialog, PathField, Sentence
+from ui.look import Look
+from ui.words import clock_text, parse_clock
+
+ClosingAnswer = Literal["leave", "stop", "stay"]
+
+
+class GoToDialog(FormDialog):
+    """Asks for a flight time."""
+
+    def __init__(
+        self, look: Look, first: float, last: float, now: float, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(
+            "Go to time",
+            f"This flight runs from {clock_text(first)} to {clock_text(last)}.",
+            "Go",
+            look,
+            parent,
+        )
+        self._span = (first, last)
+        self.edit = QLineEdit(clock_text(now))
+        self.edit.selectAll()
+        self.sentence = Sentence()
+        self.add_row("Flight time", self.edit, self.sentence)
+        self.edit.textChanged.connect(self._judge)
+        self._judge()
+        self.edit.setFocus()
+        self.fit(400)
+
+    def _judge(self) -> None:
+        time = self.time
+        first, last = self._span
+        if time is None:
+            self.sentence.say("Write minutes and seconds, such as 4:07.5, or seconds.", "warning")
+        elif not first <= time <= last:
+            self.sentence.say(
+                f"Outside the flight; the nearest is {clock_text(self.held)}.", "caution"
+            )
+        else:
+            self.sentence.say(f"{time:.1f} s", "good")
+        self.button.setEnabled(time is not None)
+
+    @property
+    def time(self) -> float | None:
+        """Return what is typed, s; None if it is no time."""
+        return parse_clock(self.edit.text())
+
+    @property
+    def held(self) -> float:
+        """Return the time within the flight, s."""
+        first, last = self._span
+        return min(max(self.time if self.time is not None else first, first), last)
+
+
+class ExportDialog(FormDialog):
+    """Asks for format and file."""
+
+    FORMATS = (
+        ("csv", "Flight CSV (.csv)"),
+        ("mat", "MATLAB (.mat)"),
+        ("parquet", "Parquet (.parquet)"),
+    )
+
+    def __init__(self, look: Look, start: Path, parent: QWidget | None = None) -> None:
+        super().__init__(
+            "Export the flight",
+            "All channels on one grid, with their units.",
+            "Export",
+            look,
+            parent,
+        )
+        self.kind = QComboBox()
+        for kind, words in self.FORMATS:
+            self.kind.addItem(words, kind)
+        self.add_row("Format", self.kind)
+        self.path = PathField("File", look, folder=False)
+        self.path.edit.setText(str(start.with_suffix(".csv")))
+        self.sentence = Sentence()
+        self.add_row("File", self.path, self.sentence)
+        self.kind.activated.connect(self._suit)
+        self.path.edit.textChanged.connect(self._judge)
+        self._judge()
+        self.fit(560)
+
+    def _suit(self) -> None:
+        text = self.path.edit.text().strip()
+        if text:
+            self.path.edit.setText(str(Path(text).with_suffix(f".{self.kind.currentData()}")))
+
+    def _judge(self) -> None:
+        text = self.path.edit.text().strip()
+        usable = bool(text) and Path(text).expanduser().parent.is_dir()
+        if not text:
+            self.sentence.say("Name the file.", "warning")
+        elif not usable:
+            self.sentence.say(f"There is no folder {Path(text).parent}.", "warning")
+        elif Path(text).exists():
+            self.sentence.say("This file exists and will be replaced.", "caution")
+        else:
+            self.sentence.say("A new file.", "good")
+        self.button.setEnabled(usable)
+
+    @property
+    def request(self) -> tuple[str, Path]:
+        """Return format and file."""
+        return str(self.kind.currentData()), Path(self.path.edit.text().strip()).expanduser()
+
+
+class MapDialog(FormDialog):
+    """Asks which channel map reads a foreign file."""
+
+    def __init__(
+        self,
+        look: Look,
+        path: Path,
+        maps: Sequence[str],
+        current: str,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "Which channel map?",
+            f"{path.name} holds messages; a channel map says which of them are which channel.",
+            "Open",
+            look,
+            parent,
+        )
+        self.channel_map = ShippedField("Channel map", maps, current)
+        self.add_row("Channel map", self.channel_map)
+        self.fit(480)
+
+
+def ask_closing(parent: QWidget, what: str) -> ClosingAnswer:
+    """Ask what shall become of the recording when its window closes.
+
+    Leaving it running is the default: nothing is lost by a key pressed in haste.
+    """
+    box = QMessageBox(parent)
+    box.setWindowTitle("Recording")
+    box.setIcon(QMessageBox.Icon.NoIcon)
+    box.setText(f"{what} is being recorded.")
+    box.setInformativeText(
+        "The recorder runs in a process of its own. Left running, it goes on without this window, "
+        "and the next window finds it again."
+    )
+    leave = box.addButton("Leave it running", QMessageBox.ButtonRole.AcceptRole)
+    stop = box.addButton("Stop recording", QMessageBox.ButtonRole.DestructiveRole)
+    stay = box.addButton("Stay", QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(leave)
+    box.setEscapeButton(stay)
+    box.exec()
+    answers: dict[QPushButton | object, ClosingAnswer] = {leave: "leave", stop: "stop"}
+    return answers.get(box.clickedButton(), "stay")
+
+
+def ask_stop(parent: QWidget, what: str) -> bool:
+    """Ask whether to stop the recording now; going on is the default."""
+    box = QMessageBox(parent)
+    box.setWindowTitle("Stop recording")
+    box.setIcon(QMessageBox.Icon.NoIcon)
+    box.setText(f"Stop recording {what}?")
+    box.setInformativeText("What was recorded stays. A new recording may go on in the same flight.")
+    stop = box.addButton("Stop recording", QMessageBox.ButtonRole.DestructiveRole)
+    go_on = box.addButton("Go on recording", QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(go_on)
+    box.setEscapeButton(go_on)
+    box.exec()
+    return box.clickedButton() is stop

@@ -1,0 +1,110 @@
+"""Flying the virtual aircraft: plan, seed, speed, hidden effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QSpinBox,
+    QWidget,
+)
+
+from ui.dialogs.fields import FlightPlace, ShippedField
+from ui.dialogs.form import FormDialog, Sentence
+from ui.dialogs.requests import VirtualRequest
+from ui.look import Look
+
+_SPEEDS = (1.0, 2.0, 5.0, 10.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualChoices:
+    """What can be chosen for the virtual aircraft.
+
+    Attributes
+    ----------
+    plans : tuple of str
+        Flight plans that come with the program, the usual one first.
+    effects : tuple of (str, str)
+        Id and title of the effects that can be hidden in it.
+    """
+
+    plans: tuple[str, ...]
+    effects: Sequence[tuple[str, str]]
+
+
+class VirtualDialog(FormDialog):
+    """Asks how the virtual aircraft shall fly."""
+
+    def __init__(
+        self, look: Look, choices: VirtualChoices, flights: Path, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(
+            "Fly the virtual aircraft",
+            "Engine start, pulses, take-off, doublets, landing: sent over a real link on this "
+            "machine and recorded like any flight.",
+            "Fly",
+            look,
+            parent,
+        )
+        self.plan = ShippedField("Plan", choices.plans, choices.plans[0] if choices.plans else "")
+        self.add_row("Plan", self.plan)
+        self.speed = QComboBox()
+        for speed in _SPEEDS:
+            self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
+        self.add_row("Speed", self.speed)
+        self.seed = QSpinBox()
+        self.seed.setRange(0, 999_999)
+        self.seed.setValue(1)
+        self.seed.setToolTip("The same seed flies the same gusts, noise and pilot")
+        self.add_row("Seed", self.seed)
+        self.thin = QCheckBox("Only what a 57,600-baud radio carries")
+        self.add_row("Radio", self.thin)
+        self.effects = QListWidget()
+        self.effects.setFixedHeight(look.px(112))
+        self.effects.setProperty("role", "boxed")
+        for effect, title in choices.effects:
+            item = QListWidgetItem(f"{title}   ({effect})" if title else effect)
+            item.setData(Qt.ItemDataRole.UserRole, effect)
+            item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+            item.setCheckState(Qt.CheckState.Unchecked)
+            self.effects.addItem(item)
+        note = Sentence()
+        note.say("Hidden effects make the aircraft differ from its model; find them later.")
+        self.hidden_text = QLineEdit()
+        if choices.effects:
+            self.add_row("Hidden effects", self.effects, note)
+        else:
+            self.hidden_text.setPlaceholderText("for example aero.Cm.alpha2")
+            self.add_row("Hidden effects", self.hidden_text, note)
+        self.place = FlightPlace(flights, look)
+        self.add_row("Flight", self.place)
+        self.place.changed.connect(lambda: self.button.setEnabled(self.place.verdict.usable))
+        self.button.setEnabled(self.place.verdict.usable)
+        self.fit()
+
+    @property
+    def request(self) -> VirtualRequest:
+        """Return what was asked for."""
+        ticked = [
+            str(self.effects.item(row).data(Qt.ItemDataRole.UserRole))
+            for row in range(self.effects.count())
+            if self.effects.item(row).checkState() == Qt.CheckState.Checked
+        ]
+        typed = [word.strip() for word in self.hidden_text.text().split(",") if word.strip()]
+        return VirtualRequest(
+            plan=self.plan.value,
+            seed=self.seed.value(),
+            speed=float(self.speed.currentData()),
+            hidden=(*ticked, *typed),
+            thin=self.thin.isChecked(),
+            folder=self.place.folder,
+        )

@@ -1,0 +1,331 @@
+"""Choosing the charts: a tree of what the flight has, the chosen ones in order, saved layouts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QModelIndex, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QInputDialog,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QSplitter,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gsapp.quantities import channel
+from ui.flight.choice import (
+    LAYOUT_NAMES,
+    fits,
+    from_rows,
+    grouped,
+    moved,
+    row_text,
+    rows,
+    toggled,
+)
+from ui.look import Look
+from ui.pages import label
+from ui.strips.layout import StripLayout
+from ui.words import count_text, symbol_text
+
+_ID = Qt.ItemDataRole.UserRole
+
+
+class _OrderList(QListWidget):
+    """Headings and charts; dragged, or moved with Alt+Up and Alt+Down, removed with Delete."""
+
+    moved = Signal(int, int)
+    removed = Signal(int)
+    dropped = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setDragDropMode(QAbstractItemView.DragDropMode.InternalMove)
+        self.setDefaultDropAction(Qt.DropAction.MoveAction)
+        self.setAccessibleName("Charts in their order")
+        self.setToolTip("Drag to order, or Alt+Up and Alt+Down; Delete removes")
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.model().rowsMoved.connect(self._rows_moved)
+
+    def _rows_moved(self, *_where: QModelIndex | int) -> None:
+        self.dropped.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        row = self.currentRow()
+        alt = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
+        if row >= 0 and alt and event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down):
+            self.moved.emit(row, -1 if event.key() == Qt.Key.Key_Up else 1)
+        elif row >= 0 and event.key() in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+            self.removed.emit(row)
+        else:
+            super().keyPressEvent(event)
+
+
+class ChannelPanel(QWidget):
+    """Chooses and orders the charts.
+
+    Attributes
+    ----------
+    chosen : Signal(StripLayout)
+        The charts as the user wants them now.
+    layout_chosen : Signal(str)
+        A layout to show.
+    layout_saved : Signal(str)
+        Save what is on screen under that name.
+    layout_deleted : Signal(str)
+        Forget a saved layout.
+    """
+
+    chosen = Signal(object)
+    layout_chosen = Signal(str)
+    layout_saved = Signal(str)
+    layout_deleted = Signal(str)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._available: tuple[str, ...] = ()
+        self._charts = StripLayout()
+        self._notes: dict[str, str] = {}
+        self._busy = False
+        column = QVBoxLayout(self)
+        column.setContentsMargins(8, 8, 8, 8)
+        column.setSpacing(8)
+        column.addLayout(self._layout_row())
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search channels")
+        self.search.setAccessibleName("Search channels")
+        self.search.setClearButtonEnabled(True)
+        self.search.textChanged.connect(self._narrow)
+        self.search.returnPressed.connect(self._toggle_first)
+        column.addWidget(self.search)
+        split = QSplitter(Qt.Orientation.Vertical)
+        split.setChildrenCollapsible(False)
+        self.tree = QTreeWidget()
+        self.tree.setHeaderHidden(True)
+        self.tree.setAccessibleName("Channels of this flight")
+        self.tree.itemChanged.connect(self._ticked)
+        self.tree.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        split.addWidget(self.tree)
+        lower = QWidget()
+        below = QVBoxLayout(lower)
+        below.setContentsMargins(0, 8, 0, 0)
+        below.setSpacing(4)
+        head = QHBoxLayout()
+        self._count = label("", "label")
+        head.addWidget(self._count, 1)
+        heading = QPushButton("Add heading")
+        heading.setProperty("role", "quiet")
+        heading.setAccessibleName("Add a heading to the charts")
+        heading.clicked.connect(self._add_heading)
+        head.addWidget(heading)
+        below.addLayout(head)
+        self.order = _OrderList()
+        self.order.moved.connect(self._move)
+        self.order.removed.connect(self._remove)
+        self.order.dropped.connect(self._dropped)
+        below.addWidget(self.order, 1)
+        split.addWidget(lower)
+        split.setStretchFactor(0, 3)
+        split.setStretchFactor(1, 2)
+        column.addWidget(split, 1)
+
+    def _layout_row(self) -> QHBoxLayout:
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        self.layouts = QComboBox()
+        self.layouts.setAccessibleName("Layout")
+        self.layouts.setToolTip("Layouts: named choices of charts")
+        self.layouts.setMinimumContentsLength(8)
+        self.layouts.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+        self.layouts.activated.connect(
+            lambda index: self.layout_chosen.emit(self.layouts.itemText(index))
+        )
+        row.addWidget(self.layouts, 1)
+        save = QPushButton("Save as…")
+        save.setAccessibleName("Save this layout under a name")
+        save.clicked.connect(self._ask_name)
+        row.addWidget(save)
+        self.delete = QPushButton("Delete")
+        self.delete.setAccessibleName("Delete this saved layout")
+        self.delete.clicked.connect(lambda: self.layout_deleted.emit(self.layouts.currentText()))
+        row.addWidget(self.delete)
+        return row
+
+    # What is shown
+
+    def show_layouts(self, saved: Sequence[str], current: str) -> None:
+        """List the layouts; `current` may be empty for one without a name."""
+        self.layouts.clear()
+        self.layouts.addItems([*LAYOUT_NAMES, *saved])
+        self.layouts.setCurrentIndex(self.layouts.findText(current) if current else -1)
+        self.layouts.setPlaceholderText("Own choice")
+        self.delete.setEnabled(current in saved)
+
+    def show_channels(
+        self, available: Sequence[str], charts: StripLayout, notes: Mapping[str, str]
+    ) -> None:
+        """Show what the flight has and what is charted.
+
+        Parameters
+        ----------
+        available : sequence of str
+            Channel ids.
+        charts : StripLayout
+            On screen.
+        notes : mapping of str to str
+            What is to be said of a channel, such as ``estimated``.
+        """
+        self._charts = charts
+        if (tuple(available), dict(notes)) != (self._available, self._notes):
+            self._available, self._notes = tuple(available), dict(notes)
+            self._fill_tree()
+        else:
+            self._tick_tree()
+        self._fill_order()
+
+    def _fill_tree(self) -> None:
+        self._busy = True
+        closed = {
+            self.tree.topLevelItem(index).data(0, _ID)
+            for index in range(self.tree.topLevelItemCount())
+            if not self.tree.topLevelItem(index).isExpanded()
+        } | ({"Volts"} if not self.tree.topLevelItemCount() else set())
+        self.tree.clear()
+        for name, specs in grouped(self._available).items():
+            branch = QTreeWidgetItem([f"{name}  ({len(specs)})"])
+            branch.setData(0, _ID, name)
+            branch.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
+            self.tree.addTopLevelItem(branch)
+            for spec in specs:
+                note = self._notes.get(spec.id, "")
+                leaf = QTreeWidgetItem([f"{symbol_text(spec.symbol)}   {spec.title}"])
+                leaf.setData(0, _ID, spec.id)
+                leaf.setToolTip(0, f"{spec.description}{f' · {note}' if note else ''}")
+                if note:
+                    leaf.setText(0, f"{leaf.text(0)}  · {note}")
+                if "estimated" in note:
+                    font = leaf.font(0)
+                    font.setItalic(True)
+                    leaf.setFont(0, font)
+                leaf.setFlags(
+                    Qt.ItemFlag.ItemIsEnabled
+                    | Qt.ItemFlag.ItemIsSelectable
+                    | Qt.ItemFlag.ItemIsUserCheckable
+                )
+                branch.addChild(leaf)
+            branch.setExpanded(name not in closed)
+        self._busy = False
+        self._tick_tree()
+        self._narrow(self.search.text())
+
+    def _leaves(self) -> list[QTreeWidgetItem]:
+        return [
+            self.tree.topLevelItem(group).child(index)
+            for group in range(self.tree.topLevelItemCount())
+            for index in range(self.tree.topLevelItem(group).childCount())
+        ]
+
+    def _tick_tree(self) -> None:
+        self._busy = True
+        for leaf in self._leaves():
+            on = leaf.data(0, _ID) in self._charts.channels
+            leaf.setCheckState(0, Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
+        self._busy = False
+
+    def _fill_order(self) -> None:
+        order = rows(self._charts)
+        texts = [row_text(row) for row in order]
+        if [self.order.item(row).text() for row in range(self.order.count())] != texts:
+            kept = self.order.currentRow()
+            self.order.clear()
+            for row, text in zip(order, texts, strict=True):
+                item = QListWidgetItem(text)
+                if isinstance(row, str):
+                    item.setFont(self._look.font("label", strong=True))
+                self.order.addItem(item)
+            self.order.setCurrentRow(min(kept, self.order.count() - 1))
+        for place, row in enumerate(order):
+            self.order.item(place).setData(_ID, row)
+        self._count.setText(f"{count_text(len(self._charts.strips), 'chart')}, top to bottom")
+
+    # What the user does
+
+    def _set(self, charts: StripLayout) -> None:
+        if charts != self._charts:
+            self._charts = charts
+            self._tick_tree()
+            self._fill_order()
+            self.chosen.emit(charts)
+
+    def _ticked(self, leaf: QTreeWidgetItem, _column: int) -> None:
+        if not self._busy and leaf.parent() is not None:
+            on = leaf.checkState(0) == Qt.CheckState.Checked
+            self._set(toggled(self._charts, leaf.data(0, _ID), on))
+
+    def _move(self, place: int, steps: int) -> None:
+        order = moved(rows(self._charts), place, steps)
+        self._set(from_rows(self._charts, order))
+        self.order.setCurrentRow(min(max(place + steps, 0), self.order.count() - 1))
+
+    def _remove(self, place: int) -> None:
+        order = list(rows(self._charts))
+        del order[place]
+        self._set(from_rows(self._charts, order))
+
+    def _dropped(self) -> None:
+        order = [self.order.item(row).data(_ID) for row in range(self.order.count())]
+        self._set(from_rows(self._charts, order))
+
+    def _add_heading(self) -> None:
+        name, agreed = QInputDialog.getText(self, "Add heading", "Words of the heading")
+        if agreed and name.strip():
+            order = list(rows(self._charts))
+            order.insert(max(self.order.currentRow(), 0), name.strip())
+            self._set(from_rows(self._charts, order))
+
+    def _narrow(self, words: str) -> None:
+        for index in range(self.tree.topLevelItemCount()):
+            branch = self.tree.topLevelItem(index)
+            count = 0
+            for row in range(branch.childCount()):
+                leaf = branch.child(row)
+                shown = fits(channel(leaf.data(0, _ID)), words)
+                leaf.setHidden(not shown)
+                count += shown
+            branch.setHidden(count == 0)
+            if words and count:
+                branch.setExpanded(True)
+
+    def _toggle_first(self) -> None:
+        """Enter in the search adds or removes the first hit: choosing without the mouse."""
+        for leaf in self._leaves():
+            if not leaf.isHidden():
+                on = leaf.data(0, _ID) not in self._charts.channels
+                self._set(toggled(self._charts, leaf.data(0, _ID), on))
+                return
+
+    def _ask_name(self) -> None:
+        at = self.layouts.currentText()
+        name, agreed = QInputDialog.getText(
+            self, "Save layout", "Name of the layout", text="" if at in LAYOUT_NAMES else at
+        )
+        if agreed and name.strip():
+            self.layout_saved.emit(name.strip())
+
+    def begin(self) -> None:
+        """Put the keyboard into the search."""
+        self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.search.selectAll()

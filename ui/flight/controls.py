@@ -1,0 +1,339 @@
+"""Below the charts: pause, marks, time in sight; and the bar that runs a replay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QAction,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPolygonF,
+)
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.glyphs import glyph_icon
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.words import clock_text
+
+SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)
+"""Seconds in sight that have a button."""
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, float("inf"))
+"""Speeds of a replay; the last is as fast as it can."""
+
+
+def speed_text(speed: float) -> str:
+    """Return ``0.1x``, ``1x``, ``max``."""
+    return "max" if speed == float("inf") else f"{speed:g}x"
+
+
+def span_text(seconds: float) -> str:
+    """Return ``30 s``, ``2 min``."""
+    return f"{seconds:g} s" if seconds < 60 else f"{seconds / 60:g} min"
+
+
+class ActionButton(QPushButton):
+    """A button that runs a command: same words, same key, grayed with it."""
+
+    def __init__(self, action: QAction, words: str, look: Look, glyph: str = "") -> None:
+        super().__init__(words)
+        self._look = look
+        self._glyph = glyph
+        self._action = action
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.clicked.connect(action.trigger)
+        action.changed.connect(self._follow)
+        look.changed.connect(self._redraw)
+        self._follow()
+        self._redraw()
+
+    def _follow(self) -> None:
+        keys = self._action.shortcut().toString()
+        text = self._action.text().rstrip("…")
+        self.setToolTip(f"{text} ({keys})" if keys else text)
+        self.setAccessibleName(f"{text}, {keys}" if keys else text)
+        self.setEnabled(self._action.isEnabled())
+
+    def show_glyph(self, glyph: str, words: str) -> None:
+        """Show another sign and word."""
+        if (glyph, words) != (self._glyph, self.text()):
+            self._glyph = glyph
+            self.setText(words)
+            self._redraw()
+
+    def _redraw(self) -> None:
+        if self._glyph:
+            side = self._look.px(16)
+            self.setIcon(glyph_icon(self._glyph, self._look.color("text"), side))
+            self.setIconSize(QSize(side, side))
+
+
+class ControlRow(QWidget):
+    """Pause, mark, note, time in sight, side panel.
+
+    Attributes
+    ----------
+    span_chosen : Signal(float)
+        Seconds to show.
+    """
+
+    span_chosen = Signal(float)
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+        super().__init__()
+        self._look = look
+        flow = FlowLayout(self, spacing=look.px(8))
+        self._flow = flow
+        self.pause = ActionButton(actions["chart_pause"], "Pause", look, "pause")
+        self.mark = ActionButton(actions["mark"], "Mark", look, "flag")
+        self.note = ActionButton(actions["note"], "Note", look)
+        self.panel = ActionButton(actions["side_panel"], "Panel", look, "panel")
+        for button in (self.pause, self.mark, self.note):
+            flow.addWidget(button)
+        self.spans: dict[float, QPushButton] = {}
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(4))
+        for seconds in SPANS:
+            button = QPushButton(span_text(seconds))
+            button.setProperty("role", "segment")
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.setAccessibleName(f"Show {span_text(seconds)}")
+            button.setToolTip(f"Show {span_text(seconds)} (+ shorter, - longer)")
+            button.clicked.connect(lambda _checked=False, span=seconds: self._choose(span))
+            row.addWidget(button)
+            self.spans[seconds] = button
+        flow.addWidget(holder)
+        flow.addWidget(self.panel)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        look.changed.connect(self._rescale)
+        self._rescale()
+
+    def _rescale(self) -> None:
+        gap = self._look.px(8)
+        self._flow.setContentsMargins(gap, gap, gap, gap)
+        self._flow.setSpacing(gap)
+
+    def _choose(self, span: float) -> None:
+        self.span_chosen.emit(span)
+
+    def show_span(self, seconds: float) -> None:
+        """Show which time is in sight."""
+        for span, button in self.spans.items():
+            button.setChecked(abs(span - seconds) < 0.01 * span)
+
+    def show_paused(self, paused: bool) -> None:
+        """Show what the first button would do."""
+        self.pause.show_glyph("play" if paused else "pause", "Go on" if paused else "Pause")
+
+
+class TimeSlider(QWidget):
+    """The whole flight as a line with its marks; pressed or moved by keys it goes there.
+
+    Attributes
+    ----------
+    moved : Signal(float)
+        Flight time to go to, s.
+    """
+
+    moved = Signal(float)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._range = (0.0, 0.0)
+        self._time = 0.0
+        self._marks: tuple[float, ...] = ()
+        self._dragged = False
+        self.setAccessibleName("Time in the flight")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setToolTip("Press to go there; with the keyboard Left and Right by 1 s")
+
+    def sizeHint(self) -> QSize:
+        """Return the least size."""
+        return QSize(self._look.px(160), self._look.px(32))
+
+    def show_time(self, time: float, first: float, last: float, marks: Sequence[float]) -> None:
+        """Show where the replay is."""
+        new = (time, (first, last), tuple(marks))
+        if new != (self._time, self._range, self._marks):
+            self._time, self._range, self._marks = new
+            self.setAccessibleDescription(f"{clock_text(time)} of {clock_text(last)}")
+            self.update()
+
+    def _line(self) -> QRectF:
+        pad = self._look.px(8)
+        return QRectF(self.rect()).adjusted(pad, 0, -pad, 0)
+
+    def x(self, time: float) -> float:
+        """Return where a time is drawn."""
+        line, (first, last) = self._line(), self._range
+        share = (time - first) / (last - first) if last > first else 0.0
+        return line.left() + min(max(share, 0.0), 1.0) * line.width()
+
+    def _time_at(self, x: float) -> float:
+        line, (first, last) = self._line(), self._range
+        share = (x - line.left()) / line.width() if line.width() > 0 else 0.0
+        return first + min(max(share, 0.0), 1.0) * (last - first)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw line, marks, place."""
+        look, line = self._look, self._line()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        middle, thick = line.center().y(), look.px(4)
+        track = QRectF(line.left(), middle - thick / 2, line.width(), thick)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(look.color("line"))
+        painter.drawRoundedRect(track, thick / 2, thick / 2)
+        here = self.x(self._time)
+        painter.setBrush(look.color("muted"))
+        painter.drawRoundedRect(
+            QRectF(track.left(), track.top(), here - track.left(), thick), thick / 2, thick / 2
+        )
+        painter.setBrush(look.color("span_edge"))
+        side = look.px(4)
+        for mark in self._marks:
+            x, top = self.x(mark), middle - look.px(12)
+            painter.drawPolygon(
+                QPolygonF([QPointF(x - side, top), QPointF(x + side, top), QPointF(x, top + side)])
+            )
+            painter.drawRect(QRectF(x - 0.5, top, 1, look.px(12)))
+        painter.setBrush(look.color("text"))
+        radius = look.px(7 if self.hasFocus() else 6)
+        painter.drawEllipse(QPointF(here, middle), radius, radius)
+        if self.hasFocus():
+            painter.setBrush(look.color("background"))
+            painter.drawEllipse(QPointF(here, middle), radius / 2, radius / 2)
+        painter.end()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Go where it was pressed."""
+        self._dragged = True
+        self.moved.emit(self._time_at(event.position().x()))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the mouse."""
+        if self._dragged:
+            self.moved.emit(self._time_at(event.position().x()))
+
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+        """Let go."""
+        self._dragged = False
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move by 1 s, by 10 s with PgUp and PgDown, to the ends with Home and End."""
+        first, last = self._range
+        steps = {
+            int(Qt.Key.Key_Left): self._time - 1.0,
+            int(Qt.Key.Key_Right): self._time + 1.0,
+            int(Qt.Key.Key_PageUp): self._time - 10.0,
+            int(Qt.Key.Key_PageDown): self._time + 10.0,
+            int(Qt.Key.Key_Home): first,
+            int(Qt.Key.Key_End): last,
+        }
+        if event.key() in steps:
+            self.moved.emit(min(max(steps[event.key()], first), last))
+        else:
+            super().keyPressEvent(event)
+
+
+class ReplayBar(QWidget):
+    """Runs a replay: play, speed, step, go to time, the whole flight with its marks.
+
+    Attributes
+    ----------
+    speed_chosen : Signal(float)
+        Times as fast as the flight was; infinite is as fast as it can.
+    moved : Signal(float)
+        Flight time to go to, s.
+    """
+
+    speed_chosen = Signal(float)
+    moved = Signal(float)
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+        super().__init__()
+        self._look = look
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        top = QWidget()
+        flow = FlowLayout(top, spacing=8)
+        self.play = ActionButton(actions["chart_pause"], "Play", look, "play")
+        self.back = ActionButton(actions["step_back"], "−1", look)
+        self.step = ActionButton(actions["step"], "+1", look)
+        self.go_to = ActionButton(actions["go_to"], "Go to…", look)
+        self.speed = QComboBox()
+        self.speed.setAccessibleName("Speed of the replay")
+        self.speed.setToolTip("Speed of the replay ([ slower, ] faster)")
+        self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        for speed in SPEEDS:
+            self.speed.addItem(speed_text(speed), speed)
+        self.speed.activated.connect(
+            lambda index: self.speed_chosen.emit(float(self.speed.itemData(index)))
+        )
+        self.clock = QLabel()
+        self.clock.setProperty("role", "number")
+        self.clock.setMinimumWidth(look.px(112))
+        for widget in (self.play, self.back, self.step, self.speed, self.go_to, self.clock):
+            flow.addWidget(widget)
+        self._flow = flow
+        self.slider = TimeSlider(look)
+        self.slider.moved.connect(self.moved)
+        column.addWidget(self.slider)
+        column.addWidget(top)
+        look.changed.connect(self._rescale)
+        self._rescale()
+
+    def _rescale(self) -> None:
+        gap = self._look.px(8)
+        self._flow.setContentsMargins(gap, 0, gap, gap)
+        self._flow.setSpacing(gap)
+        self.clock.setMinimumWidth(self._look.px(112))
+        self.slider.updateGeometry()
+
+    def show_replay(
+        self,
+        time: float,
+        first: float,
+        last: float,
+        *,
+        playing: bool,
+        speed: float,
+        marks: Sequence[float],
+    ) -> None:
+        """Show where the replay is and how it runs."""
+        self.slider.show_time(time, first, last, marks)
+        self.clock.setText(f"{clock_text(time, tenths=True)} / {clock_text(last)}")
+        self.play.show_glyph("pause" if playing else "play", "Pause" if playing else "Play")
+        index = min(range(len(SPEEDS)), key=lambda place: abs(SPEEDS[place] - speed))
+        if speed == SPEEDS[-1]:
+            index = len(SPEEDS) - 1
+        if not self.speed.view().isVisible() and self.speed.currentIndex() != index:
+            self.speed.setCurrentIndex(index)
+
+
+def next_speed(speed: float, steps: int) -> float:
+    """Return the next slower (negative) or faster speed of the list."""
+    place = min(
+        range(len(SPEEDS)),
+        key=lambda index: 0.0 if SPEEDS[index] == speed else abs(min(SPEEDS[index], 1e9) - speed),
+    )
+    return SPEEDS[min(max(place + steps, 0), len(SPEEDS) - 1)]

@@ -1,0 +1,90 @@
+"""Saved layouts: one TOML file each, in a folder of the user's."""
+
+from __future__ import annotations
+
+import logging
+import re
+from pathlib import Path
+
+from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
+from ui.flight.choice import LAYOUT_NAMES, named
+from ui.strips.layout import StripLayout, load_layout, save_layout
+
+log = logging.getLogger(__name__)
+
+_WRITTEN = re.compile(r"[^\w\-]+")
+
+
+class LayoutStore:
+    """Layouts by name, on disk.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are kept; made when the first is saved.
+
+    Attributes
+    ----------
+    complaints : tuple of str
+        What is wrong with files that could not be read; these are left alone.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._layouts: dict[str, tuple[Path, StripLayout]] = {}
+        complaints: list[str] = []
+        for path in sorted(folder.glob("*.toml")):
+            try:
+                layout = load_layout(path)
+            except FileProblemsError as error:
+                log.warning("layout not used: %s", error)
+                complaints.append(f"The layout {path.name} could not be read: {error.problems[0]}.")
+            else:
+                self._layouts[layout.name] = (path, layout)
+        self.complaints = tuple(complaints)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names, sorted."""
+        return tuple(sorted(self._layouts))
+
+    def load(self, name: str) -> StripLayout:
+        """Return a saved layout."""
+        try:
+            return self._layouts[name][1]
+        except KeyError:
+            raise UnknownNameError(f"no layout of the name '{name}' was saved") from None
+
+    def save(self, layout: StripLayout, name: str) -> None:
+        """Keep a layout under a name.
+
+        Raises
+        ------
+        FlightError
+            If the name belongs to a layout that comes with the program, or the disk refuses.
+        """
+        if name in LAYOUT_NAMES or not name.strip():
+            raise FlightError(f"'{name}' comes with the program; choose another name")
+        path = self._layouts[name][0] if name in self._layouts else self._free_path(name)
+        try:
+            save_layout(path, named(layout, name))
+        except OSError as error:
+            raise FlightError(
+                f"the layout '{name}' cannot be written to {path} ({error.strerror})"
+            ) from error
+        self._layouts[name] = (path, named(layout, name))
+
+    def _free_path(self, name: str) -> Path:
+        stem = _WRITTEN.sub("-", name).strip("-").lower() or "layout"
+        taken = {path for path, _layout in self._layouts.values()}
+        number = 1
+        while True:
+            path = self._folder / (f"{stem}.toml" if number == 1 else f"{stem}-{number}.toml")
+            if path not in taken and not path.exists():
+                return path
+            number += 1
+
+    def delete(self, name: str) -> None:
+        """Forget a saved layout."""
+        path, _layout = self._layouts.pop(name)
+        path.unlink(missing_ok=True)

@@ -1,0 +1,161 @@
+"""Panels beside the charts: values at the cursors, marks, alarms, messages of the aircraft."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+
+from ui.flight.tables import Line, LinesModel, LinesView
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.pages import label
+
+
+class ListPanel(QWidget):
+    """A table with a sentence in its place while it is empty, and a row of buttons below.
+
+    Parameters
+    ----------
+    view : LinesView
+        The table.
+    empty : str
+        What is said while there is nothing.
+    """
+
+    def __init__(self, view: LinesView, look: Look, empty: str) -> None:
+        super().__init__()
+        self.look = look
+        self.view = view
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.head = QVBoxLayout()
+        column.addLayout(self.head)
+        holder = QWidget()
+        self._pile = QStackedLayout(holder)
+        self._empty = label(empty, "muted", wrap=True)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._empty.setContentsMargins(16, 16, 16, 16)
+        self._pile.addWidget(self._empty)
+        self._pile.addWidget(view)
+        column.addWidget(holder, 1)
+        foot = QWidget()
+        self._foot = FlowLayout(foot, spacing=4)
+        self._foot.setContentsMargins(8, 8, 8, 8)
+        column.addWidget(foot)
+        self._foot_widget = foot
+        foot.hide()
+
+    def add_button(self, words: str, name: str) -> QPushButton:
+        """Add a button below the table."""
+        button = QPushButton(words)
+        button.setAccessibleName(name)
+        button.setToolTip(name)
+        self._foot.addWidget(button)
+        self._foot_widget.show()
+        return button
+
+    def show_lines(self, lines: Sequence[Line]) -> None:
+        """Show the lines, or the sentence if there are none."""
+        self.view.lines.show(lines)
+        self._pile.setCurrentIndex(1 if lines else 0)
+        self.setFocusProxy(self.view if lines else None)
+
+    def say_empty(self, text: str) -> None:
+        """Change the sentence."""
+        self._empty.setText(text)
+
+
+class ValuesPanel(ListPanel):
+    """All charted channels at the cursor and at A and B, with the difference."""
+
+    def __init__(self, look: Look) -> None:
+        model = LinesModel(look, ("", "Cursor", "A", "B", "B − A"), right=frozenset({1, 2, 3, 4}))
+        view = LinesView(
+            model, look, "Values at the cursors", stretch=0, widths={1: 64, 2: 60, 3: 60, 4: 64}
+        )
+        super().__init__(view, look, "No cursor is set. Point at the charts, or press 1 and 2.")
+        self.times = QLabel()
+        self.times.setProperty("role", "label")
+        self.times.setContentsMargins(8, 8, 8, 4)
+        self.times.setWordWrap(True)
+        self.head.addWidget(self.times)
+
+    def show_times(self, text: str) -> None:
+        """Show the times of the cursors and their difference."""
+        self.times.setText(text)
+        self.times.setVisible(bool(text))
+
+
+class MarksPanel(ListPanel):
+    """Marks and notes; Enter jumps, the text is edited in place.
+
+    Attributes
+    ----------
+    jumped : Signal(object)
+        Key of a mark to go to.
+    edited : Signal(object, str)
+        Key of a mark and its new text.
+    """
+
+    jumped = Signal(object)
+    edited = Signal(object, str)
+
+    def __init__(self, look: Look) -> None:
+        model = LinesModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
+        view = LinesView(model, look, "Marks and notes", stretch=1, widths={0: 72})
+        super().__init__(
+            view, look, "No marks yet. M marks this moment, N also asks for a few words."
+        )
+        model.edited.connect(self.edited)
+        view.opened.connect(self.jumped)
+        go = self.add_button("Go to", "Go to the chosen mark (Enter)")
+        go.clicked.connect(lambda: self._with_current(self.jumped.emit))
+        edit = self.add_button("Edit text", "Edit the text of the chosen mark")
+        edit.clicked.connect(lambda: self._with_current(self.begin_edit))
+
+    def _with_current(self, act: object) -> None:
+        key = self.view.current_key()
+        if key is not None and callable(act):
+            act(key)
+
+    def begin_edit(self, key: object) -> None:
+        """Let the user type the text of a mark."""
+        self.view.edit_key(key, 1)
+
+
+class AlarmsPanel(ListPanel):
+    """Alarms, newest first, with what was acknowledged.
+
+    Attributes
+    ----------
+    acknowledged : Signal
+        The user has seen them.
+    jumped : Signal(object)
+        Key of an alarm to go to.
+    """
+
+    acknowledged = Signal()
+    jumped = Signal(object)
+
+    def __init__(self, look: Look) -> None:
+        model = LinesModel(look, ("Time", "Alarm"), right=frozenset({0}))
+        view = LinesView(model, look, "Alarms", stretch=1, widths={0: 72})
+        super().__init__(view, look, "No alarms.")
+        view.opened.connect(self.jumped)
+        button = self.add_button("Acknowledge (A)", "Acknowledge the alarms (A)")
+        button.clicked.connect(self.acknowledged)
+
+
+class MessagesPanel(ListPanel):
+    """What the aircraft said, newest first."""
+
+    jumped = Signal(object)
+
+    def __init__(self, look: Look) -> None:
+        model = LinesModel(look, ("Time", "Message"), right=frozenset({0}))
+        view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: 72})
+        super().__init__(view, look, "The aircraft has sent no messages.")
+        view.opened.connect(self.jumped)

@@ -1,0 +1,220 @@
+"""Tables of the side panel: a frozen row for each line, shown without flicker."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+
+from ui.glyphs import State
+from ui.look import Look
+
+Index = QModelIndex | QPersistentModelIndex
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One line of a table.
+
+    Attributes
+    ----------
+    key : object
+        What it stands for.
+    cells : tuple of str
+        Texts of the columns.
+    state : str
+        Colors the cells of `colored`; the words in them say it too.
+    strong, italic : bool
+        Type of the whole line.
+    detail : str
+        Tool tip.
+    """
+
+    key: object
+    cells: tuple[str, ...]
+    state: State = "plain"
+    strong: bool = False
+    italic: bool = False
+    detail: str = ""
+    colored: frozenset[int] = field(default_factory=frozenset)
+
+
+class LinesModel(QAbstractTableModel):
+    """Lines for a table view; one column may be edited.
+
+    Attributes
+    ----------
+    edited : Signal(object, str)
+        Key of the line and its new text.
+    """
+
+    edited = Signal(object, str)
+
+    def __init__(
+        self,
+        look: Look,
+        titles: Sequence[str],
+        right: frozenset[int] = frozenset(),
+        editable: int | None = None,
+    ) -> None:
+        super().__init__()
+        self._look = look
+        self._titles = tuple(titles)
+        self._right = right
+        self._editable = editable
+        self.lines: tuple[Line, ...] = ()
+
+    def show(self, lines: Sequence[Line]) -> None:
+        """Show other lines; only what changed is painted again."""
+        new, old = tuple(lines), self.lines
+        if new == old:
+            return
+        if [line.key for line in new] != [line.key for line in old]:
+            self.beginResetModel()
+            self.lines = new
+            self.endResetModel()
+            return
+        self.lines = new
+        for row, (line, former) in enumerate(zip(new, old, strict=True)):
+            if line != former:
+                last = self.columnCount() - 1
+                self.dataChanged.emit(self.index(row, 0), self.index(row, last))
+
+    def refresh(self) -> None:
+        """Paint everything again, after a change of theme or scale."""
+        self.layoutChanged.emit()
+
+    def rowCount(self, parent: Index | None = None) -> int:
+        """Return the number of lines."""
+        return 0 if parent is not None and parent.isValid() else len(self.lines)
+
+    def columnCount(self, parent: Index | None = None) -> int:
+        """Return the number of columns."""
+        return 0 if parent is not None and parent.isValid() else len(self._titles)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> object:
+        """Return the title of a column."""
+        if orientation is not Qt.Orientation.Horizontal:
+            return None
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self._titles[section]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return self._alignment(section)
+        return None
+
+    def _alignment(self, column: int) -> int:
+        side = Qt.AlignmentFlag.AlignRight if column in self._right else Qt.AlignmentFlag.AlignLeft
+        return int(side | Qt.AlignmentFlag.AlignVCenter)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Return text, color, type of a cell."""
+        line, column = self.lines[index.row()], index.column()
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
+            return line.cells[column]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return line.detail or line.cells[column]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return self._alignment(column)
+        if role == Qt.ItemDataRole.FontRole:
+            return self._look.font("body", strong=line.strong, italic=line.italic)
+        if role == Qt.ItemDataRole.ForegroundRole and column in line.colored:
+            return QColor(self._look.state_color(line.state))
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        """Return whether a cell may be edited."""
+        flags = super().flags(index)
+        if index.column() == self._editable:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        return flags
+
+    def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Hand an edited text on; the line changes when its source has taken it."""
+        if role != Qt.ItemDataRole.EditRole or index.column() != self._editable:
+            return False
+        line = self.lines[index.row()]
+        text = str(value).strip()
+        if text != line.cells[index.column()]:
+            self.edited.emit(line.key, text)
+        return True
+
+
+class LinesView(QTableView):
+    """A table of lines; Enter or a double press jumps, text columns may be edited in place.
+
+    Attributes
+    ----------
+    opened : Signal(object)
+        Key of the line the user pressed Enter on.
+    deleted : Signal(object)
+        Key of the line the user pressed Delete on.
+    """
+
+    opened = Signal(object)
+    deleted = Signal(object)
+
+    def __init__(
+        self, model: LinesModel, look: Look, name: str, stretch: int, widths: dict[int, int]
+    ) -> None:
+        super().__init__()
+        self.lines = model
+        self._look = look
+        self._widths = widths
+        self.setModel(model)
+        self.setAccessibleName(name)
+        self.setShowGrid(False)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setTabKeyNavigation(False)
+        self.setWordWrap(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(stretch, QHeaderView.ResizeMode.Stretch)
+        header.setMinimumSectionSize(16)
+        self.doubleClicked.connect(lambda index: self.opened.emit(model.lines[index.row()].key))
+        look.changed.connect(self._resized)
+        self._resized()
+
+    def _resized(self) -> None:
+        for column, width in self._widths.items():
+            self.setColumnWidth(column, self._look.px(width))
+        self.verticalHeader().setDefaultSectionSize(self._look.px(32))
+        self.lines.refresh()
+
+    def current_key(self) -> object | None:
+        """Return the key of the line the keyboard is on."""
+        index = self.currentIndex()
+        return self.lines.lines[index.row()].key if index.isValid() else None
+
+    def edit_key(self, key: object, column: int) -> None:
+        """Begin to edit the text of a line."""
+        for row, line in enumerate(self.lines.lines):
+            if line.key == key:
+                index = self.lines.index(row, column)
+                self.setCurrentIndex(index)
+                self.scrollTo(index)
+                self.edit(index)
+                return
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Jump with Enter, delete with Delete."""
+        key = self.current_key()
+        acts: dict[int, Callable[[object], None]] = {
+            int(Qt.Key.Key_Return): self.opened.emit,
+            int(Qt.Key.Key_Enter): self.opened.emit,
+            int(Qt.Key.Key_Delete): self.deleted.emit,
+        }
+        if key is not None and event.key() in acts:
+            acts[event.key()](key)
+        else:
+            super().keyPressEvent(event)
