@@ -62,20 +62,21 @@ class PitchKeeper:
     def __init__(self, feel: Feel, trim_error: float, dt: float) -> None:
         self._feel = feel
         self._dt = dt
-        # 1.1 rad/s: what a delay of half a second, eye to surface, lets a human close.
-        self._gain = 1.1 / feel.pitch_rate
+        # 0.9 rad/s: what a delay of half a second, eye to surface, lets a human close calmly.
+        self._gain = 0.9 / feel.pitch_rate
         self._hold = feel.trim + trim_error
         self._level = feel.pitch
-        self._wanted = feel.pitch
+        self._wanted = 0.0
+        self._lift = 0.0
 
     def stick(self, view: View, intent: Intent) -> float:
         """Return the pitch stick."""
         if intent.path is not None:
             error = intent.path - view.path
             if not view.on_ground:
-                self._level += 0.12 * error * self._dt
+                self._level += 0.1 * error * self._dt
                 self._level = min(max(self._level, -6.0 * _DEG), 14.0 * _DEG)
-            target = self._level + intent.path + 0.6 * error
+            target = self._level + intent.path + 0.4 * error
         elif intent.pitch is not None:
             target = intent.pitch
         else:
@@ -87,11 +88,17 @@ class PitchKeeper:
         if not view.on_ground:
             self._hold += 0.35 * self._gain * miss * self._dt
             self._hold = min(max(self._hold, -0.5), 0.5)
+        # On the wheels the nose comes up late, and then at once: pull until it moves.
+        if view.on_ground and miss > 3.0 * _DEG and view.pitch_rate < 3.0 * _DEG:
+            self._lift = min(self._lift + 0.4 * self._dt, 0.7)
+        else:
+            self._lift *= 1.0 - self._dt / 0.2
         bank = min(abs(view.bank), 60.0 * _DEG)
         pull = self._feel.turn_pull * (1.0 / math.cos(bank) - 1.0)
         # Slower air, weaker surfaces: the hand asks for more without thinking about it.
         firmness = min((self._feel.speed / max(view.speed, 0.6 * self._feel.speed)) ** 2, 2.5)
-        return self._hold + firmness * self._gain * miss - 0.15 * self._gain * view.pitch_rate + pull
+        damping = 0.15 * self._gain * view.pitch_rate
+        return self._hold + self._lift + firmness * self._gain * miss - damping + pull
 
 
 class RollKeeper:
@@ -110,9 +117,10 @@ class RollKeeper:
         step = 45.0 * _DEG * self._dt
         self._wanted += min(max(intent.bank - self._wanted, -step), step)
         miss = self._wanted - view.bank
-        if abs(self._wanted) < 15.0 * _DEG and not view.on_ground:
-            self._hold += 0.1 * self._gain * miss * self._dt
-            self._hold = min(max(self._hold, -0.2), 0.2)
+        calm = abs(view.bank) < 10.0 * _DEG and abs(view.roll_rate) < 5.0 * _DEG
+        if calm and abs(self._wanted) < 8.0 * _DEG and not view.on_ground:
+            self._hold += 0.05 * self._gain * miss * self._dt
+            self._hold = min(max(self._hold, -0.1), 0.1)
         firmness = min(self._feel.speed / max(view.speed, 0.6 * self._feel.speed), 1.7)
         roll = self._hold + firmness * self._gain * miss
         yaw = self._coordination * self._feel.turn_yaw * math.sin(view.bank)
@@ -132,6 +140,7 @@ class SpeedKeeper:
         self._dt = dt
         self._hold = 0.0
         self._lever = 0.0
+        self._moving = False
 
     def throttle(self, view: View, intent: Intent) -> float:
         """Return the throttle, 0 to 1."""
@@ -147,7 +156,12 @@ class SpeedKeeper:
             slope = 0.0 if intent.path is None else 1.8 * intent.path
             turn = 0.12 * (1.0 / math.cos(min(abs(view.bank), 60.0 * _DEG)) - 1.0)
             target = level + self._hold + 0.035 * error + slope + turn
-        target = min(max(target, 0.0), 1.0)
+        miss = min(max(target, 0.0), 1.0) - self._lever
+        # A thumb moves the lever now and then, not all the time.
+        if abs(miss) > (0.0 if intent.throttle is not None else 0.05):
+            self._moving = True
         step = 0.7 * self._dt
-        self._lever += min(max(target - self._lever, -step), step)
+        if self._moving:
+            self._lever += min(max(miss, -step), step)
+            self._moving = abs(miss) > step
         return self._lever

@@ -121,5 +121,5 @@ class HumanPilot:
         roll, yaw = self._roll.sticks(view, intent)
         if intent.steer is not None and view.on_ground:
             miss = math.remainder(intent.steer - view.course, 2.0 * math.pi)
-            return pitch, 0.3 * roll, min(max(1.5 * miss, -0.6), 0.6)
+            return pitch, 0.3 * roll, min(max(0.6 * miss, -0.3), 0.3)
         return pitch, roll, yaw + self._yaw_trim

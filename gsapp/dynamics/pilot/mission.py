@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.pilot.hands import StickInput
-from gsapp.dynamics.pilot.plan import FlightPlan, Maneuver, RangeCheck
+from gsapp.dynamics.pilot.plan import FlightPlan, Human, Maneuver, RangeCheck
 from gsapp.dynamics.pilot.sight import View
 
 GRAVITY = 9.80665
@@ -100,8 +100,11 @@ class Leg:
     def bank(self, view: View, most: float) -> float:
         """Return the bank that brings the aircraft onto the line, rad."""
         aside = (self.across - view.across) * math.cos(self.course)
-        correction = min(max(0.012 * aside, -0.35), 0.35)
-        return min(max(1.3 * (self.off_course(view) + correction), -most), most)
+        correction = min(max(0.006 * aside, -0.2), 0.2)
+        # What the bank now held will still turn before another one is rolled in.
+        coming = 0.35 * view.bank
+        wanted = 1.1 * (self.off_course(view) + correction - coming)
+        return min(max(wanted, -most), most)
 
 
 class Mission:
@@ -193,7 +196,9 @@ class Mission:
     def _level(self, view: View, height: float | None = None) -> float:
         """Return the path that keeps the height, rad."""
         wanted = self._plan.pattern.height if height is None else height
-        climb = min(max(0.25 * (wanted - view.height), -4.0), 4.0)
+        # An aircraft that has become slow is not made to climb.
+        most = min(max(4.0 - 0.8 * (self._plan.landing.speed + 4.0 - view.speed), 0.0), 4.0)
+        climb = min(max(0.15 * (wanted - view.height), -4.0), most)
         return math.atan2(climb, max(view.speed, 15.0))
 
     def _pattern(self) -> Stage:
@@ -219,7 +224,8 @@ class Mission:
             left = leg.off_course(view)
             if left < -1.5:
                 left += 2.0 * math.pi
-            if left < 0.3:
+            # Rolling out takes as long as rolling in did: half the bank is turned away meanwhile.
+            if left < 0.75 * abs(view.bank):
                 return
             view = yield Intent(
                 phase=phase,
@@ -237,8 +243,8 @@ class Mission:
         radius = aside / (1.0 - math.cos(left)) if left > 0.6 else self._radius
         radius = max(radius, 1.0)
         bank = math.atan(view.speed**2 / (GRAVITY * radius))
-        most = self._plan.pattern.bank + 8.0 * _DEG
-        return min(max(bank, 25.0 * _DEG), most)
+        usual = self._plan.pattern.bank
+        return min(max(bank, usual - 10.0 * _DEG), usual + 8.0 * _DEG)
 
     def _straight(self, leg: Leg) -> Stage:
         view = yield Intent(phase="pattern", path=0.0, speed=self._plan.pattern.speed)
@@ -249,7 +255,7 @@ class Mission:
         return Intent(
             phase=phase,
             path=self._level(view),
-            bank=leg.bank(view, 25.0 * _DEG),
+            bank=leg.bank(view, 15.0 * _DEG),
             speed=self._plan.pattern.speed if speed is None else speed,
         )
 
@@ -265,11 +271,15 @@ class Mission:
                 while leg.gone(view) < 0.0:
                     view = yield self._along(leg, view, "pattern", speed)
                 return False
-            if not _looks_steady(view, leg):
+            # Time runs on a short leg: what is not good enough at first is so in the end.
+            patience = 1.0 if view.time - entered < 3.0 else 1.7
+            if not (
+                _looks_steady(view, leg, patience) and self._looks_in_place(view, speed, patience)
+            ):
                 steady_since = math.inf
             elif math.isinf(steady_since):
                 steady_since = view.time
-            if view.time - steady_since > 0.9 and view.time - entered > 1.2:
+            if view.time - steady_since > 0.8 and view.time - entered > 1.2:
                 break
             view = yield self._along(leg, view, "pattern", speed)
         stick = StickInput(maneuver, self._plan.human, self._random)
@@ -283,6 +293,12 @@ class Mission:
         while leg.gone(view) < 0.0:
             view = yield self._along(leg, view, "pattern", speed)
         return True
+
+    def _looks_in_place(self, view: View, speed: float, patience: float) -> bool:
+        return (
+            abs(view.height - self._plan.pattern.height) < 10.0 * patience
+            and abs(view.speed - speed) < 3.5 * patience
+        )
 
     # Back to the ground ----------------------------------------------------------------
 
@@ -338,7 +354,10 @@ class Mission:
         slope = math.tan(self._plan.landing.glide)
         distance = max(AIM_ALONG - view.along, 0.0) + arc
         above = view.height - 2.0 - slope * distance
-        return min(max(-self._plan.landing.glide - 0.012 * above, -11.0 * _DEG), 1.0 * _DEG)
+        path = min(max(-self._plan.landing.glide - 0.012 * above, -11.0 * _DEG), 1.0 * _DEG)
+        # Speed first, then height.
+        slow = max(self._plan.landing.speed - 1.5 - view.speed, 0.0)
+        return max(path - 0.02 * slow, -11.0 * _DEG)
 
     def _rollout(self) -> Stage:
         view = yield Intent(phase="landed", throttle=0.0)
@@ -361,13 +380,18 @@ class Mission:
 
 def _range_check_inputs(check: RangeCheck) -> list[StickInput]:
     """Return the pulses: large, alike, and of no interest to anyone but the receiver."""
-    from gsapp.dynamics.pilot.plan import Human
-
     steady = Human(size_error=0.0, timing_error=0.0, residual=0.0)
     quiet = np.random.default_rng(0)
     return [
         StickInput(
-            Maneuver(inputs=(surface,), shape="pulse", stick=(check.stick,), step=check.duration),
+            Maneuver.model_validate(
+                {
+                    "inputs": (surface,),
+                    "shape": "pulse",
+                    "stick": (check.stick,),
+                    "step": f"{check.duration} s",
+                }
+            ),
             steady,
             quiet,
         )
@@ -375,13 +399,13 @@ def _range_check_inputs(check: RangeCheck) -> list[StickInput]:
     ]
 
 
-def _looks_steady(view: View, leg: Leg) -> bool:
+def _looks_steady(view: View, leg: Leg, patience: float) -> bool:
     return (
-        abs(view.bank) < 7.0 * _DEG
-        and abs(view.climb) < 2.0
-        and abs(view.roll_rate) < 6.0 * _DEG
-        and abs(view.pitch_rate) < 5.0 * _DEG
-        and abs(leg.off_course(view)) < 0.2
+        abs(view.bank) < 6.0 * _DEG * patience
+        and abs(view.climb) < 1.5 * patience
+        and abs(view.roll_rate) < 5.0 * _DEG * patience
+        and abs(view.pitch_rate) < 4.0 * _DEG * patience
+        and abs(leg.off_course(view)) < 0.2 * patience
     )
 
 

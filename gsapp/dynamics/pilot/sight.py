@@ -18,6 +18,7 @@ from gsapp.dynamics.pilot.plan import Conditions, FlightPlan
 
 PILOT_ACROSS = -12.0
 """Where the pilot stands: beside the middle of the runway, away from the pattern, m."""
+_HANGING = math.radians(8.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,16 +137,21 @@ class Runway:
 
 
 class _Misjudgment:
-    """An error that drifts: first-order Gauss-Markov, unit variance."""
+    """An error that drifts smoothly: two lags in series, unit variance."""
 
     def __init__(self, random: np.random.Generator, time_constant: float, dt: float) -> None:
         self._random = random
-        self._decay = math.exp(-dt / time_constant)
-        self._drive = math.sqrt(1.0 - self._decay**2)
+        self._decay = math.exp(-2.0 * dt / time_constant)
+        # Two equal lags pass half of the variance on.
+        self._drive = math.sqrt(2.0 * (1.0 - self._decay**2))
+        self._rough = math.sqrt(2.0) * float(random.standard_normal())
         self.value = float(random.standard_normal())
 
     def advance(self) -> float:
-        self.value = self._decay * self.value + self._drive * float(self._random.standard_normal())
+        self._rough = self._decay * self._rough + self._drive * float(
+            self._random.standard_normal()
+        )
+        self.value = self._decay * self.value + (1.0 - self._decay) * self._rough
         return self.value
 
 
@@ -191,11 +197,15 @@ class Eyes:
         course = (
             math.atan2(seen.velocity_east, seen.velocity_north) if ground_speed > 2.0 else seen.psi
         )
+        path = math.atan2(climb, max(ground_speed, 5.0))
+        pitch = seen.theta + human.pitch_error * clarity * self._pitch.advance()
         guess = seen.airspeed + human.speed_error * clarity * self._speed.advance()
+        # A nose far above the path says "slow", whatever the motion over the ground says.
+        hanging = max(pitch - path - _HANGING, 0.0)
         return View(
             time=situation.time,
             bank=sign * seen.phi + human.bank_error * clarity * self._bank.advance(),
-            pitch=seen.theta + human.pitch_error * clarity * self._pitch.advance(),
+            pitch=pitch,
             roll_rate=sign * seen.p,
             pitch_rate=seen.q * math.cos(seen.phi) - seen.r * math.sin(seen.phi),
             course=self._runway.course(course),
@@ -203,7 +213,7 @@ class Eyes:
             across=across + blur * self._across.advance(),
             height=seen.height + 0.5 * blur * self._height.advance(),
             climb=climb,
-            path=math.atan2(climb, max(ground_speed, 5.0)),
-            speed=max(guess, 0.0),
+            path=path,
+            speed=max(guess if seen.on_ground else guess - 50.0 * hanging, 0.0),
             on_ground=seen.on_ground,
         )
