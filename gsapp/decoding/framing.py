@@ -1,0 +1,463 @@
+"""Splitting a stream into MAVLink frames or text lines, losing no undamaged one.
+
+A damaged frame costs only itself: after every candidate that fails, the search goes on at the
+very next byte, not after the length that the damaged header claimed. Decisions depend on the
+bytes alone, never on the pieces in which they arrived; where the bytes so far do not decide, the
+framer waits for more, for a pause of the link (`settle`) or for its end (`flush`).
+
+A frame of known id is accepted when its checksum fits, unless a second frame whose checksum fits
+starts within it and ends beyond it: then one of the two is chance (a torn frame completed by the
+head of the next), and what follows tells which. A frame of unknown id has no checksum that could
+be verified; it is accepted on the evidence around it, and never at the cost of a known one.
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from enum import Enum
+from struct import Struct
+from typing import Final, NamedTuple
+
+from fastcrc import crc16
+
+from gsapp.decoding.dialect import wire_formats
+from gsapp.decoding.frames import Frame, Residue
+
+MAGIC_1: Final = 0xFE
+MAGIC_2: Final = 0xFD
+SIGNED: Final = 0x01
+LONGEST_FRAME: Final = 280
+SIGNATURE_BYTES: Final = 13
+
+_HEADER_1: Final = Struct("<BBBBBB").unpack_from
+_HEADER_2: Final = Struct("<BBBBBBBHB").unpack_from
+_NEXT_MAGIC: Final = re.compile(rb"[\xfd\xfe]").search
+
+
+class _Verdict(Enum):
+    """What the bytes at hand say about a candidate."""
+
+    ACCEPT = 1
+    REJECT = 2
+    WAIT = 3
+
+
+class _Head(NamedTuple):
+    """A header that could begin a frame; it may extend beyond the bytes at hand."""
+
+    start: int
+    end: int
+    version: int
+    sequence: int
+    system: int
+    component: int
+    message_id: int
+    known: bool
+
+
+class Framer:
+    """Split a byte stream into MAVLink 1 and 2 frames (signed ones too) and residue.
+
+    Every byte fed comes out exactly once, in order, in a `Frame` or a `Residue`. Frames do not
+    depend on how the stream was cut into pieces. Neither do the bytes of the residue, but a long
+    stretch of it may come out as several adjacent pieces, so that nothing is held back.
+
+    Examples
+    --------
+    >>> framer = Framer()
+    >>> framer.feed(b"noise")
+    [Residue(offset=0, data=b'noise')]
+    """
+
+    def __init__(self) -> None:
+        self._known = wire_formats()
+        self._buffer = b""
+        self._offset = 0  # of the first byte of the buffer in the stream
+        self._synchronous = True  # the buffer begins where a frame ended, or the stream began
+        self._senders: set[int] = set()  # system and component of frames whose checksum fitted
+
+    @property
+    def pending(self) -> int:
+        """Return how many bytes wait for a decision."""
+        return len(self._buffer)
+
+    @property
+    def offset(self) -> int:
+        """Return the stream offset of the first byte that has not come out yet."""
+        return self._offset
+
+    def feed(self, data: bytes) -> list[Frame | Residue]:
+        """Take the next bytes of the stream.
+
+        Parameters
+        ----------
+        data : bytes
+            Any number of bytes.
+
+        Returns
+        -------
+        list of Frame or Residue
+            All that is decided so far, in the order of the stream.
+        """
+        self._buffer = self._buffer + data if self._buffer else bytes(data)
+        return self._take(*self._scan(final=False))
+
+    def settle(self) -> list[Frame | Residue]:
+        """Tell that the link pauses: bring out every frame that is whole by now.
+
+        A frame at the end of which only the beginning has arrived stays pending, since a stalled
+        connection may go on in the middle of it.
+        """
+        items, _ = self._scan(final=True)
+        while items and isinstance(items[-1], Residue):
+            items.pop()
+        if not items:
+            return []
+        return self._take(items, items[-1].offset + len(items[-1].data) - self._offset)
+
+    def flush(self) -> list[Frame | Residue]:
+        """Tell that the stream ended here: bring out all that is pending."""
+        items, _ = self._scan(final=True)
+        taken = self._take(items, len(self._buffer))
+        self._synchronous = True
+        return taken
+
+    def _take(self, items: list[Frame | Residue], position: int) -> list[Frame | Residue]:
+        """Drop what came out from the buffer."""
+        if items:
+            self._synchronous = isinstance(items[-1], Frame)
+        self._buffer = self._buffer[position:]
+        self._offset += position
+        return items
+
+    def _scan(  # noqa: C901 - the hot loop stays in one piece
+        self, *, final: bool
+    ) -> tuple[list[Frame | Residue], int]:
+        """Return what is decided, and the position in the buffer up to which it is."""
+        buffer, size, base = self._buffer, len(self._buffer), self._offset
+        known, senders = self._known, self._senders
+        checksum, find, make = crc16.mcrf4xx, buffer.find, tuple.__new__
+        items: list[Frame | Residue] = []
+        append = items.append
+        position = done = 0  # of the candidate; of the first byte that has not come out
+        while position < size:
+            magic = buffer[position]
+            message_id = -1
+            if magic == MAGIC_2 and position + 12 <= size:
+                _, length, flags, _, sequence, system, component, low, high = _HEADER_2(
+                    buffer, position
+                )
+                body = position + 10 + length
+                message_id = low | high << 16
+                end = body + 2 if flags == 0 else body + 15
+                version = 2
+                usable = flags <= SIGNED and end <= size and message_id in known
+            elif magic == MAGIC_1 and position + 8 <= size:
+                _, length, sequence, system, component, message_id = _HEADER_1(buffer, position)
+                body = position + 6 + length
+                end = body + 2
+                version = 1
+                usable = end <= size and message_id in known
+            else:
+                usable = False
+            if usable:
+                # The common case, in line: a whole frame of known id.
+                extra, wire_size, full_size = known[message_id]
+                if (version == 2 or length in (wire_size, full_size)) and checksum(
+                    buffer[position + 1 : body] + extra
+                ) == buffer[body] | buffer[body + 1] << 8:
+                    inner = find(b"\xfd", position + 1, end)
+                    if inner < 0:
+                        inner = find(b"\xfe", position + 1, end)
+                    verdict = (
+                        _Verdict.ACCEPT
+                        if inner < 0
+                        else self._overlapped(position, end, final=final)
+                    )
+                else:
+                    verdict = _Verdict.REJECT
+                accepted_known = True
+            else:
+                accepted_known = False
+                verdict, head = self._judge(
+                    position, position == done and (bool(items) or self._synchronous), final=final
+                )
+                if head is not None:
+                    _, end, version, sequence, system, component, message_id, _ = head
+            if verdict is _Verdict.ACCEPT:
+                if position > done:
+                    append(Residue(base + done, buffer[done:position]))
+                if accepted_known:
+                    senders.add(system << 8 | component)
+                append(
+                    make(
+                        Frame,
+                        (
+                            base + position,
+                            buffer[position:end],
+                            version,
+                            sequence,
+                            system,
+                            component,
+                            message_id,
+                            accepted_known,
+                        ),
+                    )
+                )
+                position = done = end
+            elif verdict is _Verdict.REJECT:
+                after = _NEXT_MAGIC(buffer, position + 1)
+                position = after.start() if after else size
+            else:
+                break
+        if position > done:
+            append(Residue(base + done, buffer[done:position]))
+        return items, position
+
+    def _head(self, start: int) -> _Head | _Verdict:
+        """Read the header at a position: a head, REJECT, or WAIT where bytes are missing."""
+        buffer, available = self._buffer, len(self._buffer) - start
+        magic = buffer[start]
+        if magic == MAGIC_2:
+            if available >= 3 and buffer[start + 2] > SIGNED:
+                return _Verdict.REJECT  # a form of frame that nobody here can read
+            if available < 10:
+                return _Verdict.WAIT
+            _, length, flags, _, sequence, system, component, low, high = _HEADER_2(buffer, start)
+            end = start + 12 + length + (SIGNATURE_BYTES if flags else 0)
+            number = low | high << 16
+            return _Head(start, end, 2, sequence, system, component, number, number in self._known)
+        if magic != MAGIC_1:
+            return _Verdict.REJECT
+        if available < 6:
+            return _Verdict.WAIT
+        _, length, sequence, system, component, number = _HEADER_1(buffer, start)
+        wire = self._known.get(number)
+        if wire is not None and length not in (wire.size, wire.full_size):
+            return _Verdict.REJECT
+        return _Head(
+            start, start + 8 + length, 1, sequence, system, component, number, wire is not None
+        )
+
+    def _fits(self, head: _Head) -> bool:
+        """Return whether the checksum of a whole frame of known id fits."""
+        buffer = self._buffer
+        header = 10 if head.version == 2 else 6
+        body = head.start + header + buffer[head.start + 1]
+        extra = self._known[head.message_id].crc_extra
+        return bool(
+            crc16.mcrf4xx(buffer[head.start + 1 : body] + extra)
+            == buffer[body] | buffer[body + 1] << 8
+        )
+
+    def _overlapped(self, start: int, end: int, *, final: bool) -> _Verdict:
+        """Judge a frame whose checksum fits, but in which others may start.
+
+        Frames that lie wholly within are its payload (a file or a tunnel). One that ends beyond
+        it contradicts it: unless a third frame follows the first, the second is the real one.
+        """
+        buffer = self._buffer
+        signed = buffer[start] == MAGIC_2 and buffer[start + 2] == SIGNED
+        # Waiting for every header that begins near the end would delay too many frames. It is
+        # needed where the checksum proves little: in the signature, which it does not cover, and
+        # at the last byte, where a lost byte of the checksum may equal the next magic byte.
+        unproven = end - SIGNATURE_BYTES if signed else end - 1
+        match = _NEXT_MAGIC(buffer, start + 1, end)
+        while match:
+            inner = match.start()
+            needed = 10 if buffer[inner] == MAGIC_2 else 6
+            if inner + needed <= end or inner >= unproven:
+                verdict = self._whole(inner, end, final=final)
+                if verdict is _Verdict.ACCEPT:
+                    verdict = self._whole(end, end, final=final)
+                    if verdict is not _Verdict.ACCEPT:
+                        return verdict
+                elif verdict is _Verdict.WAIT:
+                    return verdict
+            match = _NEXT_MAGIC(buffer, inner + 1, end)
+        return _Verdict.ACCEPT
+
+    def _whole(self, start: int, beyond: int, *, final: bool) -> _Verdict:
+        """Judge whether a frame of known id starts here, ends beyond a place, and fits."""
+        size = len(self._buffer)
+        if start >= size:
+            return _Verdict.REJECT if final else _Verdict.WAIT
+        head = self._head(start)
+        if isinstance(head, _Head):
+            if not head.known or head.end <= beyond:
+                return _Verdict.REJECT
+            if head.end <= size:
+                return _Verdict.ACCEPT if self._fits(head) else _Verdict.REJECT
+            head = _Verdict.WAIT
+        return _Verdict.REJECT if final else head
+
+    def _judge(
+        self, position: int, synchronous: bool, *, final: bool
+    ) -> tuple[_Verdict, _Head | None]:
+        """Judge a position that does not hold a whole frame of known id."""
+        head = self._head(position)
+        if head is _Verdict.WAIT and final:
+            head = _Verdict.REJECT
+        if isinstance(head, _Verdict):
+            return head, None
+        if head.known:
+            # Not whole yet: what lies inside may be its payload.
+            return (_Verdict.REJECT if final else _Verdict.WAIT), None
+        verdict = self._contains_known(head, final=final)
+        if verdict is _Verdict.ACCEPT:
+            verdict = self._supported(head, synchronous, final=final)
+        return verdict, head
+
+    def _contains_known(self, head: _Head, *, final: bool) -> _Verdict:
+        """Reject a candidate of unknown id in whose span a frame starts whose checksum fits."""
+        size = len(self._buffer)
+        match = _NEXT_MAGIC(self._buffer, head.start + 1, head.end)
+        waiting = False
+        while match:
+            inner = self._head(match.start())
+            if inner is _Verdict.WAIT:
+                waiting = True
+            elif isinstance(inner, _Head) and inner.known:
+                if inner.end > size:
+                    waiting = True
+                elif self._fits(inner):
+                    return _Verdict.REJECT
+            match = _NEXT_MAGIC(self._buffer, match.start() + 1, head.end)
+        if head.end > size:
+            return _Verdict.REJECT if final else _Verdict.WAIT
+        return _Verdict.WAIT if waiting and not final else _Verdict.ACCEPT
+
+    def _supported(self, head: _Head, synchronous: bool, *, final: bool) -> _Verdict:
+        """Judge a whole candidate of unknown id by what surrounds it."""
+        if head.end >= len(self._buffer):
+            return _Verdict.ACCEPT if final else _Verdict.WAIT
+        follower = self._head(head.end)
+        if follower is _Verdict.WAIT:
+            return _Verdict.ACCEPT if final else _Verdict.WAIT
+        if isinstance(follower, _Head):
+            return _Verdict.ACCEPT
+        # Followed by garbage: believed where a frame was due, from a sender known by frames with
+        # checksums, unless the sender's next frame seems to start within (a torn frame).
+        if not synchronous or head.system << 8 | head.component not in self._senders:
+            return _Verdict.REJECT
+        match = _NEXT_MAGIC(self._buffer, head.start + 1, head.end)
+        while match:
+            inner = self._head(match.start())
+            if (
+                isinstance(inner, _Head)
+                and (inner.system, inner.component) == (head.system, head.component)
+                and 0 < (inner.sequence - head.sequence) % 256 < 4
+            ):
+                return _Verdict.REJECT
+            match = _NEXT_MAGIC(self._buffer, match.start() + 1, head.end)
+        return _Verdict.ACCEPT
+
+
+class Line(NamedTuple):
+    """One whole text line.
+
+    Attributes
+    ----------
+    offset : int
+        Position of its first byte in the stream.
+    data : bytes
+        The line without its end; valid UTF-8.
+    end : bytes
+        What ended it: CR, LF, CR LF, or nothing at the end of the stream.
+    """
+
+    offset: int
+    data: bytes
+    end: bytes
+
+
+class LineFramer:
+    r"""Split a byte stream into text lines and residue.
+
+    A line ends with LF, CR or CR LF. Lines that are not UTF-8, hold a NUL, or are longer than
+    `longest` are residue, whole. Every byte fed comes out exactly once, in order.
+
+    Parameters
+    ----------
+    longest : int
+        Bytes that a line may have, without its end.
+    """
+
+    def __init__(self, longest: int = 4096) -> None:
+        self._longest = longest
+        self._buffer = b""
+        self._offset = 0
+        self._overlong = False  # the line at hand has been cut already
+
+    @property
+    def pending(self) -> int:
+        """Return how many bytes wait for the end of their line."""
+        return len(self._buffer)
+
+    @property
+    def offset(self) -> int:
+        """Return the stream offset of the first byte that has not come out yet."""
+        return self._offset
+
+    def feed(self, data: bytes) -> list[Line | Residue]:
+        """Take the next bytes of the stream; return the lines that they complete."""
+        self._buffer += data
+        return self._split(final=False)
+
+    def settle(self) -> list[Line | Residue]:
+        """Tell that the link pauses: a CR that might have been followed by LF ends its line."""
+        return self._split(final=True)
+
+    def flush(self) -> list[Line | Residue]:
+        """Tell that the stream ended: an unfinished line comes out as it is."""
+        items = self._split(final=True)
+        if size := len(self._buffer):
+            items.append(self._item(0, size, size))
+            self._offset += size
+            self._buffer = b""
+        self._overlong = False
+        return items
+
+    def _split(self, *, final: bool) -> list[Line | Residue]:
+        items: list[Line | Residue] = []
+        buffer, start = self._buffer, 0
+        held = len(buffer)
+        for match in _LINE_END(buffer):
+            if not final and match.end() == len(buffer) and match.group() == b"\r":
+                held -= 1  # perhaps the first half of CR LF
+                break
+            start = self._cut(items, start, match.start())
+            items.append(self._item(start, match.start(), match.end()))
+            self._overlong = False
+            start = match.end()
+        start = self._cut(items, start, held)
+        self._buffer = buffer[start:]
+        self._offset += start
+        return items
+
+    def _cut(self, items: list[Line | Residue], start: int, stop: int) -> int:
+        """Bring out the blocks of an over-long line, `longest` bytes each."""
+        while stop - start > self._longest:
+            block = self._buffer[start : start + self._longest]
+            items.append(Residue(self._offset + start, block))
+            start += self._longest
+            self._overlong = True
+        return start
+
+    def _item(self, start: int, stop: int, end: int) -> Line | Residue:
+        data, offset = self._buffer[start:stop], self._offset + start
+        if self._overlong or b"\0" in data or not _is_utf8(data):
+            return Residue(offset, self._buffer[start:end])
+        return Line(offset, data, self._buffer[stop:end])
+
+
+_LINE_END: Final = re.compile(rb"\r\n|\r|\n").finditer
+
+
+def _is_utf8(data: bytes) -> bool:
+    try:
+        codecs.utf_8_decode(data, "strict", True)
+    except UnicodeDecodeError:
+        return False
+    return True

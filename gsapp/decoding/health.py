@@ -1,0 +1,475 @@
+"""How well a link carries: what came, what was lost, how late and how long ago.
+
+All numbers are a function of the recorded bytes and stamps, whatever the pieces in which they
+are fed. Loss is counted from the sequence numbers, which every (system, component) counts for
+itself: a duplicate is not a loss, and a frame that comes late takes its loss back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from gsapp.decoding.dialect import TimeField, dialect, time_fields, wire_formats
+
+# Frames behind the newest by up to this many sequence numbers are late or doubled, not new.
+_WINDOW = 128
+_RATE_SPAN_US = 2_000_000
+_OFFSET_SPAN_US = 60_000_000
+_HEARTBEAT = 0
+# A heartbeat with this autopilot, or of one of these types, is no aircraft: ground station,
+# on-board computer, gimbal, ADS-B, camera and their like.
+_NO_AUTOPILOT = 8
+_NOT_AIRCRAFT = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
+_MIXED_FRAMES = 200
+_MIXED_SHARE = 0.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MessageHealth:
+    """One message of one sender.
+
+    Attributes
+    ----------
+    system, component, message_id : int
+        Who sent what.
+    name : str
+        Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it.
+    count : int
+        Frames, without duplicates.
+    rate : float
+        Frames per second over the last two seconds or so; 0 once it has stopped.
+    age : float
+        Seconds since the last one.
+    delay : float or None
+        Seconds by which the last one came later than the fastest of the last minutes; None
+        where the sender does not stamp it.
+    """
+
+    system: int
+    component: int
+    message_id: int
+    name: str
+    count: int
+    rate: float
+    age: float
+    delay: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SenderHealth:
+    """One (system, component) on the link; attributes as in `LinkReport`."""
+
+    system: int
+    component: int
+    good: int
+    unknown: int
+    lost: int
+    duplicates: int
+    reordered: int
+    rate: float
+    age: float
+    aircraft: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkReport:
+    """The state of a link at one moment.
+
+    Attributes
+    ----------
+    good : int
+        Frames whose checksum fitted.
+    damaged : int
+        Damaged frames, as far as the residue lets them be told apart.
+    unknown : int
+        Frames of unknown id, recorded but not decoded.
+    lost : int
+        Frames missing in the sequence numbers of their senders.
+    duplicates, reordered : int
+        Frames that came twice, and frames that came late.
+    lines : int
+        Text lines.
+    residue_bytes : int
+        Bytes that belong to no frame.
+    rate : float
+        Frames and lines per second.
+    age : float or None
+        Seconds since anything came; None before the first.
+    loss : float
+        Share of frames lost since the beginning, 0 to 1.
+    senders, messages : tuple
+        The same by sender and by message.
+    sentences : tuple of str
+        What the crew should know, in words.
+    """
+
+    good: int
+    damaged: int
+    unknown: int
+    lost: int
+    duplicates: int
+    reordered: int
+    lines: int
+    residue_bytes: int
+    rate: float
+    age: float | None
+    loss: float
+    senders: tuple[SenderHealth, ...]
+    messages: tuple[MessageHealth, ...]
+    sentences: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class _Rate:
+    """Events per second over the last closed span."""
+
+    start: int
+    count: int = 0
+    value: float = 0.0
+
+    def at(self, stamp: int, last: int) -> float:
+        """Return the rate at a moment, 0 when nothing came for long."""
+        elapsed = (last - self.start) / 1e6
+        value = self.value or (self.count / elapsed if elapsed > 0 else 0.0)
+        silent = (stamp - last) / 1e6
+        return 0.0 if value == 0.0 or silent > max(3.0, 3.0 / value) else value
+
+
+@dataclass(slots=True)
+class _Offset:
+    """Smallest difference between arrival and the sender's stamp, over one to two minutes.
+
+    The clocks drift apart, so that the smallest of all times would age.
+    """
+
+    start: int
+    current: int
+    former: int
+
+    def update(self, stamp: int, difference: int) -> int:
+        """Take in one difference; return by how much it exceeds the smallest (microseconds)."""
+        if stamp - self.start > _OFFSET_SPAN_US or stamp < self.start:
+            self.start, self.former, self.current = stamp, self.current, difference
+        elif difference < self.current:
+            self.current = difference
+        return difference - min(self.current, self.former)
+
+
+@dataclass(slots=True)
+class _Message:
+    last: int
+    rate: _Rate
+    time: TimeField | None
+    offset: _Offset | None = None
+    count: int = 0
+    delay: int = 0
+
+
+@dataclass(slots=True)
+class _Sender:
+    last: int
+    rate: _Rate
+    expected: int
+    recent: list[bytes] = field(default_factory=lambda: [b""] * 256)
+    missing: set[int] = field(default_factory=set)
+    messages: dict[int, _Message] = field(default_factory=dict)
+    boot: _Offset | None = None
+    good: int = 0
+    unknown: int = 0
+    lost: int = 0
+    duplicates: int = 0
+    reordered: int = 0
+    strays: int = 0  # frames that fit neither the sequence nor its window, of late
+    span: int = 0
+    mixed: bool = False
+    aircraft: bool = False
+
+
+class LinkHealth:
+    """Count what a link carries.
+
+    Feed it raw records in their order; ask for a `report` whenever one is wanted.
+    """
+
+    def __init__(self) -> None:
+        self._known = wire_formats()
+        self._times = time_fields()
+        self._senders: dict[int, _Sender] = {}
+        self._rate: _Rate | None = None
+        self._run = b""  # end of the residue at hand: a header may be cut across two pieces
+        self._in_residue = False
+        self._run_heads = 0
+        self.damaged = 0
+        self.lines = 0
+        self.residue_bytes = 0
+        self.last_stamp: int | None = None
+
+    @property
+    def good(self) -> int:
+        """Return the number of frames whose checksum fitted."""
+        return sum(sender.good for sender in self._senders.values())
+
+    @property
+    def unknown(self) -> int:
+        """Return the number of frames of unknown id."""
+        return sum(sender.unknown for sender in self._senders.values())
+
+    @property
+    def lost(self) -> int:
+        """Return the number of frames missing in the sequences of all senders."""
+        return sum(sender.lost for sender in self._senders.values())
+
+    def feed(self, records: Iterable[tuple[int, str, bytes]]) -> None:
+        """Count records.
+
+        Parameters
+        ----------
+        records : iterable of (int, str, bytes)
+            Stamp in microseconds, kind (``frame``, ``line``, ``residue``) and bytes, as
+            `gsapp.flight.records.RawRecord` holds them, in the order of the stamps.
+        """
+        for stamp, kind, data in records:
+            if kind == "residue":
+                self._residue(data)
+            elif kind == "frame":
+                self._in_residue = False
+                self._frame(stamp, data)
+            else:
+                self._in_residue = False
+                self.lines += 1
+                self._count(stamp)
+            self.last_stamp = stamp
+
+    def _count(self, stamp: int) -> None:
+        if self._rate is None:
+            self._rate = _Rate(stamp)
+        _tick(self._rate, stamp)
+
+    def _residue(self, data: bytes) -> None:
+        """Count the damaged frames in residue: its plausible headers, but at least one."""
+        self.residue_bytes += len(data)
+        if not self._in_residue:
+            self._in_residue = True
+            self._run = b""
+            self._run_heads = 0
+            self.damaged += 1
+        joined = self._run + data
+        position = 0
+        while position + 10 <= len(joined):
+            head = self._plausible_head(joined, position)
+            if head:
+                self._run_heads += 1
+                if self._run_heads > 1:
+                    self.damaged += 1
+                position += head
+            else:
+                position += 1
+        self._run = joined[position:]
+
+    def _plausible_head(self, data: bytes, position: int) -> int:
+        """Return the length of the header of a known message that stands here, or 0."""
+        magic = data[position]
+        if magic == 0xFD and data[position + 2] <= 1:
+            number = int.from_bytes(data[position + 7 : position + 10], "little")
+            return 10 if number in self._known else 0
+        if magic == 0xFE:
+            wire = self._known.get(data[position + 5])
+            if wire is not None and data[position + 1] in (wire.size, wire.full_size):
+                return 6
+        return 0
+
+    def _frame(self, stamp: int, data: bytes) -> None:
+        self._count(stamp)
+        if data[0] == 0xFD:
+            sequence = data[4]
+            key = data[5] << 8 | data[6]
+            message_id = data[7] | data[8] << 8 | data[9] << 16
+            header = 10
+        else:
+            sequence = data[2]
+            key = data[3] << 8 | data[4]
+            message_id = data[5]
+            header = 6
+        sender = self._senders.get(key)
+        if sender is None:
+            self._senders[key] = sender = _Sender(stamp, _Rate(stamp), sequence)
+        gap = (sequence - sender.expected) & 0xFF
+        sender.span += 1
+        if gap and not self._resolve_gap(sender, stamp, sequence, gap, data):
+            return
+        if not gap:
+            sender.expected = (sequence + 1) & 0xFF
+            sender.missing.discard(sequence)
+        sender.recent[sequence] = data
+        if sender.span >= _MIXED_FRAMES:
+            sender.mixed = sender.strays > _MIXED_SHARE * sender.span
+            sender.span = sender.strays = 0
+        _tick(sender.rate, stamp)
+        if stamp > sender.last:
+            sender.last = stamp
+        if message_id in self._known:
+            sender.good += 1
+        else:
+            sender.unknown += 1
+        message = sender.messages.get(message_id)
+        if message is None:
+            message = _Message(stamp, _Rate(stamp), self._times.get(message_id))
+            sender.messages[message_id] = message
+        message.count += 1
+        message.last = stamp
+        _tick(message.rate, stamp)
+        if message.time is not None:
+            self._delay(sender, message, stamp, data, header)
+        elif message_id == _HEARTBEAT:
+            body = data[header : header + 6]
+            sender.aircraft = (
+                len(body) == 6 and body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
+            )
+
+    def _resolve_gap(
+        self, sender: _Sender, stamp: int, sequence: int, gap: int, data: bytes
+    ) -> bool:
+        """Settle a sequence number other than the next; return False for a duplicate."""
+        silent = (stamp - sender.last) / 1e6
+        usual = sender.rate.value * silent
+        if usual < _WINDOW / 2:
+            if sender.recent[sequence] == data:
+                sender.duplicates += 1
+                return False
+            if gap >= 256 - _WINDOW:
+                if sequence in sender.missing:
+                    sender.missing.discard(sequence)
+                    sender.lost -= 1
+                    sender.reordered += 1
+                else:
+                    # The sender counts anew, or two senders share one number.
+                    sender.strays += 1
+                    sender.missing.clear()
+                    sender.expected = (sequence + 1) & 0xFF
+                return True
+            if gap > _WINDOW // 4:
+                sender.strays += 1
+            if len(sender.missing) > _WINDOW:
+                sender.missing.clear()
+            for step in range(gap):
+                sender.missing.add((sender.expected + step) & 0xFF)
+            sender.lost += gap
+        else:
+            # Silent for so long that the counter may have gone round: the rate tells how often.
+            sender.missing.clear()
+            sender.lost += gap + 256 * max(0, round((usual - gap) / 256))
+        sender.expected = (sequence + 1) & 0xFF
+        return True
+
+    def _delay(
+        self, sender: _Sender, message: _Message, stamp: int, data: bytes, header: int
+    ) -> None:
+        place = message.time
+        if place is None:
+            return
+        start = header + place.offset
+        stop = min(start + place.size, header + data[1])  # zero bytes at the end are not sent
+        time = int.from_bytes(data[start:stop], "little") * place.microseconds
+        difference = stamp - time
+        offset = sender.boot if place.since_boot else message.offset
+        if offset is None:
+            offset = _Offset(stamp, difference, difference)
+            if place.since_boot:
+                sender.boot = offset
+            else:
+                message.offset = offset
+        message.delay = offset.update(stamp, difference)
+
+    def report(self, now_us: int | None = None) -> LinkReport:
+        """Return the state of the link.
+
+        Parameters
+        ----------
+        now_us : int, optional
+            The moment for ages and rates, microseconds of host time; by default that of the
+            last record.
+        """
+        now = now_us if now_us is not None else self.last_stamp or 0
+        senders = tuple(
+            self._sender_report(key, sender, now) for key, sender in sorted(self._senders.items())
+        )
+        good = sum(sender.good for sender in senders)
+        unknown = sum(sender.unknown for sender in senders)
+        lost = sum(sender.lost for sender in senders)
+        total = good + unknown + lost
+        last = self.last_stamp
+        return LinkReport(
+            good=good,
+            damaged=self.damaged,
+            unknown=unknown,
+            lost=lost,
+            duplicates=sum(sender.duplicates for sender in senders),
+            reordered=sum(sender.reordered for sender in senders),
+            lines=self.lines,
+            residue_bytes=self.residue_bytes,
+            rate=self._rate.at(now, last or 0) if self._rate else 0.0,
+            age=None if last is None else max(0.0, (now - last) / 1e6),
+            loss=lost / total if total else 0.0,
+            senders=senders,
+            messages=tuple(self._message_reports(now)),
+            sentences=self.sentences(),
+        )
+
+    def _sender_report(self, key: int, sender: _Sender, now: int) -> SenderHealth:
+        return SenderHealth(
+            system=key >> 8,
+            component=key & 0xFF,
+            good=sender.good,
+            unknown=sender.unknown,
+            lost=sender.lost,
+            duplicates=sender.duplicates,
+            reordered=sender.reordered,
+            rate=sender.rate.at(now, sender.last),
+            age=max(0.0, (now - sender.last) / 1e6),
+            aircraft=sender.aircraft,
+        )
+
+    def _message_reports(self, now: int) -> Iterable[MessageHealth]:
+        names = dialect().mavlink_map
+        for key, sender in sorted(self._senders.items()):
+            for number, message in sorted(sender.messages.items()):
+                known = names.get(number)
+                yield MessageHealth(
+                    system=key >> 8,
+                    component=key & 0xFF,
+                    message_id=number,
+                    name=known.msgname if known else f"UNKNOWN_{number}",
+                    count=message.count,
+                    rate=message.rate.at(now, message.last),
+                    age=max(0.0, (now - message.last) / 1e6),
+                    delay=None if message.time is None else message.delay / 1e6,
+                )
+
+    def sentences(self) -> tuple[str, ...]:
+        """Return what the crew should know, in words; empty when all is well."""
+        found = []
+        aircraft = sorted({key >> 8 for key, sender in self._senders.items() if sender.aircraft})
+        if len(aircraft) > 1:
+            numbers = ", ".join(map(str, aircraft[:-1])) + f" and {aircraft[-1]}"
+            count = {2: "Two", 3: "Three"}.get(len(aircraft), str(len(aircraft)))
+            found.append(
+                f"{count} aircraft are on this link (systems {numbers}); name one with "
+                f"system = {aircraft[0]} in the channel map, or switch the others off."
+            )
+        found.extend(
+            f"System {key >> 8}, component {key & 0xFF} counts its frames in two sequences at "
+            "once: two aircraft seem to use the same number; give one of them another."
+            for key, sender in sorted(self._senders.items())
+            if sender.mixed
+        )
+        return tuple(found)
+
+
+def _tick(rate: _Rate, stamp: int) -> None:
+    """Count one event, and close the span when it is long enough."""
+    rate.count += 1
+    elapsed = stamp - rate.start
+    if elapsed >= _RATE_SPAN_US or elapsed < 0:
+        rate.value = rate.count * 1e6 / elapsed if elapsed > 0 else 0.0
+        rate.start, rate.count = stamp, 0
