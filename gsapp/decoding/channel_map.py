@@ -7,7 +7,7 @@ A map is a TOML file::
     component = 1              # optional; else the first that sends a message
     fallback = "1 s"           # how long a better source may be silent before the next one counts
     certificates = "b777"      # optional: calibration in force when none is given
-    format = "mavlink"         # or "ardupilot-log", "px4-log"
+    format = "mavlink"         # or "ardupilot-log", "px4-log", "table"
 
     [[channels]]
     id = "elevator_left"
@@ -24,6 +24,13 @@ Text links may list their columns instead, as the Flight CSV does::
 
     [text]
     columns = ["time [s]", "alpha [deg]", "", "q [deg/s]"]      # "" is passed over
+
+In a map of format ``table``, for the CSV, ``.mat`` and Parquet files of other programs, ``source``
+is the name of a column or variable (``gyro.q`` inside a structure, ``rates[1]`` of an array of
+several columns), and the head may name the clock::
+
+    time = "GPS time (ms)"     # else a column called time, t, timestamp ...
+    time_unit = "ms"           # else s
 """
 
 from __future__ import annotations
@@ -35,7 +42,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from gsapp.decoding.conversions import CONVERSIONS
 from gsapp.decoding.messages import MessageLayout, message_id, message_layout, stamp_of
@@ -55,8 +62,9 @@ from gsapp.quantities.fields import Time
 SHIPPED = Shipped(folder=Path(__file__).parent / "maps", kind="channel map")
 
 Kind = Literal["measured", "estimated"]
-Format = Literal["mavlink", "ardupilot-log", "px4-log"]
+Format = Literal["mavlink", "ardupilot-log", "px4-log", "table"]
 LINE = "line"
+TABLE = "table"
 ARRIVAL = "arrival"
 
 _SOURCE = re.compile(
@@ -110,7 +118,7 @@ class MapEntry:
     source : str
         As written in the file.
     message : str
-        Name of the message; ``line`` for text.
+        Name of the message; ``line`` for text, ``table`` for a column of a table.
     selector : Selector or None
         Which sender.
     inputs : tuple of FieldRef
@@ -161,7 +169,7 @@ class ChannelMap:
     ----------
     name : str
         For messages.
-    format : {"mavlink", "ardupilot-log", "px4-log"}
+    format : {"mavlink", "ardupilot-log", "px4-log", "table"}
         Where its sources are found.
     entries : tuple of MapEntry
         In the order of the file.
@@ -177,6 +185,10 @@ class ChannelMap:
         Column with the vehicle's time in a text line; None for none.
     text_scale : int
         Microseconds per count in that column.
+    table_time : str or None
+        Column of a table with the time; None for one of the usual names.
+    table_time_unit : str
+        Its unit.
     path : Path or None
         The file.
     """
@@ -191,6 +203,8 @@ class ChannelMap:
     delimiter: str = ","
     text_time: int | None = None
     text_scale: int = 1_000_000
+    table_time: str | None = None
+    table_time_unit: str = "s"
     path: Path | None = None
     by_channel: Mapping[str, tuple[MapEntry, ...]] = field(init=False)
 
@@ -272,6 +286,13 @@ class _Head(StrictModel):
     fallback: Time = 1.0
     certificates: str | None = None
     notes: str = ""
+    time: str | None = None
+    time_unit: str = "s"
+
+    @field_validator("time_unit")
+    @classmethod
+    def _must_be_a_time(cls, value: str) -> str:
+        return normalize_unit(value, "time")
 
 
 class _Reader:
@@ -286,6 +307,7 @@ class _Reader:
         head = self._head()
         # Sources of a map whose format is unreadable are checked as MAVLink, the usual case.
         layouts = head is None or head.format == "mavlink"
+        self._table = head is not None and head.format == TABLE
         entries = self._text_entries()
         text = self._text
         for index, table in enumerate(self._tables()):
@@ -308,6 +330,8 @@ class _Reader:
             delimiter=text.delimiter if text else ",",
             text_time=self._text_time,
             text_scale=self._text_scale,
+            table_time=head.time,
+            table_time_unit=head.time_unit,
             path=self._path,
         )
 
@@ -444,6 +468,8 @@ class _Reader:
         self, where: str, source: str | list[str]
     ) -> tuple[str, str | None, tuple[FieldRef, ...]] | None:
         texts = [source] if isinstance(source, str) else source
+        if self._table:
+            return TABLE, None, tuple(FieldRef(field=text) for text in texts)
         found: list[tuple[str, str | None]] = []
         inputs: list[FieldRef] = []
         for text in texts:
