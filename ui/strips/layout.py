@@ -177,7 +177,7 @@ class StripLayout(StrictModel):
         return self._with_group(index, strips)
 
     def moved(self, number: int, by: int) -> StripLayout:
-        """Return a layout with a chart moved up (-1) or down (+1), at an end into the next group."""
+        """Return a layout with a chart moved up (-1) or down (+1), across groups if need be."""
         index, within = self.place(number)
         strips = list(self.groups[index].strips)
         strip = strips.pop(within)

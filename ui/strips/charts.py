@@ -1,0 +1,219 @@
+"""One chart as it is shown now: its channels, colors, range, limits and current values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from gsapp.quantities import ChannelSpec, channel
+from ui.strips.columns import Samples
+from ui.strips.furniture import Display, Limits, Source, State, limit_state
+from ui.strips.geometry import Box
+from ui.strips.layout import Strip
+from ui.strips.ranges import SteadyRange
+from ui.strips.raster import BandPaint, ChartPaint, Color, TracePaint
+from ui.strips.ticks import number, value_ticks
+from ui.theme import TRACE_COLORS, Theme
+from ui.words import DASH
+
+_DASH = 3  # logical pixels of a third of a dash with its gap
+_TICK_APART = 13.5  # logical pixels between labels of the y axis
+_MOST_TICKS = 7
+
+
+@dataclass(slots=True)
+class Chart:
+    """One chart.
+
+    Attributes
+    ----------
+    strip : Strip
+        Its place in the layout.
+    specs, displays, colors, dashed : tuple
+        For each line: channel, how its values are shown, ``#rrggbb``, whether it is dashed.
+    limits : Limits or None
+        Of the first channel.
+    steady : SteadyRange
+        The automatic range.
+    low, high : float
+        The range in force, displayed units.
+    ticks : list of float
+        Labels of the y axis, displayed units.
+    """
+
+    strip: Strip
+    specs: tuple[ChannelSpec, ...]
+    displays: tuple[Display, ...]
+    colors: tuple[str, ...]
+    dashed: tuple[bool, ...]
+    limits: Limits | None
+    steady: SteadyRange
+    low: float
+    high: float
+    ticks: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A current value as it is shown.
+
+    Attributes
+    ----------
+    text : str
+        The number, or a dash.
+    stale : bool
+        Nothing came lately, or ever: hatched.
+    state, word : str
+        Beyond a limit, and on which side.
+    estimated, uncalibrated : bool
+        Said beside the value.
+    """
+
+    text: str
+    stale: bool = False
+    state: State = ""
+    word: str = ""
+    estimated: bool = False
+    uncalibrated: bool = False
+
+
+def rgb(color: str) -> Color:
+    """Return red, green and blue of ``#rrggbb``."""
+    return int(color[1:3], 16), int(color[3:5], 16), int(color[5:7], 16)
+
+
+def thickness(theme: Theme, ratio: float) -> float:
+    """Return the width of the lines in pixels."""
+    return max(theme.line_width * ratio, 1.0)
+
+
+def make_chart(strip: Strip, theme: Theme, system: str, limits: Limits | None) -> Chart:
+    """Return a chart of the layout, in ``US`` or ``SI`` units, with nothing measured yet."""
+    free = [name for name in TRACE_COLORS if name not in {trace.color for trace in strip.traces}]
+    colors = []
+    for trace in strip.traces:
+        name = trace.color or free.pop(0)
+        colors.append(theme.previous if trace.style == "previous" else theme.trace(name))
+    specs = tuple(channel(trace.channel) for trace in strip.traces)
+    displays = tuple(Display.of(spec, system) for spec in specs)
+    steady = SteadyRange(displays[0].least_span)
+    low, high = steady.wanted(displays[0].shown(0.0), displays[0].shown(0.0))
+    chart = Chart(
+        strip=strip,
+        specs=specs,
+        displays=displays,
+        colors=tuple(colors),
+        dashed=tuple(trace.style == "computed" for trace in strip.traces),
+        limits=limits,
+        steady=steady,
+        low=low,
+        high=high,
+    )
+    if strip.range == "fixed" and strip.low is not None and strip.high is not None:
+        chart.low, chart.high = displays[0].shown(strip.low), displays[0].shown(strip.high)
+    elif strip.range == "limits":
+        ends = _limit_range(specs[0], limits)
+        chart.low, chart.high = displays[0].shown(ends[0]), displays[0].shown(ends[1])
+    return chart
+
+
+def _limit_range(spec: ChannelSpec, limits: Limits | None) -> tuple[float, float]:
+    """Return a range (SI) in which all limits of a channel are seen."""
+    low, high = spec.limits
+    edges = [] if limits is None else [edge for edge in _edges(limits) if edge is not None]
+    if len(edges) > 1:
+        room = 0.15 * (max(edges) - min(edges))
+        low, high = max(low, min(edges) - room), min(high, max(edges) + room)
+    return low, high
+
+
+def _edges(limits: Limits) -> tuple[float | None, ...]:
+    return limits.warning_low, limits.caution_low, limits.caution_high, limits.warning_high
+
+
+def set_ticks(chart: Chart, box: Box, free: float, ratio: float) -> None:
+    """Choose the labels of a chart's y axis; `free` rows stay free at either end."""
+    chart.ticks = value_ticks(
+        chart.low, chart.high, box.height, free, _TICK_APART * ratio, most=_MOST_TICKS
+    )
+
+
+def chart_paint(chart: Chart, top: int, height: int, theme: Theme, ratio: float) -> ChartPaint:
+    """Return how the raster paints a chart that begins at row `top`."""
+    display = chart.displays[0]
+    dash = max(round(_DASH * ratio), 1)
+    return ChartPaint(
+        top=top,
+        height=height,
+        low=display.si(chart.low),
+        high=display.si(chart.high),
+        traces=tuple(
+            TracePaint(channel=spec.id, color=rgb(color), dash=dash if dashed else 0)
+            for spec, color, dashed in zip(chart.specs, chart.colors, chart.dashed, strict=True)
+        ),
+        bands=_bands(chart.limits, theme),
+        grid=tuple(display.si(value) for value in chart.ticks),
+    )
+
+
+def _bands(limits: Limits | None, theme: Theme) -> tuple[BandPaint, ...]:
+    if limits is None:
+        return ()
+    warning_low, caution_low, caution_high, warning_high = _edges(limits)
+    bands: list[tuple[float, float, State]] = []
+    if caution_low is not None:
+        bands.append((-math.inf if warning_low is None else warning_low, caution_low, "caution"))
+    if caution_high is not None:
+        bands.append((caution_high, math.inf if warning_high is None else warning_high, "caution"))
+    if warning_low is not None:
+        bands.append((-math.inf, warning_low, "warning"))
+    if warning_high is not None:
+        bands.append((warning_high, math.inf, "warning"))
+    return tuple(
+        BandPaint(
+            low=low,
+            high=high,
+            fill=rgb(theme.caution_band if state == "caution" else theme.warning_band),
+            border=rgb(theme.caution_fill if state == "caution" else theme.warning_fill),
+        )
+        for low, high, state in bands
+    )
+
+
+def read_value(
+    history: Samples,
+    spec: ChannelSpec,
+    display: Display,
+    now: float | None,
+    patience: float,
+    limits: Limits | None,
+    source: Source | None,
+) -> Reading:
+    """Return the current value of a channel.
+
+    Parameters
+    ----------
+    history : Samples
+        Where the samples are.
+    spec, display : ChannelSpec, Display
+        The channel and how it is shown.
+    now : float or None
+        Flight time, s.
+    patience : float
+        Age (s) from which a value is stale.
+    limits, source : Limits or None, Source or None
+        What is known of the channel.
+    """
+    estimated = source is not None and source.kind == "estimated"
+    uncalibrated = source is not None and not source.calibrated
+    latest = history.last(spec.id) if spec.id in history.channels else None
+    if latest is None or (now is not None and now - latest[0] > patience):
+        return Reading(text=DASH, stale=True, estimated=estimated, uncalibrated=uncalibrated)
+    state, word = limit_state(latest[1], limits)
+    return Reading(
+        text=number(display.shown(latest[1]), display.decimals),
+        state=state,
+        word=word,
+        estimated=estimated,
+        uncalibrated=uncalibrated,
+    )

@@ -1,0 +1,616 @@
+"""Painting everything around the lines: names, axes, values, labels, the banner of the pause.
+
+All coordinates are whole pixels of the screen; the painter that comes in is set up for that.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPen
+
+from gsapp.quantities import ChannelSpec
+from ui.fonts import sans
+from ui.strips.charts import Chart, Reading, thickness
+from ui.strips.furniture import Display, Mark, Span, symbol_parts
+from ui.strips.geometry import Box, Columns, Geometry
+from ui.strips.ticks import clock, multiples, number, step_decimals
+from ui.strips.view import StripView
+from ui.theme import Theme
+from ui.words import DASH, unit_text
+
+_LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
+_CURSOR_NAMES = {"cursor": "", "a": "A", "b": "B", "delta": "B\N{MINUS SIGN}A"}
+
+
+class Pen:
+    """Fonts, colors and strokes of a theme at a pixel ratio."""
+
+    def __init__(self, theme: Theme, ratio: float) -> None:
+        self.theme = theme
+        self.ratio = ratio
+        self._fonts: dict[tuple[int, bool, bool], tuple[QFont, QFontMetricsF]] = {}
+
+    def px(self, points: float) -> int:
+        """Return points of the design in pixels of the screen."""
+        return round(points * self.ratio)
+
+    def font(
+        self, pixels: int, *, bold: bool = False, italic: bool = False
+    ) -> tuple[QFont, QFontMetricsF]:
+        """Return a font of a size in pixels of the screen, with its measures."""
+        key = (max(pixels, 1), bold, italic)
+        if key not in self._fonts:
+            font = sans(key[0], bold=bold, italic=italic)
+            self._fonts[key] = (font, QFontMetricsF(font))
+        return self._fonts[key]
+
+    def width(self, text: str, points: float, *, bold: bool = False) -> float:
+        """Return the width of a text in pixels."""
+        return self.font(self.px(points), bold=bold)[1].horizontalAdvance(text)
+
+    def text(
+        self,
+        painter: QPainter,
+        x: float,
+        center: float,
+        text: str,
+        color: str,
+        points: float,
+        *,
+        bold: bool = False,
+        italic: bool = False,
+        align: str = "left",
+        pixels: int = 0,
+        room: float = 0.0,
+    ) -> float:
+        """Write a text whose capitals stand around `center`; return its width.
+
+        ``room`` is the width at which it is cut with an ellipsis; 0 is any width.
+        """
+        if not text:
+            return 0.0
+        font, metrics = self.font(pixels or self.px(points), bold=bold, italic=italic)
+        if room and metrics.horizontalAdvance(text) > room:
+            text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
+        width = metrics.horizontalAdvance(text)
+        if align == "right":
+            x -= width
+        elif align == "center":
+            x -= width / 2.0
+        painter.setFont(font)
+        painter.setPen(QColor(color))
+        painter.drawText(QPointF(round(x), round(center + metrics.capHeight() / 2.0)), text)
+        return width
+
+
+def measure_columns(
+    pen: Pen, charts: Sequence[Chart], group_names: Sequence[str], width: int
+) -> Columns:
+    """Return the widths that the text beside the plot needs."""
+    names = ticks = values = units = 0.0
+    for chart in charts:
+        for spec, display in zip(chart.specs, chart.displays, strict=True):
+            unit = unit_text(display.unit)
+            names = max(
+                names,
+                _symbol_width(pen, spec.symbol) + pen.px(5) + pen.width(unit, _LABEL),
+                min(pen.width(spec.title, _LABEL), pen.px(116)),
+            )
+            widest = _widest(spec, display)
+            values = max(values, pen.width(widest, _VALUE, bold=True))
+            units = max(units, pen.width(unit, _LABEL))
+            ticks = max(ticks, pen.width(widest.replace(".", ""), _LABEL))
+    if width < pen.px(900):
+        # Little room, as at 250 %: titles give way first.
+        names = min(names, pen.px(84))
+    tag = pen.width("uncal", _LABEL) + pen.px(12)
+    return Columns(
+        gutter=pen.px(22) if any(group_names) else pen.px(8),
+        names=math.ceil(names) + pen.px(8),
+        ticks=math.ceil(min(max(ticks, pen.px(30)), pen.px(56))) + pen.px(8),
+        values=math.ceil(pen.px(10) + tag + values + pen.px(5) + units + pen.px(10)),
+        cursor=math.ceil(max(values * _BODY / _VALUE, pen.width("A 00:00.00", _LABEL, bold=True)))
+        + pen.px(14),
+    )
+
+
+def _widest(spec: ChannelSpec, display: Display) -> str:
+    ends = (number(display.shown(value), display.decimals) for value in spec.limits)
+    return max(ends, key=len)
+
+
+def _symbol_width(pen: Pen, symbol: str) -> float:
+    base, below, rest = symbol_parts(symbol)
+    return (
+        pen.width(base, _SYMBOL, bold=True)
+        + (pen.width(below, _LABEL, bold=True) + pen.px(1) if below else 0.0)
+        + pen.width(rest, _BODY)
+    )
+
+
+def draw_names(
+    painter: QPainter,
+    pen: Pen,
+    geometry: Geometry,
+    charts: Mapping[int, Chart],
+    selected: int,
+    focused: bool,
+) -> None:
+    """Write group names, symbols, units, titles and the labels of the y axes."""
+    theme = pen.theme
+    for name, box in geometry.groups:
+        _draw_group(painter, pen, name, box)
+    for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+        chart = charts[number_of_chart]
+        x = geometry.columns.gutter
+        if number_of_chart == selected and focused:
+            bar = QRect(x - pen.px(4), box.y, pen.px(3), box.height)
+            painter.fillRect(bar, QColor(theme.selection))
+        _draw_name(painter, pen, geometry, chart, box)
+        draw_ticks(painter, pen, geometry, chart, box)
+
+
+def _draw_group(painter: QPainter, pen: Pen, name: str, box: Box) -> None:
+    if not name:
+        return
+    theme = pen.theme
+    line = max(pen.px(1), 1)
+    x = box.right - pen.px(8)
+    painter.fillRect(QRect(x, box.y, line, box.height), QColor(theme.axis))
+    room = box.height - pen.px(2)
+    if pen.width(name, _LABEL) > room and room < pen.px(36):
+        return
+    painter.save()
+    painter.translate(x - pen.px(7), box.center)
+    painter.rotate(-90.0)
+    pen.text(painter, 0.0, 0.0, name, theme.muted, _LABEL, align="center", room=room)
+    painter.restore()
+
+
+def _draw_name(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, box: Box) -> None:
+    theme = pen.theme
+    x = geometry.columns.gutter + pen.px(4)
+    room = geometry.columns.names - pen.px(8)
+    count = len(chart.specs)
+    tall = box.height >= pen.px(34)
+    if count == 1:
+        spec, display = chart.specs[0], chart.displays[0]
+        center = box.center - (pen.px(8) if tall else 0)
+        _draw_symbol(painter, pen, x, center, spec.symbol, chart.colors[0], display.unit, room)
+        if tall:
+            below = box.center + pen.px(9)
+            pen.text(painter, x, below, spec.title, theme.muted, _LABEL, room=room)
+        return
+    fitting = max(min(count, int(box.height // pen.px(15))), 1)
+    if fitting < count:
+        # One line for all: the letters alone, each in its color.
+        for spec, color in zip(chart.specs, chart.colors, strict=True):
+            used = _draw_symbol(painter, pen, x, box.center, spec.symbol, color, "", room)
+            x, room = x + used + pen.px(6), room - used - pen.px(6)
+            if room <= pen.px(10):
+                break
+        return
+    step = min(box.height / count, pen.px(18))
+    for place, (spec, color) in enumerate(zip(chart.specs, chart.colors, strict=True)):
+        center = box.center + (place - (count - 1) / 2.0) * step
+        unit = chart.displays[place].unit
+        _draw_symbol(painter, pen, x, center, spec.symbol, color, unit, room)
+
+
+def _draw_symbol(
+    painter: QPainter,
+    pen: Pen,
+    x: float,
+    center: float,
+    symbol: str,
+    color: str,
+    unit: str,
+    room: float,
+) -> float:
+    base, below, rest = symbol_parts(symbol)
+    start = x
+    x += pen.text(painter, x, center, base, color, _SYMBOL, bold=True)
+    if below:
+        x += pen.px(1)
+        x += pen.text(painter, x, center + pen.px(3), below, color, _LABEL, bold=True)
+    if rest:
+        x += pen.text(painter, x, center, rest, color, _BODY, room=max(room - (x - start), 1.0))
+    if unit:
+        text = unit_text(unit)
+        if x - start + pen.px(5) + pen.width(text, _LABEL) <= room + pen.px(2):
+            pen.text(painter, x + pen.px(5), center, text, pen.theme.muted, _LABEL)
+    return x - start
+
+
+def draw_ticks(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, box: Box) -> None:
+    """Write the labels of a y axis, kept within the chart."""
+    theme = pen.theme
+    line = max(pen.px(1), 1)
+    edge = geometry.plot.x
+    free = thickness(theme, geometry.ratio) / 2.0 + 1.0
+    painter.fillRect(QRect(edge - line, box.y, line, box.height), QColor(theme.axis))
+    decimals = _tick_decimals(chart.ticks)
+    half = pen.px(_LABEL) * 0.42
+    for value in chart.ticks:
+        row = box.y + value_row(chart, box, value, free)
+        painter.fillRect(
+            QRect(edge - pen.px(4), round(row - line / 2.0), pen.px(4), line), QColor(theme.axis)
+        )
+        center = min(max(row, box.y + half), box.bottom - half)
+        pen.text(
+            painter,
+            edge - pen.px(7),
+            center,
+            number(value, decimals),
+            theme.muted,
+            _LABEL,
+            align="right",
+        )
+
+
+def _tick_decimals(ticks: Sequence[float]) -> int:
+    steps = [abs(after - before) for before, after in itertools.pairwise(ticks)]
+    least = [step for step in steps if step > 0.0] or [abs(value) for value in ticks if value]
+    return step_decimals(min(least)) if least else 0
+
+
+def value_row(chart: Chart, box: Box, value: float, free: float) -> float:
+    """Return how far below the top of its box a chart shows a displayed value."""
+    gain = (box.height - 2.0 * free) / (chart.high - chart.low)
+    return free + gain * (chart.high - value)
+
+
+def draw_readings(
+    painter: QPainter,
+    pen: Pen,
+    geometry: Geometry,
+    chart: Chart,
+    box: Box,
+    readings: Sequence[Reading],
+) -> None:
+    """Write the current values of a chart."""
+    place = geometry.values
+    count = len(readings)
+    step = box.height / count
+    unit_width = max(pen.width(unit_text(display.unit), _LABEL) for display in chart.displays)
+    unit_x = place.right - pen.px(10) - max(unit_width, _unit_room(pen, geometry))
+    pixels = min(pen.px(_VALUE), round((step - pen.px(1)) / (0.78 if count > 1 else 0.74)))
+    pixels = max(pixels, pen.px(8))
+    for index, reading in enumerate(readings):
+        center = box.y + (index + 0.5) * step
+        cell = QRect(
+            place.x + pen.px(6), box.y + round(index * step), place.width - pen.px(10), round(step)
+        )
+        _draw_reading(painter, pen, chart, index, reading, cell, center, unit_x, pixels)
+
+
+def _unit_room(pen: Pen, geometry: Geometry) -> float:
+    """Return the width kept for units in the column of values."""
+    return geometry.columns.values * 0.0 + pen.width("lbf/ft²", _LABEL)
+
+
+def _draw_reading(
+    painter: QPainter,
+    pen: Pen,
+    chart: Chart,
+    index: int,
+    reading: Reading,
+    cell: QRect,
+    center: float,
+    unit_x: float,
+    pixels: int,
+) -> None:
+    theme = pen.theme
+    color = chart.colors[index]
+    if reading.stale:
+        painter.fillRect(cell, QBrush(QColor(theme.axis), Qt.BrushStyle.BDiagPattern))
+        word = pen.width(DASH, _VALUE) + pen.px(16)
+        painter.fillRect(
+            QRectF(unit_x - pen.px(5) - word + pen.px(8), cell.y(), word, cell.height()),
+            QColor(theme.background),
+        )
+        color = theme.muted
+    text = f"≈{reading.text}" if reading.estimated and not reading.stale else reading.text
+    pen.text(
+        painter,
+        unit_x - pen.px(5),
+        center,
+        text,
+        color,
+        _VALUE,
+        bold=True,
+        italic=reading.estimated,
+        align="right",
+        pixels=pixels,
+    )
+    if not reading.stale:
+        pen.text(
+            painter, unit_x, center, unit_text(chart.displays[index].unit), theme.muted, _LABEL
+        )
+    _draw_tags(painter, pen, reading, cell, center)
+
+
+def _draw_tags(painter: QPainter, pen: Pen, reading: Reading, cell: QRect, center: float) -> None:
+    theme = pen.theme
+    tags: list[tuple[str, str, str]] = []
+    if reading.state:
+        fill = theme.warning_fill if reading.state == "warning" else theme.caution_fill
+        sign = "▲" if reading.word == "HIGH" else "▼"
+        tags.append((f"{sign} {reading.word}", theme.fill_text, fill))
+    if reading.uncalibrated:
+        tags.append(("uncal", theme.caution, ""))
+    if reading.estimated:
+        tags.append(("est", theme.muted, ""))
+    fitting = max(int(cell.height() // pen.px(15)), 1)
+    tags = tags[:fitting]
+    for place, (word, color, fill) in enumerate(tags):
+        middle = center + (place - (len(tags) - 1) / 2.0) * pen.px(15)
+        width = pen.width(word, 10, bold=bool(fill))
+        x = cell.x() + pen.px(2)
+        if fill:
+            box = QRectF(x, round(middle - pen.px(7)), width + pen.px(8), pen.px(14))
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(fill))
+            painter.drawRoundedRect(box, pen.px(3), pen.px(3))
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+            x += pen.px(4)
+        pen.text(painter, x, middle, word, color, 10, bold=bool(fill))
+
+
+def draw_cursor_values(
+    painter: QPainter,
+    pen: Pen,
+    box: Box,
+    columns: Sequence[tuple[str, Box]],
+    texts: Mapping[str, Sequence[str]],
+    chart: Chart,
+) -> None:
+    """Write the values of a chart at the cursors."""
+    for name, column in columns:
+        lines = texts.get(name, ())
+        if not lines:
+            continue
+        step = box.height / len(lines)
+        pixels = max(min(pen.px(_BODY), round(step / 0.82)), pen.px(8))
+        for index, text in enumerate(lines):
+            color = pen.theme.text if name == "delta" else chart.colors[index]
+            pen.text(
+                painter,
+                column.right - pen.px(6),
+                box.y + (index + 0.5) * step,
+                text,
+                color,
+                _BODY,
+                bold=name == "delta",
+                align="right",
+                pixels=pixels,
+            )
+
+
+def cursor_color(theme: Theme, name: str) -> str:
+    """Return the color of a cursor's line and heading."""
+    return {"a": theme.cursor_a, "b": theme.cursor_b}.get(name, theme.cursor)
+
+
+def draw_header(
+    painter: QPainter, pen: Pen, geometry: Geometry, view: StripView, title: str
+) -> None:
+    """Write the pause or the window above the plot, and the headings of the columns of values."""
+    theme = pen.theme
+    header, plot = geometry.header, geometry.plot
+    center = header.center + pen.px(1)
+    if view.paused:
+        banner = QRect(0, 0, plot.right, header.height - pen.px(3))
+        painter.fillRect(banner, QColor(theme.banner))
+        middle = banner.height() / 2.0
+        x = float(pen.px(10))
+        bar = pen.px(3)
+        for shift in (0, 2 * bar):
+            painter.fillRect(
+                QRectF(x + shift, middle - pen.px(5), bar, pen.px(10)), QColor(theme.banner_text)
+            )
+        x += pen.px(18)
+        behind = f"PAUSED   {behind_text(view.seconds_behind)} behind"
+        x += pen.text(painter, x, middle, behind, theme.banner_text, _BODY, bold=True)
+        note = "Recording goes on. Home: back to now"
+        if x + pen.px(24) + pen.width(note, _BODY) < plot.right:
+            pen.text(
+                painter, plot.right - pen.px(10), middle, note, theme.banner_text, _BODY,
+                align="right",
+            )  # fmt: skip
+    else:
+        room = plot.x - geometry.columns.gutter - pen.px(8)
+        x = geometry.columns.gutter + pen.px(4)
+        pen.text(painter, x, center, title, theme.muted, _LABEL, room=room)
+        window = f"{window_text(view.seconds)} in sight"
+        pen.text(painter, plot.right, center, window, theme.muted, _LABEL, align="right")
+    now = DASH if view.now is None else clock(view.now, 1)
+    place = geometry.values
+    right = place.right - pen.px(10)
+    width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
+    pen.text(painter, right - width - pen.px(6), center, "now", theme.muted, _LABEL, align="right")
+    for name, column in geometry.cursors:
+        pen.text(
+            painter,
+            column.right - pen.px(6),
+            center,
+            _heading(view, name),
+            cursor_color(theme, name),
+            _LABEL,
+            bold=True,
+            align="right",
+        )
+        short = _CURSOR_NAMES[name]
+        if short:
+            lane = geometry.lane.center
+            pen.text(
+                painter, column.right - pen.px(6), lane, short, cursor_color(theme, name), _LABEL,
+                bold=True, align="right",
+            )  # fmt: skip
+        else:
+            lane = geometry.lane.center
+            pen.text(
+                painter, column.right - pen.px(6), lane, "cursor", theme.muted, _LABEL,
+                align="right",
+            )  # fmt: skip
+
+
+def _heading(view: StripView, name: str) -> str:
+    if name == "delta":
+        a, b = view.cursors.get("a"), view.cursors.get("b")
+        return f"{number(b - a, 2)} s" if a is not None and b is not None else DASH
+    time = view.cursors.get(name)
+    return clock(time, 2) if time is not None else DASH
+
+
+def behind_text(seconds: float) -> str:
+    """Return how far behind the display is: seconds with a tenth, from ten minutes on a clock."""
+    return f"{seconds:.1f} s" if seconds < 600.0 else clock(seconds)
+
+
+def window_text(seconds: float) -> str:
+    """Return a length of time with the digits that matter: ``0.52 s``, ``61 s``, ``10:20``."""
+    if seconds < 1.0:
+        return f"{seconds:.2f} s"
+    if seconds < 10.0:
+        return f"{seconds:.1f} s"
+    return f"{seconds:.0f} s" if seconds < 120.0 else clock(seconds)
+
+
+def draw_lane(
+    painter: QPainter,
+    pen: Pen,
+    geometry: Geometry,
+    view: StripView,
+    spans: Sequence[Span],
+    marks: Sequence[Mark],
+) -> None:
+    """Write the labels of spans and marks above the charts, none upon another."""
+    theme = pen.theme
+    lane, plot = geometry.lane, geometry.plot
+    line = max(pen.px(1), 1)
+    latest = plot.width
+    labels: list[tuple[int, int, str, bool]] = []
+    for span in spans:
+        begin = view.x(span.start)
+        end = view.x(span.stop) if span.stop is not None else latest
+        if end < 0 or begin >= latest:
+            continue
+        left, right = max(begin, 0), min(end + line, latest)
+        color = QColor(theme.span if span.kind == "maneuver" else theme.event)
+        top = lane.y + pen.px(2)
+        painter.fillRect(QRect(plot.x + left, top, right - left, lane.bottom - top), color)
+        painter.fillRect(QRect(plot.x + left, top, right - left, line), QColor(theme.span_edge))
+        labels.append((left, right, span.label, True))
+    for mark in marks:
+        x = view.x(mark.time)
+        if not 0 <= x < latest:
+            continue
+        flag = QRect(plot.x + x, lane.y + pen.px(5), pen.px(6), pen.px(7))
+        painter.fillRect(flag, QColor(theme.span_edge))
+        painter.fillRect(
+            QRect(plot.x + x, lane.y + pen.px(5), line, lane.height - pen.px(5)),
+            QColor(theme.span_edge),
+        )
+        labels.append((x, latest, mark.label, False))
+    labels.sort(key=lambda label: label[0])
+    taken = 0
+    for place, (left, right, text, within) in enumerate(labels):
+        indent = pen.px(5) if within else pen.px(9)
+        start = max(left + indent, taken)
+        others = [label[0] for label in labels[place + 1 :] if label[0] > left]
+        end = min([right, *others]) - pen.px(4)
+        room = end - start
+        if room < pen.px(14):
+            continue
+        width = pen.text(
+            painter, plot.x + start, lane.center + pen.px(1), text, theme.text, _LABEL, room=room
+        )
+        taken = start + math.ceil(width) + pen.px(6)
+
+
+def draw_axis(
+    painter: QPainter,
+    pen: Pen,
+    geometry: Geometry,
+    view: StripView,
+    step: float,
+    hidden: int,
+) -> None:
+    """Write the time axis: flight time under the grid lines."""
+    theme = pen.theme
+    axis, plot = geometry.axis, geometry.plot
+    line = max(pen.px(1), 1)
+    painter.fillRect(QRect(plot.x, axis.y, plot.width, line), QColor(theme.axis))
+    center = axis.y + pen.px(14)
+    first, last = view.columns
+    decimals = step_decimals(step) if step < 1.0 else 0
+    half = pen.width("00:00", _LABEL) / 2.0
+    for time in multiples(view.scale.time(first), view.scale.time(last), step):
+        x = view.x(time)
+        if not 0 <= x < plot.width:
+            continue
+        painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), QColor(theme.axis))
+        if half <= x <= plot.width - half:
+            pen.text(
+                painter, plot.x + x, center, clock(time, decimals), theme.text, _LABEL,
+                align="center",
+            )  # fmt: skip
+    note = "flight time" if not hidden else f"{hidden} more charts: Up, Down"
+    pen.text(
+        painter,
+        geometry.columns.gutter + pen.px(4),
+        center,
+        note,
+        theme.muted if not hidden else theme.text,
+        _LABEL,
+        room=plot.x - geometry.columns.gutter - pen.px(12),
+    )
+
+
+def draw_cursor_lines(painter: QPainter, pen: Pen, geometry: Geometry, view: StripView) -> None:
+    """Draw the cursors through all charts, and the stretch between A and B."""
+    theme, plot = pen.theme, geometry.plot
+    places = {name: view.x(time) for name, time in view.cursors.items()}
+    if "a" in places and "b" in places:
+        left, right = sorted((places["a"], places["b"]))
+        left, right = max(left, 0), min(right, plot.width)
+        if right > left:
+            shade = QColor(theme.cursor)
+            shade.setAlpha(18)
+            painter.fillRect(QRect(plot.x + left, plot.y, right - left, plot.height), shade)
+    line = max(pen.px(1), 1)
+    for name, x in places.items():
+        if not 0 <= x < plot.width:
+            continue
+        color = QColor(cursor_color(theme, name))
+        painter.fillRect(QRect(plot.x + x, plot.y, line, plot.height), color)
+        if name != "cursor":
+            size = pen.px(14)
+            left = min(max(x - size // 2, 0), plot.width - size)
+            painter.fillRect(QRect(plot.x + left, plot.y, size, size), color)
+            pen.text(
+                painter, plot.x + left + size / 2.0, plot.y + size / 2.0, name.upper(),
+                theme.background, _LABEL, bold=True, align="center",
+            )  # fmt: skip
+
+
+def draw_nothing(painter: QPainter, pen: Pen, geometry: Geometry, words: str) -> None:
+    """Say in the middle of the plot why there is nothing to see."""
+    plot = geometry.plot
+    painter.setPen(QPen(QColor(pen.theme.muted)))
+    pen.text(
+        painter,
+        plot.x + plot.width / 2.0,
+        plot.center,
+        words,
+        pen.theme.muted,
+        _BODY,
+        align="center",
+        room=plot.width - pen.px(16),
+    )

@@ -1,0 +1,124 @@
+"""What the charts are told besides samples, and how it reads: spans, marks, symbols, values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from gsapp.quantities import ChannelSpec, from_si
+
+SpanKind = Literal["maneuver", "event"]
+State = Literal["", "caution", "warning"]
+
+_GREEK = {
+    "alpha": "α", "beta": "β", "delta": "δ", "phi": "φ", "theta": "θ", "psi": "ψ", "chi": "χ",
+    "rho": "ρ", "qbar": "q\N{COMBINING MACRON}",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Span:
+    """A labeled stretch across all charts; without `stop` it still goes on."""
+
+    label: str
+    start: float
+    stop: float | None = None
+    kind: SpanKind = "maneuver"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mark:
+    """A labeled moment."""
+
+    label: str
+    time: float
+
+
+class Source(Protocol):
+    """What is known of a channel's origin; `gsapp.decoding.decoder.ChannelSource` fits."""
+
+    @property
+    def kind(self) -> str:
+        """Return ``measured``, ``estimated`` or ``derived``."""
+
+    @property
+    def calibrated(self) -> bool:
+        """Return whether a calibration was in force."""
+
+
+class Limits(Protocol):
+    """Limits of a channel, SI; `gsapp.session.limits.Bands` fits."""
+
+    @property
+    def warning_low(self) -> float | None:
+        """Return the value below which it is a warning."""
+
+    @property
+    def caution_low(self) -> float | None:
+        """Return the value below which it is a caution."""
+
+    @property
+    def caution_high(self) -> float | None:
+        """Return the value above which it is a caution."""
+
+    @property
+    def warning_high(self) -> float | None:
+        """Return the value above which it is a warning."""
+
+
+def limit_state(value: float, limits: Limits | None) -> tuple[State, str]:
+    """Return the state of a value (SI) and the word for its side."""
+    if limits is None or math.isnan(value):
+        return "", ""
+    states: tuple[tuple[State, float | None, float | None], ...] = (
+        ("warning", limits.warning_low, limits.warning_high),
+        ("caution", limits.caution_low, limits.caution_high),
+    )
+    for state, low, high in states:
+        if low is not None and value < low:
+            return state, "LOW"
+        if high is not None and value > high:
+            return state, "HIGH"
+    return "", ""
+
+
+def symbol_parts(symbol: str) -> tuple[str, str, str]:
+    """Return a symbol as (letter, subscript, rest): ``delta_e left`` as ``δ``, ``e``, `` left``."""
+    head, blank, rest = symbol.partition(" ")
+    base, _, below = head.partition("_")
+    if below == "dot":
+        base, below = base + "\N{COMBINING DOT ABOVE}", ""
+    return _GREEK.get(base, base), below, blank + rest
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """How a channel's values are shown: displayed = factor * SI + offset."""
+
+    unit: str
+    factor: float
+    offset: float
+    decimals: int
+
+    @classmethod
+    def of(cls, spec: ChannelSpec, system: str) -> Display:
+        """Return the display of a channel in ``US`` or ``SI`` units."""
+        unit = spec.display_unit(system)
+        offset = float(from_si(0.0, unit, spec.quantity))
+        # From far apart, so that a large offset does not eat the factor's digits.
+        factor = (float(from_si(1e6, unit, spec.quantity)) - offset) / 1e6
+        return cls(unit=unit, factor=factor, offset=offset, decimals=spec.decimals(unit))
+
+    def shown(self, value: float) -> float:
+        """Return an SI value in the displayed unit."""
+        return self.factor * value + self.offset
+
+    def si(self, shown: float) -> float:
+        """Return a displayed value in SI."""
+        return (shown - self.offset) / self.factor
+
+    @property
+    def least_span(self) -> float:
+        """Return the smallest span of an automatic axis: 20 steps of the sensor."""
+        return 20.0 * 10.0**-self.decimals

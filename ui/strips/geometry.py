@@ -1,0 +1,220 @@
+"""Where everything stands, in whole pixels of the screen. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+_LEAST_CHART = 16  # logical pixels: a line of values still stands in it
+_CHART_GAP = 3
+_GROUP_GAP = 9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Box:
+    """A rectangle in pixels."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    @property
+    def right(self) -> int:
+        """Return the first column to the right of it."""
+        return self.x + self.width
+
+    @property
+    def bottom(self) -> int:
+        """Return the first row below it."""
+        return self.y + self.height
+
+    @property
+    def center(self) -> float:
+        """Return the middle in height."""
+        return self.y + self.height / 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Columns:
+    """Widths in pixels: what the text beside the plot needs.
+
+    Attributes
+    ----------
+    gutter : int
+        Names of the groups.
+    names : int
+        Symbol, unit and title.
+    ticks : int
+        Labels of the y axis.
+    values : int
+        Current values with tag and unit.
+    cursor : int
+        One column of values at a cursor.
+    """
+
+    gutter: int
+    names: int
+    ticks: int
+    values: int
+    cursor: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Geometry:
+    """Everything that has a place.
+
+    Attributes
+    ----------
+    ratio : float
+        Pixels to a logical pixel of the design: scale times density of the screen.
+    header, lane, plot, axis, values : Box
+        Line at the top; labels of spans and marks; all charts; time axis; current values.
+    cursors : tuple of (str, Box)
+        Columns of values at cursors, by name, ``delta`` for the differences.
+    charts : tuple of Box
+        The charts shown, in the plot.
+    numbers : tuple of int
+        Their numbers in the layout.
+    groups : tuple of (str, Box)
+        Groups shown, in the gutter.
+    hidden : int
+        Charts that found no room.
+    """
+
+    ratio: float
+    columns: Columns
+    header: Box
+    lane: Box
+    plot: Box
+    axis: Box
+    values: Box
+    cursors: tuple[tuple[str, Box], ...]
+    charts: tuple[Box, ...]
+    numbers: tuple[int, ...]
+    groups: tuple[tuple[str, Box], ...]
+    hidden: int
+
+
+def arrange(
+    width: int,
+    height: int,
+    ratio: float,
+    columns: Columns,
+    groups: Sequence[tuple[str, Sequence[float]]],
+    cursors: Sequence[str],
+    selected: int,
+    alone: bool,
+) -> Geometry:
+    """Place everything.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the widget, in pixels.
+    ratio : float
+        See `Geometry`.
+    columns : Columns
+        Widths of the text beside the plot.
+    groups : sequence of (name, heights)
+        The groups with the relative heights of their charts.
+    cursors : sequence of str
+        Columns wanted for cursors, the most important first; those that leave too little plot
+        are left out.
+    selected : int
+        Chart that must be among those shown.
+    alone : bool
+        Whether it is the only one.
+    """
+
+    def px(points: float) -> int:
+        return round(points * ratio)
+
+    header_height, lane_height, axis_height = px(26), px(20), px(26)
+    left = columns.gutter + columns.names + columns.ticks
+    right = width - columns.values
+    wanted = []
+    for name in cursors:
+        if right - columns.cursor - left >= 0.3 * width:
+            right -= columns.cursor
+            wanted.append(name)
+    plot = Box(
+        x=left,
+        y=header_height + lane_height,
+        width=max(right - left, 1),
+        height=max(height - header_height - lane_height - axis_height, 1),
+    )
+    order = ("cursor", "a", "b", "delta")
+    places = []
+    x = width - columns.values - columns.cursor * len(wanted)
+    for name in sorted(wanted, key=order.index):
+        places.append((name, Box(x=x, y=plot.y, width=columns.cursor, height=plot.height)))
+        x += columns.cursor
+    boxes, numbers, spans, hidden = _stack(plot, ratio, groups, selected, alone)
+    return Geometry(
+        ratio=ratio,
+        columns=columns,
+        header=Box(x=0, y=0, width=width, height=header_height),
+        lane=Box(x=plot.x, y=header_height, width=plot.width, height=lane_height),
+        plot=plot,
+        axis=Box(x=0, y=plot.bottom, width=width, height=height - plot.bottom),
+        values=Box(x=width - columns.values, y=plot.y, width=columns.values, height=plot.height),
+        cursors=tuple(places),
+        charts=tuple(boxes),
+        numbers=tuple(numbers),
+        groups=tuple(
+            (name, Box(x=0, y=top, width=columns.gutter, height=bottom - top))
+            for name, top, bottom in spans
+        ),
+        hidden=hidden,
+    )
+
+
+def _stack(
+    plot: Box,
+    ratio: float,
+    groups: Sequence[tuple[str, Sequence[float]]],
+    selected: int,
+    alone: bool,
+) -> tuple[list[Box], list[int], list[tuple[str, int, int]], int]:
+    flat = [
+        (number_of_group, height)
+        for number_of_group, (_, heights) in enumerate(groups)
+        for height in heights
+    ]
+    total = len(flat)
+    if not total:
+        return [], [], [], 0
+    shown = range(total)
+    if alone:
+        shown = range(selected, selected + 1)
+    else:
+        room = plot.height / ((_LEAST_CHART + _CHART_GAP) * ratio) - 0.5 * (len(groups) - 1)
+        fitting = max(int(room), 1)
+        if fitting < total:
+            first = min(max(selected - fitting // 2, 0), total - fitting)
+            shown = range(first, first + fitting)
+    chart_gap = max(round(_CHART_GAP * ratio), 1)
+    group_gap = max(round(_GROUP_GAP * ratio), 1)
+    gaps = [
+        0 if place == 0 else chart_gap if flat[number][0] == flat[number - 1][0] else group_gap
+        for place, number in enumerate(shown)
+    ]
+    weights = [flat[number][1] for number in shown]
+    free = max(plot.height - sum(gaps), len(weights))
+    boxes: list[Box] = []
+    spans: list[tuple[str, int, int]] = []
+    used_weight = 0.0
+    gap_sum = 0
+    for gap, weight, number in zip(gaps, weights, shown, strict=True):
+        gap_sum += gap
+        top = plot.y + gap_sum + round(free * used_weight / sum(weights))
+        used_weight += weight
+        bottom = plot.y + gap_sum + round(free * used_weight / sum(weights))
+        boxes.append(Box(x=plot.x, y=top, width=plot.width, height=max(bottom - top, 1)))
+        name = groups[flat[number][0]][0]
+        if spans and gap == chart_gap and flat[number][0] == flat[number - 1][0]:
+            spans[-1] = (name, spans[-1][1], bottom)
+        else:
+            spans.append((name, top, bottom))
+    return boxes, list(shown), spans, 0 if alone else total - len(boxes)

@@ -1,0 +1,60 @@
+"""Every key of the strip charts, in one table: the widget obeys it, the help shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeyAction:
+    """Something the charts do.
+
+    Attributes
+    ----------
+    id : str
+        Name in code, for `StripChart.perform`.
+    keys : tuple of str
+        In the portable text of key sequences; the first is the one to show.
+    text : str
+        What it does, in words.
+    """
+
+    id: str
+    keys: tuple[str, ...]
+    text: str
+
+
+def _action(action: str, text: str, *keys: str) -> KeyAction:
+    return KeyAction(id=action, keys=keys, text=text)
+
+
+KEY_ACTIONS: tuple[KeyAction, ...] = (
+    _action("pause", "Pause or go on; recording never stops", "Space"),
+    _action("live", "Back to the newest sample", "Home", "End"),
+    _action("earlier", "Scroll back a tenth of the window", "Left"),
+    _action("later", "Scroll on a tenth of the window", "Right"),
+    _action("window_earlier", "Scroll back a whole window", "PgUp"),
+    _action("window_later", "Scroll on a whole window", "PgDown"),
+    _action("start", "To the start of the flight", "Shift+Home"),
+    _action("zoom_in", "Shorter time in sight", "+", "="),
+    _action("zoom_out", "Longer time in sight", "-"),
+    _action("chart_up", "Choose the chart above", "Up"),
+    _action("chart_down", "Choose the chart below", "Down"),
+    _action("enlarge", "Enlarge the chosen chart, or show all again", "Return", "Enter"),
+    _action("range", "Next y range of the chosen chart: automatic, limits", "Y"),
+    _action("move_up", "Move the chosen chart up", "Alt+Up"),
+    _action("move_down", "Move the chosen chart down", "Alt+Down"),
+    _action("cursor", "Cursor on or off: all values at one time", "C"),
+    _action("cursor_earlier", "Cursor one column back", "Ctrl+Left"),
+    _action("cursor_later", "Cursor one column on", "Ctrl+Right"),
+    _action("cursor_far_earlier", "Cursor 20 columns back", "Ctrl+Shift+Left"),
+    _action("cursor_far_later", "Cursor 20 columns on", "Ctrl+Shift+Right"),
+    _action("set_a", "Set A where the cursor is", "A", "1"),
+    _action("set_b", "Set B where the cursor is; differences B\N{MINUS SIGN}A", "B", "2"),
+    _action("clear", "Take the cursors away, show all charts", "Esc"),
+    _action("mark", "Mark this moment", "M"),
+)
+"""All actions, in the order of the help."""
+
+ACTION_BY_KEY = {key: action.id for action in KEY_ACTIONS for key in action.keys}
+"""Action id by key, in portable text."""

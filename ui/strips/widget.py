@@ -1,0 +1,816 @@
+"""The strip charts: one widget that paints all of them."""
+
+from __future__ import annotations
+
+import math
+import time as wall_clock
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QImage,
+    QKeyEvent,
+    QKeySequence,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QRegion,
+    QResizeEvent,
+    QShowEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from gsapp.quantities import channel
+from ui.strips import drawing
+from ui.strips.charts import Chart, Reading, make_chart, read_value
+from ui.strips.columns import Samples
+from ui.strips.drawing import Pen
+from ui.strips.furniture import Limits, Mark, Source, Span
+from ui.strips.geometry import Box, Geometry, arrange
+from ui.strips.keys import ACTION_BY_KEY
+from ui.strips.layout import StripLayout, default_layout
+from ui.strips.picture import Picture
+from ui.strips.ticks import number, time_step
+from ui.strips.view import StripView
+from ui.theme import DAYLIGHT, Theme, sizes
+from ui.words import DASH
+
+_FRAME = 16  # ms between looks at the history
+_READ_EVERY = 0.1  # s between new values: faster, nobody can read them
+_STALE_AFTER = 3.0
+
+
+class StripChart(QWidget):
+    """All strip charts in one widget.
+
+    Parameters
+    ----------
+    parent : QWidget or None
+        As for every widget.
+    timed : bool
+        Whether the widget looks at the history by itself, 60 times a second while it is
+        visible. Where the window has a timer that polls the feed, False and a call of
+        `advance` after the poll save up to a frame of delay.
+
+    Attributes
+    ----------
+    view : StripView
+        What is in sight; call `refresh` after changing it from outside.
+    mark_requested : Signal(float)
+        The user wants a mark at this flight time, s.
+    cursor_moved : Signal(str, object)
+        ``cursor``, ``a`` or ``b``, and its time in s or None.
+    layout_changed : Signal(object)
+        The user changed the charts: the new `StripLayout`.
+    view_changed : Signal()
+        Pause, place or window changed.
+    """
+
+    mark_requested = Signal(float)
+    cursor_moved = Signal(str, object)
+    layout_changed = Signal(object)
+    view_changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None, *, timed: bool = True) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMouseTracking(False)
+        self.setAccessibleName("Strip charts")
+        self._history: Samples | None = None
+        self._layout = default_layout()
+        self._theme = DAYLIGHT
+        self._units = "US"
+        self._zoom = 1.0
+        self._spans: tuple[Span, ...] = ()
+        self._marks: tuple[Mark, ...] = ()
+        self._limits: Mapping[str, Limits] = {}
+        self._sources: Mapping[str, Source] = {}
+        self._stale_after = _STALE_AFTER
+        self._stale_of: Mapping[str, float] = {}
+        self._given_now: float | None = None
+        self.view = StripView(window=self._layout.window)
+        self._charts: dict[int, Chart] = {}
+        self._pen = Pen(self._theme, 1.0)
+        self._geometry: Geometry | None = None
+        self._picture: Picture | None = None
+        self._image = QImage()
+        self._readings: dict[int, tuple[Reading, ...]] = {}
+        self._read_at = -math.inf
+        self._header_key: object = None
+        self._tick = 10.0
+        self._stale_build = True
+        self._actions = self._make_actions()
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(_FRAME)
+        self._timer.timeout.connect(self.advance)
+        if timed:
+            self._timer.start()
+
+    # What it is given
+
+    def set_history(self, history: Samples | None) -> None:
+        """Show another history; the display follows its newest sample."""
+        self._history = history
+        self._given_now = None
+        window = self.view.window
+        self.view = StripView(
+            width=self.view.width,
+            rate=history.rate if history is not None else 100.0,
+            window=window,
+        )
+        self._charts.clear()
+        self._rebuild()
+        self.advance()
+        self.view_changed.emit()
+
+    def set_layout(self, layout: StripLayout) -> None:
+        """Show other charts."""
+        if layout.window != self._layout.window:
+            self.view.set_window(layout.window)
+        self._layout = layout
+        self.view.selected = min(self.view.selected, max(len(layout.strips) - 1, 0))
+        self._charts.clear()
+        self._rebuild()
+
+    @property
+    def strip_layout(self) -> StripLayout:
+        """Return the charts shown."""
+        return self._layout
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take the colors and line weight of a theme."""
+        self._theme = theme
+        self._charts.clear()
+        self._rebuild()
+
+    def set_units(self, system: str) -> None:
+        """Show ``US`` or ``SI`` units."""
+        self._units = system
+        self._charts.clear()
+        self._rebuild()
+
+    def set_scale(self, scale: float) -> None:
+        """Take another size of type and lines: 1.0 to 2.5."""
+        self._zoom = sizes(scale).scale
+        self._rebuild()
+
+    def set_spans(self, spans: Sequence[Span]) -> None:
+        """Show these labeled stretches across all charts."""
+        if tuple(spans) != self._spans:
+            self._spans = tuple(spans)
+            self._rebuild()
+
+    def set_marks(self, marks: Sequence[Mark]) -> None:
+        """Show these marks across all charts."""
+        if tuple(marks) != self._marks:
+            self._marks = tuple(marks)
+            self._rebuild()
+
+    def set_limits(self, limits: Mapping[str, Limits]) -> None:
+        """Draw these limits, and name the values beyond them; by channel id."""
+        self._limits = dict(limits)
+        self._charts.clear()
+        self._rebuild()
+
+    def set_sources(self, sources: Mapping[str, Source]) -> None:
+        """Say which channels are estimated or not calibrated; by channel id."""
+        self._sources = dict(sources)
+        self._read_at = -math.inf
+
+    def set_stale_after(self, seconds: float, channels: Mapping[str, float] | None = None) -> None:
+        """Take a value for stale when it is this old, s; slow channels may have their own time."""
+        self._stale_after = seconds
+        self._stale_of = dict(channels or {})
+        self._read_at = -math.inf
+
+    def set_now(self, flight_time: float | None) -> None:
+        """Tell the flight time, s, so that values grow stale when nothing comes any more.
+
+        None goes by the newest sample alone.
+        """
+        self._given_now = flight_time
+
+    def refresh(self) -> None:
+        """Paint everything anew, as after changing `view`."""
+        self._rebuild()
+        self.advance()
+
+    # A frame
+
+    def advance(self) -> None:
+        """Take in what has arrived and have it painted: one frame."""
+        history = self._history
+        if history is None or not self.isVisible():
+            return
+        view = self.view
+        self._take_time(history)
+        if view.now is None:
+            return
+        if self._stale_build or self._picture is None:
+            self._build()
+        self._follow(history)
+        now = wall_clock.monotonic()
+        if now - self._read_at >= _READ_EVERY:
+            self._read_at = now
+            self._follow_ranges(history, at_once=view.paused)
+            self._read_values(history)
+        self._show_header()
+
+    def _take_time(self, history: Samples) -> None:
+        end = history.end
+        if end is not None and self._given_now is not None:
+            end = max(end, self._given_now)
+        if end is None:
+            return
+        self.view.now = end
+        if self.view.start is None:
+            self.view.start = float(getattr(history, "start", 0.0))
+
+    def _follow(self, history: Samples) -> None:
+        picture, geometry = self._picture, self._geometry
+        if picture is None or geometry is None:
+            return
+        changes = picture.advance(history, self.view)
+        if changes.pixels:
+            self._expose(geometry.plot)
+        if changes.moved:
+            self._expose(geometry.axis)
+            self._expose(geometry.lane)
+
+    def _follow_ranges(self, history: Samples, *, at_once: bool) -> None:
+        picture, geometry = self._picture, self._geometry
+        if picture is None or geometry is None:
+            return
+        if picture.follow_ranges(history, self.view, at_once=at_once):
+            self._expose(geometry.plot)
+            self._expose(Box(x=0, y=0, width=geometry.plot.x, height=geometry.axis.bottom))
+
+    # Values
+
+    def _read_values(self, history: Samples) -> None:
+        geometry = self._geometry
+        if geometry is None:
+            return
+        for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+            chart = self._charts[number_of_chart]
+            readings = tuple(
+                read_value(
+                    history,
+                    spec,
+                    display,
+                    self.view.now,
+                    self._stale_of.get(spec.id, self._stale_after),
+                    self._limits.get(spec.id),
+                    self._sources.get(spec.id),
+                )
+                for spec, display in zip(chart.specs, chart.displays, strict=True)
+            )
+            if readings != self._readings.get(number_of_chart):
+                self._readings[number_of_chart] = readings
+                place = geometry.values
+                self._expose(Box(x=place.x, y=box.y, width=place.width, height=box.height))
+
+    def value_at(self, channel_id: str, time: float) -> float:
+        """Return the sample (SI) of a channel nearest to a time (s); NaN where there is none."""
+        history = self._history
+        if history is None or channel_id not in history.channels:
+            return math.nan
+        index = round(time * history.rate)
+        return float(history.samples(channel_id, index, index + 1)[0])
+
+    def _cursor_texts(self, chart: Chart) -> dict[str, list[str]]:
+        texts: dict[str, list[str]] = {}
+        values: dict[str, list[float]] = {}
+        for name, time in self.view.cursors.items():
+            values[name] = [
+                display.shown(self.value_at(spec.id, time))
+                for spec, display in zip(chart.specs, chart.displays, strict=True)
+            ]
+        if "a" in values and "b" in values:
+            values["delta"] = [
+                other - one for one, other in zip(values["a"], values["b"], strict=True)
+            ]
+        for name, row in values.items():
+            texts[name] = [
+                DASH if math.isnan(value) else number(value, display.decimals)
+                for value, display in zip(row, chart.displays, strict=True)
+            ]
+        return texts
+
+    # Building
+
+    def _rebuild(self) -> None:
+        """Have everything made anew at the next frame or paint."""
+        self._stale_build = True
+        self._readings.clear()
+        self._read_at = -math.inf
+        self.update()
+
+    def _density(self) -> float:
+        return self.devicePixelRatioF()
+
+    def _build(self) -> None:
+        self._stale_build = False
+        density = self._density()
+        ratio = self._zoom * density
+        width, height = round(self.width() * density), round(self.height() * density)
+        self._pen = pen = Pen(self._theme, ratio)
+        self._make_charts()
+        strips = self._layout.strips
+        groups = [
+            (group.name, [strip.height for strip in group.strips])
+            for group in self._layout.groups
+            if group.strips
+        ]
+        alone = self.view.enlarged and bool(strips)
+        columns = drawing.measure_columns(
+            pen, list(self._charts.values()), [name for name, _ in groups], width
+        )
+        self._geometry = geometry = arrange(
+            width,
+            height,
+            ratio,
+            columns,
+            groups,
+            self._cursor_columns(),
+            self.view.selected,
+            alone,
+        )
+        self.view.resize(geometry.plot.width)
+        label = pen.width("00:00", 11) * 2.4
+        self._tick = time_step(self.view.seconds, max(int(geometry.plot.width / label), 2))
+        self._picture = picture = Picture(
+            self._charts, geometry, self._theme, self._tick, self._spans, self._marks
+        )
+        pixels = picture.raster.pixels
+        self._image = QImage(
+            pixels.data,
+            pixels.shape[1],
+            pixels.shape[0],
+            pixels.strides[0],
+            QImage.Format.Format_RGB32,
+        )
+        history = self._history
+        if history is not None and self.view.now is not None:
+            picture.advance(history, self.view)
+            picture.follow_ranges(history, self.view, at_once=True)
+        self._describe()
+        self.update()
+
+    def _cursor_columns(self) -> list[str]:
+        cursors = self.view.cursors
+        wanted = []
+        if "a" in cursors and "b" in cursors:
+            wanted.append("delta")
+        wanted += [name for name in ("cursor", "a", "b") if name in cursors]
+        return wanted
+
+    def _make_charts(self) -> None:
+        strips = self._layout.strips
+        if len(self._charts) == len(strips) and all(
+            self._charts[index].strip == strip for index, strip in enumerate(strips)
+        ):
+            return
+        self._charts = {
+            index: make_chart(strip, self._theme, self._units, self._limits.get(strip.channel))
+            for index, strip in enumerate(strips)
+        }
+
+    # Painting
+
+    def _expose(self, box: Box | None) -> None:
+        if box is None:
+            return
+        density = self._density()
+        left, top = math.floor(box.x / density), math.floor(box.y / density)
+        right, bottom = math.ceil(box.right / density), math.ceil(box.bottom / density)
+        self.update(left, top, right - left, bottom - top)
+
+    def _show_header(self) -> None:
+        view = self.view
+        key = (
+            view.paused,
+            round(view.seconds_behind, 1),
+            None if view.now is None else round(view.now, 1),
+        )
+        if key != self._header_key:
+            self._header_key = key
+            self._expose(self._geometry.header if self._geometry else None)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the parts that changed."""
+        if self._stale_build or self._geometry is None:
+            self._build()
+            if self._history is not None and self.view.now is not None:
+                self._read_values(self._history)
+        geometry = self._geometry
+        if geometry is None:
+            return
+        painter = QPainter(self)
+        density = self._density()
+        region = event.region()
+        painter.setRenderHint(QPainter.RenderHint.TextAntialiasing, True)
+        # From here on in whole pixels of the screen; what the window is shifted by in fractions
+        # of a pixel, on screens of uneven density, is taken back.
+        painter.scale(1.0 / density, 1.0 / density)
+        placed = painter.deviceTransform()
+        painter.translate(round(placed.dx()) - placed.dx(), round(placed.dy()) - placed.dy())
+        self._paint_parts(painter, geometry, region, density)
+        painter.end()
+
+    def _paint_parts(
+        self, painter: QPainter, geometry: Geometry, region: QRegion, density: float
+    ) -> None:
+        def touched(box: Box) -> bool:
+            return region.intersects(
+                QRect(
+                    math.floor(box.x / density),
+                    math.floor(box.y / density),
+                    math.ceil(box.width / density) + 1,
+                    math.ceil(box.height / density) + 1,
+                )
+            )
+
+        pen, view, plot = self._pen, self.view, geometry.plot
+        background = QColor(self._theme.background)
+        top = Box(x=0, y=0, width=geometry.header.width, height=plot.y)
+        if touched(top):
+            painter.fillRect(_rect(top), background)
+            drawing.draw_header(painter, pen, geometry, view, self._layout.name)
+            drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
+        left = Box(x=0, y=plot.y, width=plot.x, height=plot.height)
+        if touched(left):
+            painter.fillRect(_rect(left), background)
+            drawing.draw_names(painter, pen, geometry, self._charts, view.selected, self.hasFocus())
+        right = Box(
+            x=plot.right, y=plot.y, width=geometry.values.right - plot.right, height=plot.height
+        )
+        if touched(right):
+            self._paint_values(painter, geometry, right, touched)
+        if touched(geometry.axis):
+            painter.fillRect(_rect(geometry.axis), background)
+            drawing.draw_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
+        if touched(plot):
+            self._paint_plot(painter, geometry)
+
+    def _paint_values(
+        self, painter: QPainter, geometry: Geometry, right: Box, touched: object
+    ) -> None:
+        painter.fillRect(_rect(right), QColor(self._theme.background))
+        for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+            row = Box(x=right.x, y=box.y, width=right.width, height=box.height)
+            if not callable(touched) or not touched(row):
+                continue
+            chart = self._charts[number_of_chart]
+            readings = self._readings.get(number_of_chart) or tuple(
+                Reading(text=DASH, stale=True) for _ in chart.specs
+            )
+            drawing.draw_readings(painter, self._pen, geometry, chart, box, readings)
+            if geometry.cursors:
+                drawing.draw_cursor_values(
+                    painter, self._pen, box, geometry.cursors, self._cursor_texts(chart), chart
+                )
+
+    def _paint_plot(self, painter: QPainter, geometry: Geometry) -> None:
+        image, plot = self._image, geometry.plot
+        if self.view.now is None or not geometry.charts:
+            painter.fillRect(_rect(plot), QColor(self._theme.background))
+            for box in geometry.charts:
+                painter.fillRect(_rect(box), QColor(self._theme.plot))
+            words = "Nothing has arrived yet" if geometry.charts else "No chart chosen"
+            drawing.draw_nothing(painter, self._pen, geometry, words)
+            return
+        seam = self.view.columns[0] % image.width()
+        first = image.width() - seam
+        painter.drawImage(QPoint(plot.x, plot.y), image, QRect(seam, 0, first, image.height()))
+        if seam:
+            painter.drawImage(
+                QPoint(plot.x + first, plot.y), image, QRect(0, 0, seam, image.height())
+            )
+        drawing.draw_cursor_lines(painter, self._pen, geometry, self.view)
+
+    # Events
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Arrange everything anew."""
+        self._rebuild()
+        super().resizeEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what came while hidden."""
+        self._rebuild()
+        super().showEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Take another font."""
+        if event.type() == QEvent.Type.FontChange:
+            self._rebuild()
+        super().changeEvent(event)
+
+    def event(self, event: QEvent) -> bool:
+        """Take note of a move to a screen of another density."""
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
+            self._rebuild()
+        return bool(super().event(event))
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show which chart is chosen."""
+        self.update()
+        super().focusInEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Show that keys go elsewhere."""
+        self.update()
+        super().focusOutEvent(event)
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which 16 charts are at ease."""
+        return QSize(1000, 700)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which nothing can be read."""
+        return QSize(round(420 * self._zoom), round(160 * self._zoom))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Obey `KEY_ACTIONS`."""
+        action = ACTION_BY_KEY.get(_key_text(event))
+        if action is None:
+            super().keyPressEvent(event)
+            return
+        self.perform(action)
+        event.accept()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom about the pointer; with Shift, or sideways, scroll."""
+        steps = event.angleDelta()
+        sideways = steps.x() or (
+            steps.y() if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 0
+        )
+        if sideways:
+            self.scroll(-sideways / 120.0 * 0.1 * self.view.seconds)
+        elif steps.y():
+            self.zoom(1 if steps.y() > 0 else -1, self._time_at(event.position().x()))
+        event.accept()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Choose a chart and set the cursor."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._pick(event)
+        else:
+            super().mousePressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag the cursor."""
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self._pick(event, choose=False)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Enlarge a chart."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._pick(event)
+            self.perform("enlarge")
+
+    def _pick(self, event: QMouseEvent, *, choose: bool = True) -> None:
+        geometry = self._geometry
+        if geometry is None:
+            return
+        density = self._density()
+        x, y = event.position().x() * density, event.position().y() * density
+        if choose:
+            for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+                if box.y <= y < box.bottom:
+                    self._select(number_of_chart)
+        if geometry.plot.x <= x < geometry.plot.right:
+            self.set_cursor("cursor", self._time_at(event.position().x()))
+
+    def _time_at(self, x: float) -> float | None:
+        geometry = self._geometry
+        if geometry is None or self.view.now is None:
+            return None
+        column = math.floor(x * self._density()) - geometry.plot.x
+        return self.view.sample_time(min(max(column, 0), geometry.plot.width - 1))
+
+    # Actions
+
+    def _make_actions(self) -> dict[str, object]:
+        view_actions = {
+            "pause": self.toggle_pause,
+            "live": self.go_live,
+            "earlier": lambda: self.scroll(-0.1 * self.view.seconds),
+            "later": lambda: self.scroll(0.1 * self.view.seconds),
+            "window_earlier": lambda: self.scroll(-self.view.seconds),
+            "window_later": lambda: self.scroll(self.view.seconds),
+            "start": self.go_to_start,
+            "zoom_in": lambda: self.zoom(1),
+            "zoom_out": lambda: self.zoom(-1),
+        }
+        chart_actions = {
+            "chart_up": lambda: self._select(self.view.selected - 1),
+            "chart_down": lambda: self._select(self.view.selected + 1),
+            "enlarge": self.toggle_enlarged,
+            "range": self._next_range,
+            "move_up": lambda: self._move(-1),
+            "move_down": lambda: self._move(1),
+        }
+        cursor_actions = {
+            "cursor": self.toggle_cursor,
+            "cursor_earlier": lambda: self.step_cursor(-1),
+            "cursor_later": lambda: self.step_cursor(1),
+            "cursor_far_earlier": lambda: self.step_cursor(-20),
+            "cursor_far_later": lambda: self.step_cursor(20),
+            "set_a": lambda: self._set_here("a"),
+            "set_b": lambda: self._set_here("b"),
+            "clear": self.clear,
+            "mark": self.request_mark,
+        }
+        return {**view_actions, **chart_actions, **cursor_actions}
+
+    def perform(self, action: str) -> None:
+        """Do one of `KEY_ACTIONS` by its id."""
+        known = self._actions[action]
+        if callable(known):
+            known()
+
+    def toggle_pause(self) -> None:
+        """Stand still, or follow the newest sample again."""
+        self.view.toggle_pause()
+        self._viewed()
+
+    def go_live(self) -> None:
+        """Follow the newest sample again."""
+        self.view.go_live()
+        self._viewed()
+
+    def go_to_start(self) -> None:
+        """Show the beginning of the flight."""
+        self.view.go_to_start()
+        self._viewed()
+
+    def go_to(self, time: float) -> None:
+        """Bring a flight time (s) to the middle."""
+        self.view.go_to(time)
+        self._viewed()
+
+    def scroll(self, seconds: float) -> None:
+        """Move by some seconds, back if negative."""
+        self.view.scroll(seconds)
+        self._viewed()
+
+    def zoom(self, steps: int, anchor: float | None = None) -> None:
+        """Show less (positive) or more time, about the cursor or another time (s)."""
+        if anchor is None:
+            anchor = self.view.cursors.get("cursor")
+            if anchor is not None and not 0 <= self.view.x(anchor) < self.view.width:
+                anchor = None
+        self.view.zoom(steps, anchor)
+        self._rebuild()
+        self._viewed()
+
+    def set_window(self, seconds: float) -> None:
+        """Show at least so many seconds."""
+        self.view.set_window(seconds)
+        self._rebuild()
+        self._viewed()
+
+    def _viewed(self) -> None:
+        self._read_at = -math.inf
+        self._header_key = None
+        self.update()
+        self.advance()
+        self.view_changed.emit()
+
+    def toggle_cursor(self) -> None:
+        """Set the cursor to the middle of the display, or take it away."""
+        if "cursor" in self.view.cursors:
+            self.set_cursor("cursor", None)
+        elif self.view.now is not None:
+            self.set_cursor("cursor", self.view.sample_time(self.view.width // 2))
+
+    def step_cursor(self, columns: int) -> None:
+        """Move the cursor by columns, at least by one sample; it comes into sight if need be."""
+        if self.view.now is None:
+            return
+        at = self.view.cursors.get("cursor")
+        if at is None or not 0 <= self.view.x(at) < self.view.width:
+            self.set_cursor("cursor", self.view.sample_time(self.view.width // 2))
+            return
+        scale = self.view.scale
+        self.set_cursor("cursor", at + columns * max(scale.seconds, 1.0 / scale.rate))
+
+    def set_cursor(self, name: str, time: float | None) -> None:
+        """Set ``cursor``, ``a`` or ``b`` to a flight time (s), or take it away with None."""
+        if self.view.cursors.get(name) == time:
+            return
+        before = self._cursor_columns()
+        self.view.set_cursor(name, time)
+        if self._cursor_columns() != before:
+            self._rebuild()
+        self.update()
+        self.cursor_moved.emit(name, self.view.cursors.get(name))
+
+    def _set_here(self, name: str) -> None:
+        if self.view.now is None:
+            return
+        here = self.view.cursors.get("cursor")
+        if here is None:
+            here = self.view.sample_time(self.view.width - 1)
+            here = min(here, self.view.now)
+        self.set_cursor(name, here)
+
+    def clear(self) -> None:
+        """Take the cursors away and show all charts."""
+        for name in tuple(self.view.cursors):
+            self.set_cursor(name, None)
+        if self.view.enlarged:
+            self.toggle_enlarged()
+
+    def request_mark(self) -> None:
+        """Ask for a mark at the cursor while paused, else at the newest sample."""
+        here = self.view.cursors.get("cursor") if self.view.paused else None
+        if here is None:
+            here = self.view.now
+        if here is not None:
+            self.mark_requested.emit(here)
+
+    def toggle_enlarged(self) -> None:
+        """Let the chosen chart fill the display, or show all again."""
+        self.view.enlarged = not self.view.enlarged
+        self._rebuild()
+
+    def _select(self, number_of_chart: int) -> None:
+        strips = self._layout.strips
+        if not strips:
+            return
+        chosen = min(max(number_of_chart, 0), len(strips) - 1)
+        if chosen == self.view.selected:
+            return
+        self.view.selected = chosen
+        shown = self._geometry.numbers if self._geometry is not None else ()
+        if self.view.enlarged or chosen not in shown:
+            self._rebuild()
+        self._describe()
+        self.update()
+
+    def _next_range(self) -> None:
+        strips = self._layout.strips
+        if not strips:
+            return
+        strip = strips[self.view.selected]
+        order = ["auto", "limits"] if strip.low is None else ["auto", "fixed", "limits"]
+        following = order[(order.index(strip.range) + 1) % len(order)]
+        self._change(
+            self._layout.with_strip(
+                self.view.selected, strip.model_copy(update={"range": following})
+            )
+        )
+
+    def _move(self, by: int) -> None:
+        strips = self._layout.strips
+        if not strips:
+            return
+        strip = strips[self.view.selected]
+        changed = self._layout.moved(self.view.selected, by)
+        if changed != self._layout:
+            places = [index for index, other in enumerate(changed.strips) if other is strip]
+            self.view.selected = places[0] if places else self.view.selected
+            self._change(changed)
+
+    def _change(self, layout: StripLayout) -> None:
+        self.set_layout(layout)
+        self.layout_changed.emit(layout)
+
+    def _describe(self) -> None:
+        """Say which chart is chosen, for those who hear the window."""
+        strips = self._layout.strips
+        if not strips:
+            self.setAccessibleDescription("No chart chosen")
+            return
+        chart = self._charts.get(self.view.selected)
+        title = channel(strips[self.view.selected].channel).title
+        unit = chart.displays[0].unit if chart is not None else ""
+        self.setAccessibleDescription(
+            f"Chart {self.view.selected + 1} of {len(strips)}: {title} {unit}".rstrip()
+        )
+
+
+def _rect(box: Box) -> QRect:
+    return QRect(box.x, box.y, box.width, box.height)
+
+
+def _key_text(event: QKeyEvent) -> str:
+    modifiers = event.modifiers()
+    modifiers &= ~Qt.KeyboardModifier.KeypadModifier
+    key = Qt.Key(event.key())
+    if key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus):
+        # Whether Shift is needed depends on the keyboard.
+        modifiers &= ~Qt.KeyboardModifier.ShiftModifier
+    text = QKeySequence(QKeyCombination(modifiers, key)).toString(
+        QKeySequence.SequenceFormat.PortableText
+    )
+    return str(text)
