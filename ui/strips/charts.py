@@ -16,7 +16,9 @@ from ui.strips.ticks import number, value_ticks
 from ui.theme import TRACE_COLORS, Theme
 from ui.words import DASH
 
-_DASH = 3  # logical pixels of a third of a dash with its gap
+# The colors farthest apart, for groups and for lines that share a chart.
+_GROUP_COLORS = ("blue", "purple", "ink", "rust")
+_DASH = 5  # logical pixels of a third of a dash with its gap
 _TICK_APART = 13.5  # logical pixels between labels of the y axis
 _MOST_TICKS = 7
 
@@ -87,9 +89,15 @@ def thickness(theme: Theme, ratio: float) -> float:
     return max(theme.line_width * ratio, 1.0)
 
 
-def make_chart(strip: Strip, theme: Theme, system: str, limits: Limits | None) -> Chart:
-    """Return a chart of the layout, in ``US`` or ``SI`` units, with nothing measured yet."""
-    free = [name for name in TRACE_COLORS if name not in {trace.color for trace in strip.traces}]
+def make_chart(strip: Strip, group: int, theme: Theme, system: str, limits: Limits | None) -> Chart:
+    """Return a chart of the layout, in ``US`` or ``SI`` units, with nothing measured yet.
+
+    Charts of one group share a color unless they ask for another.
+    """
+    start = group % len(_GROUP_COLORS)
+    order = (*_GROUP_COLORS[start:], *_GROUP_COLORS[:start], *TRACE_COLORS)
+    free = list(dict.fromkeys(order))
+    free = [name for name in free if name not in {trace.color for trace in strip.traces}]
     colors = []
     for trace in strip.traces:
         name = trace.color or free.pop(0)

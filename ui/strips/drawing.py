@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from gsapp.quantities import ChannelSpec
 from ui.fonts import sans
@@ -113,6 +113,7 @@ def measure_columns(
         names=math.ceil(names) + pen.px(8),
         ticks=math.ceil(min(max(ticks, pen.px(30)), pen.px(56))) + pen.px(8),
         values=math.ceil(pen.px(10) + tag + values + pen.px(5) + units + pen.px(10)),
+        units=math.ceil(units),
         cursor=math.ceil(max(values * _BODY / _VALUE, pen.width("A 00:00.00", _LABEL, bold=True)))
         + pen.px(14),
     )
@@ -276,21 +277,18 @@ def draw_readings(
     place = geometry.values
     count = len(readings)
     step = box.height / count
-    unit_width = max(pen.width(unit_text(display.unit), _LABEL) for display in chart.displays)
-    unit_x = place.right - pen.px(10) - max(unit_width, _unit_room(pen, geometry))
+    unit_x = place.right - pen.px(10) - geometry.columns.units
     pixels = min(pen.px(_VALUE), round((step - pen.px(1)) / (0.78 if count > 1 else 0.74)))
     pixels = max(pixels, pen.px(8))
+    if not all(reading.stale for reading in readings):
+        unit = unit_text(chart.displays[0].unit)
+        pen.text(painter, unit_x, box.center, unit, pen.theme.muted, _LABEL)
     for index, reading in enumerate(readings):
         center = box.y + (index + 0.5) * step
         cell = QRect(
             place.x + pen.px(6), box.y + round(index * step), place.width - pen.px(10), round(step)
         )
         _draw_reading(painter, pen, chart, index, reading, cell, center, unit_x, pixels)
-
-
-def _unit_room(pen: Pen, geometry: Geometry) -> float:
-    """Return the width kept for units in the column of values."""
-    return geometry.columns.values * 0.0 + pen.width("lbf/ft²", _LABEL)
 
 
 def _draw_reading(
@@ -307,13 +305,8 @@ def _draw_reading(
     theme = pen.theme
     color = chart.colors[index]
     if reading.stale:
-        painter.fillRect(cell, QBrush(QColor(theme.axis), Qt.BrushStyle.BDiagPattern))
-        word = pen.width(DASH, _VALUE) + pen.px(16)
-        painter.fillRect(
-            QRectF(unit_x - pen.px(5) - word + pen.px(8), cell.y(), word, cell.height()),
-            QColor(theme.background),
-        )
         color = theme.muted
+        _draw_hatching(painter, pen, cell, unit_x)
     text = f"≈{reading.text}" if reading.estimated and not reading.stale else reading.text
     pen.text(
         painter,
@@ -327,11 +320,24 @@ def _draw_reading(
         align="right",
         pixels=pixels,
     )
-    if not reading.stale:
-        pen.text(
-            painter, unit_x, center, unit_text(chart.displays[index].unit), theme.muted, _LABEL
-        )
     _draw_tags(painter, pen, reading, cell, center)
+
+
+def _draw_hatching(painter: QPainter, pen: Pen, cell: QRect, unit_x: float) -> None:
+    """Hatch a cell, but for the place of its dash and its tags."""
+    left = cell.x() + pen.px(38)
+    right = round(unit_x - pen.px(5) - pen.width(DASH, _VALUE, bold=True) - pen.px(8))
+    box = QRect(left, cell.y() + pen.px(1), right - left, cell.height() - 2 * pen.px(1))
+    if box.width() <= 0:
+        return
+    painter.save()
+    painter.setClipRect(box, Qt.ClipOperation.IntersectClip)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+    painter.setPen(QPen(QColor(pen.theme.axis), max(pen.px(1), 1)))
+    step = pen.px(6)
+    for x in range(box.x() - box.height(), box.x() + box.width(), step):
+        painter.drawLine(x, box.y() + box.height(), x + box.height(), box.y())
+    painter.restore()
 
 
 def _draw_tags(painter: QPainter, pen: Pen, reading: Reading, cell: QRect, center: float) -> None:
@@ -495,7 +501,7 @@ def draw_lane(
     lane, plot = geometry.lane, geometry.plot
     line = max(pen.px(1), 1)
     latest = plot.width
-    labels: list[tuple[int, int, str, bool]] = []
+    labels: list[tuple[int, str, bool]] = []
     for span in spans:
         begin = view.x(span.start)
         end = view.x(span.stop) if span.stop is not None else latest
@@ -506,7 +512,7 @@ def draw_lane(
         top = lane.y + pen.px(2)
         painter.fillRect(QRect(plot.x + left, top, right - left, lane.bottom - top), color)
         painter.fillRect(QRect(plot.x + left, top, right - left, line), QColor(theme.span_edge))
-        labels.append((left, right, span.label, True))
+        labels.append((left, span.label, True))
     for mark in marks:
         x = view.x(mark.time)
         if not 0 <= x < latest:
@@ -517,16 +523,17 @@ def draw_lane(
             QRect(plot.x + x, lane.y + pen.px(5), line, lane.height - pen.px(5)),
             QColor(theme.span_edge),
         )
-        labels.append((x, latest, mark.label, False))
+        labels.append((x, mark.label, False))
     labels.sort(key=lambda label: label[0])
     taken = 0
-    for place, (left, right, text, within) in enumerate(labels):
+    for place, (left, text, within) in enumerate(labels):
         indent = pen.px(5) if within else pen.px(9)
         start = max(left + indent, taken)
         others = [label[0] for label in labels[place + 1 :] if label[0] > left]
-        end = min([right, *others]) - pen.px(4)
+        # A label may be longer than its span while nothing else stands there.
+        end = min([latest, *others]) - pen.px(4)
         room = end - start
-        if room < pen.px(14):
+        if room < pen.px(16):
             continue
         width = pen.text(
             painter, plot.x + start, lane.center + pen.px(1), text, theme.text, _LABEL, room=room

@@ -49,6 +49,8 @@ class Columns:
         Labels of the y axis.
     values : int
         Current values with tag and unit.
+    units : int
+        The part of `values` that the units take.
     cursor : int
         One column of values at a cursor.
     """
@@ -57,6 +59,7 @@ class Columns:
     names: int
     ticks: int
     values: int
+    units: int
     cursor: int
 
 

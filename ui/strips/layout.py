@@ -146,7 +146,7 @@ class StripLayout(StrictModel):
         From top to bottom.
     """
 
-    name: str = "charts"
+    name: str = "Flight test"
     window: Annotated[float, Field(gt=0.0)] = 60.0
     groups: tuple[StripGroup, ...] = ()
 

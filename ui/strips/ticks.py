@@ -56,21 +56,40 @@ def value_ticks(
         No more than so many.
     """
     gain = (length - 2.0 * pad) / (high - low)
-    step = round_step((high - low) / (most + 1))
-    for _ in range(12):
+
+    if 1.4 * apart <= length < 2.5 * apart:
+        # Room for two labels and no more: the ends tell most.
+        return [low, high]
+
+    def fitting(step: float) -> list[float]:
         ticks = multiples(low, high, step)
-        if len(ticks) <= 1:
-            break
+        if not ticks or len(ticks) > most + 2:
+            return []
         places = [
             min(max(pad + gain * (value - low), apart / 2.0), length - apart / 2.0)
             for value in ticks
         ]
-        close = min(after - before for before, after in itertools.pairwise(places))
-        if len(ticks) <= most and close >= apart * 0.98:
+        # A label moved inwards from an edge gives way to its neighbor.
+        if len(ticks) > 2 and places[1] - places[0] < apart:
+            ticks, places = ticks[1:], places[1:]
+        if len(ticks) > 2 and places[-1] - places[-2] < apart:
+            ticks, places = ticks[:-1], places[:-1]
+        close = [after - before for before, after in itertools.pairwise(places)]
+        return ticks if len(ticks) <= most and min(close, default=apart) >= apart else []
+
+    step = round_step((high - low) / (most + 1))
+    while step <= high - low:
+        ticks = fitting(step)
+        if len(ticks) > 1:
             return ticks
         step = next_step(step)
-    # No two labels of a round step fit: the ends tell most.
-    return [low, high] if length >= 2.0 * apart else [low + (high - low) / 2.0]
+    decade = round_step((high - low) / 10.0) / 10.0
+    for factor in (2.5, 4.0, 3.0, 25.0, 40.0, 30.0):
+        ticks = fitting(factor * decade)
+        if len(ticks) > 1:
+            return ticks
+    step = round_step((high - low) / 2.0)
+    return [round((low + high) / 2.0 / step) * step]
 
 
 def time_step(window: float, most: int) -> float:

@@ -378,7 +378,13 @@ class StripChart(QWidget):
         ):
             return
         self._charts = {
-            index: make_chart(strip, self._theme, self._units, self._limits.get(strip.channel))
+            index: make_chart(
+                strip,
+                self._layout.place(index)[0],
+                self._theme,
+                self._units,
+                self._limits.get(strip.channel),
+            )
             for index, strip in enumerate(strips)
         }
 
