@@ -67,13 +67,15 @@ class LogServer:
             return
         with self._path.open("rb") as stream:
             stream.seek(offset)
-            end = min(offset + count, os.fstat(stream.fileno()).st_size)
+            # What is asked for now is answered from what the log holds now.
+            size = os.fstat(stream.fileno()).st_size
+            end = min(offset + count, size)
             while True:
-                data = stream.read(min(CHUNK, end - offset))
+                data = stream.read(max(min(CHUNK, end - offset), 0))
                 # A chunk that is not full, were it empty, tells the ground that this was all.
                 yield dialect.MAVLink_log_data_message(
                     LOG_ID, offset, len(data), data.ljust(CHUNK, b"\0")
                 )
                 offset += len(data)
-                if len(data) < CHUNK:
+                if len(data) < CHUNK or (offset == end and end < size):
                     return

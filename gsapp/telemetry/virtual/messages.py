@@ -8,17 +8,16 @@ besides. Times are since the box was switched on.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-# Read by pymavlink when it is imported, and never again.
-os.environ.setdefault("MAVLINK20", "1")
+from gsapp.decoding.dialect import dialect as load_dialect
 
-from pymavlink.dialects.v20 import all as dialect
-
+dialect = load_dialect()
 Values = Mapping[str, float]
-Message = dialect.MAVLink_message
+Message = Any
+"""A message object of pymavlink, which has no types."""
 TICK_RATE = 100
 """Ticks of the box per second."""
 

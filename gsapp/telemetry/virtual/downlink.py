@@ -1,0 +1,122 @@
+"""One flight as a stream of bytes: the live link, and the log kept on board."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch
+from gsapp.telemetry.virtual.box import Box
+from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Packet:
+    """What leaves the box at one tick.
+
+    Attributes
+    ----------
+    time : float
+        s since the box was switched on.
+    live : tuple of bytes
+        Frames for the link.
+    kept : tuple of bytes
+        Frames for the on-board log; empty where there is none.
+    phase : str
+        What the pilot is doing.
+    """
+
+    time: float
+    live: tuple[bytes, ...]
+    kept: tuple[bytes, ...]
+    phase: str
+
+
+class Downlink:
+    """Packs a flight as it goes on.
+
+    Parameters
+    ----------
+    flight : FlightUnderWay
+        What is flown; 100 samples a second.
+    thin : bool
+        Send what a 57,600-baud radio carries, and keep the full record on board.
+    attitude, position : bool
+        Whether the board knows them.
+    unix_us : int
+        Time of day at which the box is switched on, microseconds since 1970.
+    """
+
+    def __init__(
+        self,
+        flight: FlightUnderWay,
+        *,
+        thin: bool,
+        attitude: bool,
+        position: bool,
+        unix_us: int,
+    ) -> None:
+        self._flight = flight
+        self._unix_us = unix_us
+        self._live = Box(layout(thin=thin, attitude_sent=attitude, position_sent=position))
+        self._kept: Box | None = None
+        if thin:
+            self._kept = Box(layout(thin=False, attitude_sent=attitude, position_sent=position))
+        self._announced: set[str] = set()
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the flight is over."""
+        return self._flight.finished
+
+    def answer(self, message: Message) -> bytes:
+        """Return the frame of an answer to the ground."""
+        return self._live.pack(message)
+
+    def advance(self, ticks: int) -> Iterator[Packet]:
+        """Fly on and yield one packet for each tick."""
+        stretch = self._flight.advance(ticks)
+        for index, row in enumerate(stretch.board.tolist()):
+            yield self._packet(stretch, index, dict(zip(stretch.board_names, row, strict=True)))
+
+    def _packet(self, stretch: Stretch, index: int, values: Mapping[str, float]) -> Packet:
+        number = stretch.first + index
+        tick = Tick(
+            number=number,
+            volts=stretch.volts[index],
+            values=values,
+            unix_us=self._unix_us + number * (1_000_000 // TICK_RATE),
+        )
+        live = self._live.frames(tick)
+        kept = self._kept.frames(tick) if self._kept else []
+        phase = stretch.phases[index]
+        if phase not in self._announced:
+            self._announced.add(phase)
+            text = announcement(phase)
+            if text:
+                live.append(self._live.text(text))
+                if self._kept:
+                    kept.append(self._kept.text(text))
+        return Packet(time=tick.micros * 1e-6, live=tuple(live), kept=tuple(kept), phase=phase)
+
+
+_ANNOUNCEMENTS = {
+    "preflight": "Box on, recording",
+    "engines running": "Engines running",
+    "range check": "Range check",
+    "take-off": "Take-off run",
+    "climb": "Airborne",
+    "pattern": "In the pattern",
+    "approach": "Approach",
+    "landed": "Landed",
+    "engines off": "Engines off",
+    "crashed": "Crashed",
+}
+
+
+def announcement(phase: str) -> str:
+    """Return what the box tells the crew when a phase begins; empty for none.
+
+    The box does not know of maneuvers: finding those is the ground's affair.
+    """
+    return _ANNOUNCEMENTS.get(phase, "")
