@@ -20,6 +20,7 @@ _HEARTBEAT = 0
 # A heartbeat with this autopilot, or of one of these types, is no aircraft: ground station,
 # on-board computer, gimbal, ADS-B, camera and their like.
 _NO_AUTOPILOT = 8
+_GROUND_STATION = 6
 _NOT_AIRCRAFT = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
 _MIXED_FRAMES = 200
 _MIXED_SHARE = 0.25
@@ -79,13 +80,14 @@ class LinkReport:
     Attributes
     ----------
     good : int
-        Frames whose checksum fitted.
+        Frames whose checksum fitted, duplicates included.
     damaged : int
         Damaged frames, as far as the residue lets them be told apart.
     unknown : int
         Frames of unknown id, recorded but not decoded.
     lost : int
-        Frames missing in the sequence numbers of their senders.
+        Frames missing in the sequence numbers of their senders. Ground stations do not count:
+        a log holds only some of what they send.
     duplicates, reordered : int
         Frames that came twice, and frames that came late.
     lines : int
@@ -184,6 +186,7 @@ class _Sender:
     span: int = 0
     mixed: bool = False
     aircraft: bool = False
+    ground: bool = False
 
 
 class LinkHealth:
@@ -217,8 +220,8 @@ class LinkHealth:
 
     @property
     def lost(self) -> int:
-        """Return the number of frames missing in the sequences of all senders."""
-        return sum(sender.lost for sender in self._senders.values())
+        """Return how many frames are missing, in all sequences but those of ground stations."""
+        return sum(sender.lost for sender in self._senders.values() if not sender.ground)
 
     def feed(self, records: Iterable[tuple[int, str, bytes]]) -> None:
         """Count records.
@@ -294,6 +297,10 @@ class LinkHealth:
         sender = self._senders.get(key)
         if sender is None:
             self._senders[key] = sender = _Sender(stamp, _Rate(stamp), sequence)
+        if message_id in self._known:
+            sender.good += 1
+        else:
+            sender.unknown += 1
         gap = (sequence - sender.expected) & 0xFF
         sender.span += 1
         if gap and not self._resolve_gap(sender, stamp, sequence, gap, data):
@@ -308,10 +315,6 @@ class LinkHealth:
         _tick(sender.rate, stamp)
         if stamp > sender.last:
             sender.last = stamp
-        if message_id in self._known:
-            sender.good += 1
-        else:
-            sender.unknown += 1
         message = sender.messages.get(message_id)
         if message is None:
             message = _Message(stamp, _Rate(stamp), self._times.get(message_id))
@@ -323,9 +326,9 @@ class LinkHealth:
             self._delay(sender, message, stamp, data, header)
         elif message_id == _HEARTBEAT:
             body = data[header : header + 6]
-            sender.aircraft = (
-                len(body) == 6 and body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
-            )
+            if len(body) == 6:
+                sender.ground = body[4] == _GROUND_STATION
+                sender.aircraft = body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
 
     def _resolve_gap(
         self, sender: _Sender, stamp: int, sequence: int, gap: int, data: bytes
@@ -334,14 +337,14 @@ class LinkHealth:
         silent = (stamp - sender.last) / 1e6
         usual = sender.rate.value * silent
         if usual < _WINDOW / 2:
-            if sender.recent[sequence] == data:
-                sender.duplicates += 1
-                return False
             if gap >= 256 - _WINDOW:
                 if sequence in sender.missing:
                     sender.missing.discard(sequence)
                     sender.lost -= 1
                     sender.reordered += 1
+                elif sender.recent[sequence] == data:
+                    sender.duplicates += 1
+                    return False
                 else:
                     # The sender counts anew, or two senders share one number.
                     sender.strays += 1
@@ -396,7 +399,7 @@ class LinkHealth:
         )
         good = sum(sender.good for sender in senders)
         unknown = sum(sender.unknown for sender in senders)
-        lost = sum(sender.lost for sender in senders)
+        lost = self.lost
         total = good + unknown + lost
         last = self.last_stamp
         return LinkReport(
