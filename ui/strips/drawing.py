@@ -581,16 +581,15 @@ def draw_axis(
 
 
 def draw_cursor_lines(painter: QPainter, pen: Pen, geometry: Geometry, view: StripView) -> None:
-    """Draw the cursors through all charts, and the stretch between A and B."""
+    """Draw the cursors through all charts, and a bar from A to B."""
     theme, plot = pen.theme, geometry.plot
     places = {name: view.x(time) for name, time in view.cursors.items()}
     if "a" in places and "b" in places:
         left, right = sorted((places["a"], places["b"]))
         left, right = max(left, 0), min(right, plot.width)
         if right > left:
-            shade = QColor(theme.cursor)
-            shade.setAlpha(18)
-            painter.fillRect(QRect(plot.x + left, plot.y, right - left, plot.height), shade)
+            bracket = QRect(plot.x + left, plot.y + pen.px(6), right - left, max(pen.px(2), 1))
+            painter.fillRect(bracket, QColor(theme.cursor))
     line = max(pen.px(1), 1)
     for name, x in places.items():
         if not 0 <= x < plot.width:

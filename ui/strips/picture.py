@@ -97,16 +97,42 @@ class Picture:
         changed = self._arrived(history, view)
         self._painted = (first, last)
         if before is None or first >= before[1] or last <= before[0]:
-            self.raster.paint(history, view.scale, first, last)
+            before = None
+        self._load(history, view, before, changed)
+        if before is None:
+            self.raster.paint(view.scale, first, last)
             return Changes(pixels=True, moved=True)
-        self.raster.paint(history, view.scale, first, before[0])
-        self._paint_arrived(history, view, max(min(before[1], last), first), changed)
+        self.raster.paint(view.scale, first, min(before[0], last))
+        self._paint_arrived(view, max(min(before[1], last), first), changed)
         moved = before != (first, last)
         return Changes(pixels=moved or bool(changed), moved=moved)
 
-    def _paint_arrived(
+    def _load(
         self,
         history: Samples,
+        view: StripView,
+        before: tuple[int, int] | None,
+        changed: Mapping[tuple[int, int], Sequence[int]],
+    ) -> None:
+        """Take the values of columns that came into reach, and of those that changed."""
+        raster, scale, margin = self.raster, view.scale, self.raster.margin
+        first, last = view.columns[0] - margin, view.columns[1] + margin
+        end = history.end
+        # Nothing lies beyond the newest sample, so nobody needs to look.
+        stop = last if end is None else min(last, scale.column(end) + 1)
+        if before is None:
+            raster.clear(first, last)
+            raster.load(history, scale, first, stop)
+            return
+        known_first, known_last = before[0] - margin, before[1] + margin
+        raster.load(history, scale, first, min(known_first, stop))
+        raster.clear(max(known_last, first), last)
+        raster.load(history, scale, max(known_last, first), stop)
+        for (begin, stretch_end), charts in changed.items():
+            raster.load(history, scale, max(begin, first), min(stretch_end, last), charts)
+
+    def _paint_arrived(
+        self,
         view: StripView,
         new: int,
         changed: Mapping[tuple[int, int], Sequence[int]],
@@ -123,8 +149,8 @@ class Picture:
             if 2 * len(charts) > len(self._charts) and end >= new:
                 new = min(new, begin)
         for begin, end, charts in stretches:
-            self.raster.paint(history, view.scale, begin, min(end, new), charts)
-        self.raster.paint(history, view.scale, new, last)
+            self.raster.paint(view.scale, begin, min(end, new), charts)
+        self.raster.paint(view.scale, new, last)
 
     def _arrived(self, history: Samples, view: StripView) -> dict[tuple[int, int], list[int]]:
         """Return the columns in which samples arrived since the last call, with their charts."""
@@ -157,7 +183,7 @@ class Picture:
         begin = view.scale.column(seen) if seen is not None else view.columns[0]
         return begin, view.scale.column(latest[0]) + 1
 
-    def follow_ranges(self, history: Samples, view: StripView, *, at_once: bool) -> bool:
+    def follow_ranges(self, view: StripView, *, at_once: bool) -> bool:
         """Let automatic y axes follow what is in sight; return whether one changed."""
         raster = self.raster
         if not raster.low.size:
@@ -178,7 +204,7 @@ class Picture:
                 changed.append(place)
         if changed:
             first, last = view.columns
-            raster.paint(history, view.scale, first, last, changed)
+            raster.paint(view.scale, first, last, changed)
         return bool(changed)
 
 

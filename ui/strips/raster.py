@@ -234,8 +234,10 @@ class Raster:
     ----------
     pixels : ndarray, shape (height, width)
         0xffRRGGBB; column c lies at ``c % width``.
-    low, high : ndarray, shape (n_traces, width)
-        Values (SI) of the columns painted, in the same ring; all first traces, chart by chart,
+    margin : int
+        Columns on either side of those in sight of which the values matter.
+    low, high : ndarray, shape (n_traces, width + 2 margin)
+        Values (SI) of the columns loaded, a ring as well; all first traces, chart by chart,
         then all second ones, ...
     """
 
@@ -259,9 +261,13 @@ class Raster:
         self.reach = max(abs(aside) for aside, _ in self._brush)
         self.pixels: Pixels = np.zeros((self.height, self.width), dtype=np.uint32)
         self._layers = self._number_traces()
-        count = sum(len(layer) for layer in self._layers)
-        self.low = np.full((count, self.width), np.nan)
-        self.high = np.full((count, self.width), np.nan)
+        pairs = [(chart, layer) for layer, them in enumerate(self._layers) for chart in them]
+        self._numbers = {pair: row for row, pair in enumerate(pairs)}
+        count = len(pairs)
+        self.margin = self.reach + 1
+        self._loaded = self.width + 2 * self.margin
+        self.low = np.full((count, self._loaded), np.nan)
+        self.high = np.full((count, self._loaded), np.nan)
         self._row_chart = np.full(self.height, len(self.charts), dtype=np.intp)
         self._row_local = np.zeros((self.height, 1), dtype=np.int32)
         for number, chart in enumerate(self.charts):
@@ -284,8 +290,7 @@ class Raster:
 
     def trace_number(self, chart: int, trace: int) -> int:
         """Return the row of `low` and `high` in which a trace is kept."""
-        before = sum(len(layer) for layer in self._layers[:trace])
-        return before + self._layers[trace].index(chart)
+        return self._numbers[chart, trace]
 
     def set_chart(self, number: int, chart: ChartPaint) -> None:
         """Change the range, bands, grid or colors of a chart; it then needs to be painted."""
@@ -316,9 +321,9 @@ class Raster:
             )
         self._row_base = base
 
-    # Painting
+    # Values
 
-    def paint(
+    def load(
         self,
         history: Samples,
         scale: ColumnScale,
@@ -326,14 +331,42 @@ class Raster:
         last: int,
         charts: Sequence[int] | None = None,
     ) -> None:
-        """Paint the columns ``first <= c < last`` of all charts, or of some.
+        """Take the values of the columns ``first <= c < last`` of all charts, or of some.
+
+        A column needs the values of `margin` columns on either side of it, too.
+        """
+        if last <= first:
+            return
+        pieces = _pieces(first, last, self._loaded)
+        for layer, members in enumerate(self._layers):
+            for number in members:
+                if charts is not None and number not in charts:
+                    continue
+                trace = self.trace_number(number, layer)
+                channel_id = self.charts[number].traces[layer].channel
+                low, high = column_extremes(history, channel_id, scale, first, last)
+                for ring, part in pieces:
+                    self.low[trace, ring] = low[part]
+                    self.high[trace, ring] = high[part]
+
+    def clear(self, first: int, last: int) -> None:
+        """Note that nothing has been measured yet in these columns."""
+        if last > first:
+            for ring, _ in _pieces(first, last, self._loaded):
+                self.low[:, ring] = np.nan
+                self.high[:, ring] = np.nan
+
+    # Painting
+
+    def paint(
+        self, scale: ColumnScale, first: int, last: int, charts: Sequence[int] | None = None
+    ) -> None:
+        """Paint the columns ``first <= c < last`` of all charts, or of some, as loaded.
 
         Parameters
         ----------
-        history : Samples
-            Where the samples are.
         scale : ColumnScale
-            How columns lie on them.
+            How columns lie on the samples.
         first, last : int
             Not more than `width` columns.
         charts : sequence of int or None
@@ -347,7 +380,7 @@ class Raster:
         for layer, members in enumerate(self._layers):
             there = [number for number in members if charts is None or number in chosen]
             if layer == 0 or there:
-                top, bottom = self._edges(history, scale, first, last, layer, there)
+                top, bottom = self._edges(first, last, layer, there)
                 if layer == 0:
                     self._paint_first(first, there, top, bottom, classes, rows)
                 else:
@@ -366,28 +399,18 @@ class Raster:
         return np.concatenate(pieces) if pieces else np.empty(0, dtype=np.intp)
 
     def _edges(
-        self,
-        history: Samples,
-        scale: ColumnScale,
-        first: int,
-        last: int,
-        layer: int,
-        charts: Sequence[int],
+        self, first: int, last: int, layer: int, charts: Sequence[int]
     ) -> tuple[npt.NDArray[np.signedinteger], npt.NDArray[np.signedinteger]]:
         """Return where lines begin and end in each column, in sixteenths of a row.
 
         One row for each chart, then one that is empty, for the rows between charts.
         """
-        margin = self.reach + 1
+        margin = self.margin
         count = last - first
-        low = np.empty((len(charts), count + 2 * margin))
-        high = np.empty_like(low)
-        for row, number in enumerate(charts):
-            channel_id = self.charts[number].traces[layer].channel
-            low[row], high[row] = column_extremes(
-                history, channel_id, scale, first - margin, last + margin
-            )
-        self._keep(low, high, first, last, layer, charts)
+        traces = [self.trace_number(number, layer) for number in charts]
+        places = np.arange(first - margin, last + margin) % self._loaded
+        low = self.low[traces][:, places]
+        high = self.high[traces][:, places]
         placed = [value_rows(self.charts[number], self._pad) for number in charts]
         offset = np.array([pair[0] for pair in placed])[:, None]
         gain = np.array([pair[1] for pair in placed])[:, None]
@@ -412,24 +435,6 @@ class Raster:
             edges.append(whole)
         return edges[0], edges[1]
 
-    def _keep(
-        self,
-        low: FloatArray,
-        high: FloatArray,
-        first: int,
-        last: int,
-        layer: int,
-        charts: Sequence[int],
-    ) -> None:
-        numbers = [self.trace_number(number, layer) for number in charts]
-        if not numbers:
-            return
-        margin = self.reach + 1
-        for ring, part in self._pieces(first, last):
-            source = slice(part.start + margin, part.stop + margin)
-            self.low[numbers, ring] = low[:, source]
-            self.high[numbers, ring] = high[:, source]
-
     def _thicken(self, above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Widen lines by the brush. Nothing reaches into a gap, nor across one."""
         there = ~np.isnan(above)
@@ -451,16 +456,6 @@ class Raster:
                 np.fmax(thick_below, source_below, out=thick_below)
         return thick_above, thick_below
 
-    def _pieces(self, first: int, last: int) -> list[tuple[slice, slice]]:
-        """Return pairs of (places in the ring, places in the row of columns)."""
-        begin = first % self.width
-        count = last - first
-        head = min(count, self.width - begin)
-        pieces = [(slice(begin, begin + head), slice(0, head))]
-        if head < count:
-            pieces.append((slice(0, count - head), slice(head, count)))
-        return pieces
-
     def _paint_first(
         self,
         first: int,
@@ -475,7 +470,7 @@ class Raster:
         everything: slice | npt.NDArray[np.intp] = slice(None) if rows is None else rows
         source = places[self._row_chart[everything]]
         local, base = self._row_local[everything], self._row_base[everything]
-        for ring, part in self._pieces(first, first + top.shape[1]):
+        for ring, part in _pieces(first, first + top.shape[1], self.width):
             for begin in range(part.start, part.stop, _CHUNK):
                 end = min(begin + _CHUNK, part.stop)
                 index = _covered(top[:, begin:end], bottom[:, begin:end], source, local)
@@ -498,7 +493,7 @@ class Raster:
             source = np.full(chart.height, row, dtype=np.intp)
             local = self._row_local[chart.top : chart.top + chart.height]
             color = np.array(chart.traces[layer].color, dtype=np.int32)
-            for ring, part in self._pieces(first, first + top.shape[1]):
+            for ring, part in _pieces(first, first + top.shape[1], self.width):
                 covered = _covered(top[:, part], bottom[:, part], source, local)
                 block = self.pixels[chart.top : chart.top + chart.height, ring]
                 touched = covered > 0
@@ -536,6 +531,17 @@ class Raster:
     def _draw_line(self, line: npt.NDArray[np.int32], at: int, kind: int) -> None:
         begin, end = max(at, 0), max(at + self.line, 0)
         line[begin:end] = kind
+
+
+def _pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
+    """Return pairs of (places in a ring, places in the row of columns)."""
+    begin = first % size
+    count = last - first
+    head = min(count, size - begin)
+    pieces = [(slice(begin, begin + head), slice(0, head))]
+    if head < count:
+        pieces.append((slice(0, count - head), slice(head, count)))
+    return pieces
 
 
 def _connect(above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as wall_clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
@@ -218,7 +218,7 @@ class StripChart(QWidget):
         now = wall_clock.monotonic()
         if now - self._read_at >= _READ_EVERY:
             self._read_at = now
-            self._follow_ranges(history, at_once=view.paused)
+            self._follow_ranges(at_once=view.paused)
             self._read_values(history)
         self._show_header()
 
@@ -243,11 +243,11 @@ class StripChart(QWidget):
             self._expose(geometry.axis)
             self._expose(geometry.lane)
 
-    def _follow_ranges(self, history: Samples, *, at_once: bool) -> None:
+    def _follow_ranges(self, *, at_once: bool) -> None:
         picture, geometry = self._picture, self._geometry
         if picture is None or geometry is None:
             return
-        if picture.follow_ranges(history, self.view, at_once=at_once):
+        if picture.follow_ranges(self.view, at_once=at_once):
             self._expose(geometry.plot)
             self._expose(Box(x=0, y=0, width=geometry.plot.x, height=geometry.axis.bottom))
 
@@ -359,7 +359,7 @@ class StripChart(QWidget):
         history = self._history
         if history is not None and self.view.now is not None:
             picture.advance(history, self.view)
-            picture.follow_ranges(history, self.view, at_once=True)
+            picture.follow_ranges(self.view, at_once=True)
         self._describe()
         self.update()
 
@@ -434,14 +434,10 @@ class StripChart(QWidget):
         self, painter: QPainter, geometry: Geometry, region: QRegion, density: float
     ) -> None:
         def touched(box: Box) -> bool:
-            return region.intersects(
-                QRect(
-                    math.floor(box.x / density),
-                    math.floor(box.y / density),
-                    math.ceil(box.width / density) + 1,
-                    math.ceil(box.height / density) + 1,
-                )
-            )
+            # A pixel of the design that two parts share does not make both of them new.
+            left, top = math.ceil(box.x / density), math.ceil(box.y / density)
+            right, bottom = math.floor(box.right / density), math.floor(box.bottom / density)
+            return region.intersects(QRect(left, top, max(right - left, 1), max(bottom - top, 1)))
 
         pen, view, plot = self._pen, self.view, geometry.plot
         background = QColor(self._theme.background)
@@ -466,19 +462,24 @@ class StripChart(QWidget):
             self._paint_plot(painter, geometry)
 
     def _paint_values(
-        self, painter: QPainter, geometry: Geometry, right: Box, touched: object
+        self,
+        painter: QPainter,
+        geometry: Geometry,
+        right: Box,
+        touched: Callable[[Box], bool],
     ) -> None:
         painter.fillRect(_rect(right), QColor(self._theme.background))
+        beside = geometry.cursors[0][1] if geometry.cursors else None
         for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
             row = Box(x=right.x, y=box.y, width=right.width, height=box.height)
-            if not callable(touched) or not touched(row):
+            if not touched(row):
                 continue
             chart = self._charts[number_of_chart]
             readings = self._readings.get(number_of_chart) or tuple(
                 Reading(text=DASH, stale=True) for _ in chart.specs
             )
             drawing.draw_readings(painter, self._pen, geometry, chart, box, readings)
-            if geometry.cursors:
+            if beside is not None and touched(beside):
                 drawing.draw_cursor_values(
                     painter, self._pen, box, geometry.cursors, self._cursor_texts(chart), chart
                 )
