@@ -94,6 +94,9 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
+    _command(
+        "Flight", "undo_mark", "Take back the last change of a mark", "Ctrl+Z", needs="flight"
+    ),
     _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight"),
     _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight"),
     _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="flight", rule=True),
@@ -126,37 +129,37 @@ class CommandSet:
     ----------
     parent : QWidget
         The window.
-    handlers : mapping of str to callable
-        What each command does; must name every command and no other.
     commands : iterable of Command
         The table.
-
-    Raises
-    ------
-    ValueError
-        If a command has no handler, or a handler no command.
     """
 
-    def __init__(
-        self,
-        parent: QWidget,
-        handlers: Mapping[str, Callable[[], object]],
-        commands: Iterable[Command] = COMMANDS,
-    ) -> None:
+    def __init__(self, parent: QWidget, commands: Iterable[Command] = COMMANDS) -> None:
         self.commands = tuple(commands)
-        odd = {command.id for command in self.commands} ^ set(handlers)
-        if odd:
-            raise ValueError(f"commands and handlers differ: {', '.join(sorted(odd))}")
         self.actions: dict[str, QAction] = {}
         for command in self.commands:
             action = QAction(command.text, parent)
             action.setShortcuts([QKeySequence(keys) for keys in command.keys])
-            if command.id in CHECKED:
-                action.setCheckable(True)
-            handler = handlers[command.id]
-            action.triggered.connect(lambda _checked=False, act=handler: act())
+            action.setCheckable(command.id in CHECKED)
             parent.addAction(action)
             self.actions[command.id] = action
+
+    def bind(self, *handlers: Mapping[str, Callable[[], object]]) -> None:
+        """Say what each command does.
+
+        Raises
+        ------
+        ValueError
+            If a command has no handler, two of them, or a handler no command.
+        """
+        named = [name for part in handlers for name in part]
+        odd = sorted(
+            {name for name in named if named.count(name) > 1} | (set(named) ^ set(self.actions))
+        )
+        if odd:
+            raise ValueError(f"commands and handlers differ: {', '.join(odd)}")
+        for part in handlers:
+            for name, handler in part.items():
+                self.actions[name].triggered.connect(lambda _checked=False, act=handler: act())
 
     def fill(self, bar: QMenuBar) -> None:
         """Put the menus into a menu bar."""

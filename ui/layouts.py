@@ -16,7 +16,8 @@ class FlowLayout(QLayout):
     spacing : int
         Pixels between items and between rows.
     fill : bool
-        Whether the items of a row share what is left of its width.
+        Whether what is left of a row's width goes to its items: to those that expand, or else
+        to all alike.
     """
 
     def __init__(self, parent: QWidget, *, spacing: int = 8, fill: bool = False) -> None:
@@ -100,9 +101,12 @@ class FlowLayout(QLayout):
             x = inner.left()
             wanted = sum(item.sizeHint().width() for item in row)
             spare = max(0, inner.width() - wanted - self.spacing() * (len(row) - 1))
-            for index, item in enumerate(row):
-                share = spare // (len(row) - index) if self._fill else 0
-                spare -= share
+            growing = [item for item in row if _expands(item)] or row
+            for item in row:
+                share = 0
+                if self._fill and item in growing:
+                    share = spare // (len(growing) - growing.index(item))
+                    spare -= share
                 width = min(item.sizeHint().width(), inner.width()) + share
                 if apply:
                     item.setGeometry(QRect(QPoint(x, y), QSize(width, height)))
@@ -111,3 +115,7 @@ class FlowLayout(QLayout):
         if rows:
             y -= self.spacing()
         return y - rect.top() + margins.bottom()
+
+
+def _expands(item: QLayoutItem) -> bool:
+    return bool(item.expandingDirections() & Qt.Orientation.Horizontal)

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QFrame,
     QGridLayout,
+    QHBoxLayout,
     QLabel,
+    QPushButton,
     QScrollArea,
     QSizePolicy,
     QVBoxLayout,
@@ -23,6 +25,8 @@ from ui.glyphs import paint_glyph
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.places import Place
+
+_LINKS_OFFERED = 3
 
 
 def label(text: str, role: str = "", *, wrap: bool = False) -> QLabel:
@@ -76,7 +80,7 @@ class CenteredPage(QScrollArea):
         room = max(self.viewport().width() - 2 * margin - 2, 1)
         self._body.setFixedWidth(min(self._look.px(self._width), room))
 
-    def resizeEvent(self, event: object) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the column within the window."""
         super().resizeEvent(event)
         self._fit()
@@ -95,12 +99,21 @@ class ComingPage(CenteredPage):
         self._add(self._table(place.today), 24)
         self._add(label("Not built yet: what will stand here", "heading"), 8)
         for sentence in place.coming:
-            self._add(label(f"·  {sentence}", "muted", wrap=True), 4)
+            self._add(self._point(sentence), 4)
 
     def _add(self, widget: QWidget, below: int) -> None:
         self.column.addWidget(widget)
         if below:
             self.column.addSpacing(self._look.px(below))
+
+    def _point(self, sentence: str) -> QWidget:
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(self._look.px(8))
+        row.addWidget(label("·", "muted"), 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(label(sentence, "muted", wrap=True), 1)
+        return holder
 
     def _table(self, rows: Sequence[tuple[str, str]]) -> QWidget:
         card = QFrame()
@@ -111,7 +124,7 @@ class ComingPage(CenteredPage):
         grid.setVerticalSpacing(8)
         grid.setColumnStretch(1, 1)
         for row, (what, how) in enumerate(rows):
-            grid.addWidget(label(what, "strong", wrap=True), row, 0, Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(label(what, "strong"), row, 0, Qt.AlignmentFlag.AlignTop)
             grid.addWidget(label(how, wrap=True), row, 1)
         return card
 
@@ -153,11 +166,18 @@ CHOICES = (
 
 
 class ChoiceButton(QAbstractButton):
-    """A large choice: sign, title, sentence, key."""
+    """A large choice: sign, title, sentence, key.
+
+    Attributes
+    ----------
+    room : int
+        Pixels of width of a flat card, for narrow windows; 0 for a tall one.
+    """
 
     def __init__(self, choice: Choice, look: Look) -> None:
         super().__init__()
         self.choice = choice
+        self.room = 0
         self._look = look
         self.setText(choice.title)
         self.setAccessibleName(f"{choice.title}, {key_text(choice.key)}")
@@ -167,11 +187,12 @@ class ChoiceButton(QAbstractButton):
 
     def sizeHint(self) -> QSize:
         """Return the size of the card."""
-        return QSize(self._look.px(256), self._look.px(208))
+        look = self._look
+        return QSize(self.room, look.px(64)) if self.room else QSize(look.px(256), look.px(208))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the card."""
-        look, choice = self._look, self.choice
+        look = self._look
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
@@ -182,14 +203,43 @@ class ChoiceButton(QAbstractButton):
         if self.hasFocus():
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), look.px(7), look.px(7))
+        if self.room:
+            self._paint_flat(painter, box)
+        else:
+            self._paint_tall(painter, box)
+        painter.end()
+
+    def _title_font(self) -> QFont:
+        font = self._look.font("body", strong=True)
+        font.setPixelSize(self._look.px(16))
+        return font
+
+    def _paint_flat(self, painter: QPainter, box: QRectF) -> None:
+        look, choice = self._look, self.choice
+        side = look.px(32)
+        sign = QRectF(look.px(16), (box.height() - side) / 2, side, side)
+        paint_glyph(painter, choice.glyph, sign, look.color("text"))
+        line = QRectF(look.px(64), look.px(8), box.width() - look.px(80), look.px(24))
+        painter.setFont(self._title_font())
+        painter.setPen(look.color("text"))
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, choice.title)
+        painter.setPen(look.color("muted"))
+        painter.setFont(look.font("label"))
+        keys = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
+        painter.drawText(line, keys, key_text(choice.key))
+        words = QFontMetricsF(painter.font()).elidedText(
+            choice.text, Qt.TextElideMode.ElideRight, line.width()
+        )
+        below = line.translated(0, look.px(24))
+        painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, words)
+
+    def _paint_tall(self, painter: QPainter, box: QRectF) -> None:
+        look, choice = self._look, self.choice
         left, wide = look.px(24), box.width() - 2 * look.px(24)
         side = look.px(40)
-        paint_glyph(
-            painter, choice.glyph, QRectF(left, look.px(24), side, side), look.color("text")
-        )
-        title = look.font("body", strong=True)
-        title.setPixelSize(look.px(16))
-        painter.setFont(title)
+        sign = QRectF(left, look.px(24), side, side)
+        paint_glyph(painter, choice.glyph, sign, look.color("text"))
+        painter.setFont(self._title_font())
         painter.setPen(look.color("text"))
         painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, choice.title)
         painter.setFont(look.font("body"))
@@ -199,17 +249,13 @@ class ChoiceButton(QAbstractButton):
         small = look.font("label")
         painter.setFont(small)
         keys = key_text(choice.key)
-        high = look.px(20)
-        chip = QRectF(
-            left, box.bottom() - look.px(36),
-            QFontMetricsF(small).horizontalAdvance(keys) + look.px(16), high,
-        )  # fmt: skip
+        across = QFontMetricsF(small).horizontalAdvance(keys) + look.px(16)
+        chip = QRectF(left, box.bottom() - look.px(36), across, look.px(20))
         painter.setPen(look.color("line"))
         painter.setBrush(look.color("background"))
         painter.drawRoundedRect(chip, look.px(4), look.px(4))
         painter.setPen(look.color("muted"))
         painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, keys)
-        painter.end()
 
 
 class StartPage(CenteredPage):
@@ -244,14 +290,40 @@ class StartPage(CenteredPage):
             self.buttons[choice.command] = button
         self.column.addWidget(row)
         self.column.addSpacing(16)
+        self._links_holder = QWidget()
+        self._links = FlowLayout(self._links_holder, spacing=look.px(8))
+        self.column.addWidget(self._links_holder)
+        self._links_holder.hide()
+        self.column.addSpacing(8)
         self._foot = label(
             "All keys: ?   ·   Larger: Ctrl++   ·   Theme: Ctrl+T", "hint", wrap=True
         )
         self.column.addWidget(self._foot)
+        self.setFocusProxy(self.buttons[CHOICES[0].command])
         look.changed.connect(self._rescale)
 
+    def show_links(self, links: Sequence[str]) -> None:
+        """Offer the links used last, to connect with one press."""
+        while (item := self._links.takeAt(0)) is not None:
+            item.widget().deleteLater()
+        for link in links[:_LINKS_OFFERED]:
+            button = QPushButton(link)
+            button.setAccessibleName(f"Connect to {link}")
+            button.clicked.connect(lambda _checked=False, text=link: self.link_chosen.emit(text))
+            self._links.addWidget(button)
+        self._links_holder.setVisible(bool(links))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Flatten the cards where the window is narrow."""
+        super().resizeEvent(event)
+        self._rescale()
+
     def _rescale(self) -> None:
-        self._flow.setSpacing(self._look.px(24))
+        if not hasattr(self, "buttons"):
+            return
+        narrow = self._body.width() < self._look.px(816)
+        self._flow.setSpacing(self._look.px(8 if narrow else 24))
         for button in self.buttons.values():
+            button.room = self._body.width() if narrow else 0
             button.updateGeometry()
             button.update()

@@ -51,7 +51,7 @@ PLACES: tuple[Place, ...] = (
         ),
         today=(
             ("Calibration in force", "stands in the bar on top, with its date"),
-            ("Volts of every instrument", "Flight (F2), Channels (C), group Volts"),
+            ("Volts of every instrument", "Flight (F2), Channels (Ctrl+1), group Volts"),
             ("Surfaces the right way round", "Flight (F2): move the stick and watch the strips"),
         ),
     ),
@@ -91,7 +91,7 @@ PLACES: tuple[Place, ...] = (
         ),
         today=(
             ("Look at a flight again", "Ctrl+O or Ctrl+Shift+O, any speed from 0.1x to 50x"),
-            ("Measure between two times", "Flight (F2): cursors 1 and 2, values with V"),
+            ("Measure between two times", "Flight (F2): cursors 1 and 2, values with Ctrl+2"),
             ("Take the data elsewhere", "Ctrl+E writes CSV, MATLAB or Parquet"),
         ),
     ),

@@ -95,7 +95,8 @@ QTableView::item {{ padding: 0 {p8}px; }}
 QTreeView::item:hover, QListView::item:hover, QTableView::item:hover {{ background: {hover}; }}
 QTreeView::item:selected, QListView::item:selected, QTableView::item:selected {{
   background: {chosen}; color: {text}; }}
-QTreeView:focus::item:selected, QListView:focus::item:selected {{ background: {pressed}; }}
+QTreeView::item:selected:active, QListView::item:selected:active,
+QTableView::item:selected:active {{ background: {pressed}; }}
 QTreeView::branch {{ background: transparent; }}
 QTreeView::branch:has-children:closed {{ image: url("{arrow_right}"); }}
 QTreeView::branch:has-children:open {{ image: url("{arrow_down}"); }}
@@ -113,7 +114,7 @@ QTabBar::tab {{ background: transparent; color: {muted}; padding: {p8}px {p10}px
   border-bottom: {p2}px solid transparent; font-size: {label}px; }}
 QTabBar::tab:selected {{ color: {text}; border-bottom-color: {text}; font-weight: 600; }}
 QTabBar::tab:hover {{ background: {hover}; }}
-QTabBar:focus::tab:selected {{ background: {chosen}; }}
+QTabBar:focus {{ background: {hover}; }}
 QTabBar QToolButton {{ border: 0; border-radius: 0; padding: 0; min-height: 0; }}
 
 QScrollBar {{ background: transparent; border: 0; }}

@@ -65,7 +65,7 @@ def value_text(spec: ChannelSpec, value: float | None, system: str, *, unit: boo
 
 
 def clock_text(seconds: float | None, *, tenths: bool = False) -> str:
-    """Return flight time as ``4:07``, ``1:04:07``, or with tenths ``4:07.3``."""
+    """Return flight time as ``04:07``, ``1:04:07``, or with tenths ``04:07.3``."""
     if seconds is None or not math.isfinite(seconds):
         return DASH
     sign = MINUS if seconds < 0 else ""
@@ -74,7 +74,7 @@ def clock_text(seconds: float | None, *, tenths: bool = False) -> str:
     whole, tenth = divmod(ticks, 10)
     minutes, second = divmod(whole, 60)
     hours, minute = divmod(minutes, 60)
-    text = f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute}:{second:02d}"
+    text = f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute:02d}:{second:02d}"
     return f"{sign}{text}.{tenth}" if tenths else f"{sign}{text}"
 
 

@@ -12,6 +12,7 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPolygonF,
+    QResizeEvent,
 )
 from PySide6.QtWidgets import (
     QComboBox,
@@ -19,7 +20,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -35,6 +35,10 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, float("inf"))
 """Speeds of a replay; the last is as fast as it can."""
 
 
+_ROOM_FOR_SPANS = 640
+"""Points of width below which the buttons for the time in sight give way."""
+
+
 def speed_text(speed: float) -> str:
     """Return ``0.1x``, ``1x``, ``max``."""
     return "max" if speed == float("inf") else f"{speed:g}x"
@@ -45,11 +49,16 @@ def span_text(seconds: float) -> str:
     return f"{seconds:g} s" if seconds < 60 else f"{seconds / 60:g} min"
 
 
+def _spaced(words: str, glyph: str) -> str:
+    # Qt sets sign and word closer than the grid.
+    return f" {words}" if glyph else words
+
+
 class ActionButton(QPushButton):
     """A button that runs a command: same words, same key, grayed with it."""
 
     def __init__(self, action: QAction, words: str, look: Look, glyph: str = "") -> None:
-        super().__init__(words)
+        super().__init__(_spaced(words, glyph))
         self._look = look
         self._glyph = glyph
         self._action = action
@@ -69,9 +78,9 @@ class ActionButton(QPushButton):
 
     def show_glyph(self, glyph: str, words: str) -> None:
         """Show another sign and word."""
-        if (glyph, words) != (self._glyph, self.text()):
+        if (glyph, _spaced(words, glyph)) != (self._glyph, self.text()):
             self._glyph = glyph
-            self.setText(words)
+            self.setText(_spaced(words, glyph))
             self._redraw()
 
     def _redraw(self) -> None:
@@ -79,67 +88,6 @@ class ActionButton(QPushButton):
             side = self._look.px(16)
             self.setIcon(glyph_icon(self._glyph, self._look.color("text"), side))
             self.setIconSize(QSize(side, side))
-
-
-class ControlRow(QWidget):
-    """Pause, mark, note, time in sight, side panel.
-
-    Attributes
-    ----------
-    span_chosen : Signal(float)
-        Seconds to show.
-    """
-
-    span_chosen = Signal(float)
-
-    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
-        super().__init__()
-        self._look = look
-        flow = FlowLayout(self, spacing=look.px(8))
-        self._flow = flow
-        self.pause = ActionButton(actions["chart_pause"], "Pause", look, "pause")
-        self.mark = ActionButton(actions["mark"], "Mark", look, "flag")
-        self.note = ActionButton(actions["note"], "Note", look)
-        self.panel = ActionButton(actions["side_panel"], "Panel", look, "panel")
-        for button in (self.pause, self.mark, self.note):
-            flow.addWidget(button)
-        self.spans: dict[float, QPushButton] = {}
-        holder = QWidget()
-        row = QHBoxLayout(holder)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(4))
-        for seconds in SPANS:
-            button = QPushButton(span_text(seconds))
-            button.setProperty("role", "segment")
-            button.setCheckable(True)
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            button.setAccessibleName(f"Show {span_text(seconds)}")
-            button.setToolTip(f"Show {span_text(seconds)} (+ shorter, - longer)")
-            button.clicked.connect(lambda _checked=False, span=seconds: self._choose(span))
-            row.addWidget(button)
-            self.spans[seconds] = button
-        flow.addWidget(holder)
-        flow.addWidget(self.panel)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        look.changed.connect(self._rescale)
-        self._rescale()
-
-    def _rescale(self) -> None:
-        gap = self._look.px(8)
-        self._flow.setContentsMargins(gap, gap, gap, gap)
-        self._flow.setSpacing(gap)
-
-    def _choose(self, span: float) -> None:
-        self.span_chosen.emit(span)
-
-    def show_span(self, seconds: float) -> None:
-        """Show which time is in sight."""
-        for span, button in self.spans.items():
-            button.setChecked(abs(span - seconds) < 0.01 * span)
-
-    def show_paused(self, paused: bool) -> None:
-        """Show what the first button would do."""
-        self.pause.show_glyph("play" if paused else "pause", "Go on" if paused else "Pause")
 
 
 class TimeSlider(QWidget):
@@ -255,7 +203,7 @@ class TimeSlider(QWidget):
 
 
 class ReplayBar(QWidget):
-    """Runs a replay: play, speed, step, go to time, the whole flight with its marks.
+    """Runs a replay: play, speed, step, go to time.
 
     Attributes
     ----------
@@ -263,6 +211,8 @@ class ReplayBar(QWidget):
         Times as fast as the flight was; infinite is as fast as it can.
     moved : Signal(float)
         Flight time to go to, s.
+    slider : TimeSlider
+        The whole flight with its marks; stands above this bar.
     """
 
     speed_chosen = Signal(float)
@@ -271,11 +221,8 @@ class ReplayBar(QWidget):
     def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
         super().__init__()
         self._look = look
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        top = QWidget()
-        flow = FlowLayout(top, spacing=8)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
         self.play = ActionButton(actions["chart_pause"], "Play", look, "play")
         self.back = ActionButton(actions["step_back"], "−1", look)
         self.step = ActionButton(actions["step"], "+1", look)
@@ -293,21 +240,22 @@ class ReplayBar(QWidget):
         self.clock.setProperty("role", "number")
         self.clock.setMinimumWidth(look.px(112))
         for widget in (self.play, self.back, self.step, self.speed, self.go_to, self.clock):
-            flow.addWidget(widget)
-        self._flow = flow
+            row.addWidget(widget)
+        self._row = row
         self.slider = TimeSlider(look)
         self.slider.moved.connect(self.moved)
-        column.addWidget(self.slider)
-        column.addWidget(top)
         look.changed.connect(self._rescale)
         self._rescale()
 
     def _rescale(self) -> None:
-        gap = self._look.px(8)
-        self._flow.setContentsMargins(gap, 0, gap, gap)
-        self._flow.setSpacing(gap)
+        self._row.setSpacing(self._look.px(8))
         self.clock.setMinimumWidth(self._look.px(112))
         self.slider.updateGeometry()
+
+    def show_bar(self, shown: bool) -> None:
+        """Show bar and slider, or hide both."""
+        self.setVisible(shown)
+        self.slider.setVisible(shown)
 
     def show_replay(
         self,
@@ -328,6 +276,84 @@ class ReplayBar(QWidget):
             index = len(SPEEDS) - 1
         if not self.speed.view().isVisible() and self.speed.currentIndex() != index:
             self.speed.setCurrentIndex(index)
+
+
+class ControlRow(QWidget):
+    """Pause or the replay's tools, mark, note, time in sight, side panel.
+
+    Attributes
+    ----------
+    span_chosen : Signal(float)
+        Seconds to show.
+    """
+
+    span_chosen = Signal(float)
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look, replay: ReplayBar) -> None:
+        super().__init__()
+        self._look = look
+        outer = QHBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.setSpacing(0)
+        left, right = QWidget(), QWidget()
+        outer.addWidget(left, 1)
+        outer.addWidget(right, 0, Qt.AlignmentFlag.AlignTop)
+        flow = FlowLayout(left, spacing=look.px(8))
+        side = FlowLayout(right, spacing=look.px(8))
+        self._flows = (flow, side)
+        self.pause = ActionButton(actions["chart_pause"], "Pause", look, "pause")
+        self.mark = ActionButton(actions["mark"], "Mark", look, "flag")
+        self.note = ActionButton(actions["note"], "Note", look)
+        self.panel = ActionButton(actions["side_panel"], "Panel", look, "panel")
+        for widget in (replay, self.pause, self.mark, self.note):
+            flow.addWidget(widget)
+        self.spans: dict[float, QPushButton] = {}
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(4))
+        for seconds in SPANS:
+            button = QPushButton(span_text(seconds))
+            button.setProperty("role", "segment")
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.setAccessibleName(f"Show {span_text(seconds)}")
+            button.setToolTip(f"Show {span_text(seconds)} (+ shorter, - longer)")
+            button.clicked.connect(lambda _checked=False, span=seconds: self._choose(span))
+            row.addWidget(button)
+            self.spans[seconds] = button
+        self._spans = holder
+        flow.addWidget(holder)
+        side.addWidget(self.panel)
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        left.setSizePolicy(policy)
+        look.changed.connect(self._rescale)
+        self._rescale()
+
+    def _rescale(self) -> None:
+        gap = self._look.px(8)
+        for flow in self._flows:
+            flow.setContentsMargins(gap, gap, gap, gap)
+            flow.setSpacing(gap)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the room to the charts where the window is narrow; the keys + and - stay."""
+        super().resizeEvent(event)
+        self._spans.setVisible(self.width() >= self._look.px(_ROOM_FOR_SPANS))
+
+    def _choose(self, span: float) -> None:
+        self.span_chosen.emit(span)
+
+    def show_span(self, seconds: float) -> None:
+        """Show which time is in sight."""
+        for span, button in self.spans.items():
+            button.setChecked(abs(span - seconds) < 0.01 * span)
+
+    def show_paused(self, paused: bool) -> None:
+        """Show what the first button would do."""
+        self.pause.show_glyph("play" if paused else "pause", "Go on" if paused else "Pause")
 
 
 def next_speed(speed: float, steps: int) -> float:

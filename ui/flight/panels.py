@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
@@ -98,10 +98,13 @@ class MarksPanel(ListPanel):
         Key of a mark to go to.
     edited : Signal(object, str)
         Key of a mark and its new text.
+    deleted : Signal(object)
+        Key of a mark to take away; it can be brought back.
     """
 
     jumped = Signal(object)
     edited = Signal(object, str)
+    deleted = Signal(object)
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
@@ -115,10 +118,13 @@ class MarksPanel(ListPanel):
         go.clicked.connect(lambda: self._with_current(self.jumped.emit))
         edit = self.add_button("Edit text", "Edit the text of the chosen mark")
         edit.clicked.connect(lambda: self._with_current(self.begin_edit))
+        delete = self.add_button("Delete", "Delete the chosen mark (Delete); Ctrl+Z brings it back")
+        delete.clicked.connect(lambda: self._with_current(self.deleted.emit))
+        view.deleted.connect(self.deleted)
 
-    def _with_current(self, act: object) -> None:
+    def _with_current(self, act: Callable[[object], None]) -> None:
         key = self.view.current_key()
-        if key is not None and callable(act):
+        if key is not None:
             act(key)
 
     def begin_edit(self, key: object) -> None:

@@ -3,47 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QEnterEvent, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
-from ui.glyphs import State, paint_state
+from ui.frame.bar_part import BarPart
+from ui.glyphs import paint_state
 from ui.layouts import FlowLayout
 from ui.look import Look
-from ui.words import DASH
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BarPart:
-    """What one part of the bar says.
-
-    Attributes
-    ----------
-    id : str
-        Name in code.
-    word : str
-        What it is about, such as ``LINK``.
-    value : str
-        The number, or a dash.
-    note : str
-        What else belongs to it, smaller.
-    state : str
-        ``plain``, ``good``, ``caution``, ``warning`` or ``unknown`` (hatched).
-    detail : str
-        The whole in a sentence, for the tool tip and for screen readers.
-    width : int
-        Points reserved for value and note, so that nothing moves when numbers change.
-    """
-
-    id: str
-    word: str
-    value: str = DASH
-    note: str = ""
-    state: State = "unknown"
-    detail: str = ""
-    width: int = 96
 
 
 class BarPartView(QWidget):
@@ -61,7 +29,8 @@ class BarPartView(QWidget):
         super().__init__()
         self.part = part
         self._look = look
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        wide = QSizePolicy.Policy.Expanding if part.grows else QSizePolicy.Policy.Preferred
+        self.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
         self._describe()
 
     def show_part(self, part: BarPart) -> bool:
@@ -122,6 +91,9 @@ class BarPartView(QWidget):
         font = look.font("body", strong=True)
         font.setPixelSize(look.px(15))
         metrics = QFontMetricsF(font)
+        if part.grows and metrics.horizontalAdvance(part.value) > line.width():
+            self._sentence(painter, line)
+            return
         role = part.state if part.state in ("caution", "warning") else "text"
         painter.setFont(font)
         painter.setPen(look.color("muted" if part.state == "unknown" else role))
@@ -135,6 +107,20 @@ class BarPartView(QWidget):
             painter.setPen(look.color("muted" if role == "text" else "text"))
             note = QFontMetricsF(small).elidedText(part.note, Qt.TextElideMode.ElideRight, room)
             painter.drawText(line.adjusted(used, 1, 0, 1), Qt.AlignmentFlag.AlignVCenter, note)
+
+    def _sentence(self, painter: QPainter, line: QRectF) -> None:
+        """Draw a long value in two small lines; what still does not fit is in the tool tip."""
+        look, part = self._look, self.part
+        font = look.font("label", strong=True)
+        painter.setFont(font)
+        painter.setPen(look.color(part.state if part.state in ("caution", "warning") else "text"))
+        metrics = QFontMetricsF(font)
+        first, rest = _broken(part.value, metrics, line.width())
+        high = look.px(14)
+        top = QRectF(line.left(), look.px(19), line.width(), high)
+        painter.drawText(top, Qt.AlignmentFlag.AlignVCenter, first)
+        rest = metrics.elidedText(rest, Qt.TextElideMode.ElideRight, line.width())
+        painter.drawText(top.translated(0, high), Qt.AlignmentFlag.AlignVCenter, rest)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Run what belongs to the part, or else show its whole sentence."""
@@ -166,7 +152,7 @@ class Bar(QWidget):
         self.setAccessibleName("Flight, link, recorder, alarms")
         self._flow = FlowLayout(self, spacing=0, fill=True)
         self._flow.setContentsMargins(0, 0, 0, 1)
-        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
         self.views: dict[str, BarPartView] = {}
@@ -194,3 +180,12 @@ class Bar(QWidget):
             view.update()
         self._flow.invalidate()
         self.updateGeometry()
+
+
+def _broken(text: str, metrics: QFontMetricsF, width: float) -> tuple[str, str]:
+    """Return as many words as fit into a width, and the rest."""
+    words = text.split()
+    count = 1
+    while count < len(words) and metrics.horizontalAdvance(" ".join(words[: count + 1])) <= width:
+        count += 1
+    return " ".join(words[:count]), " ".join(words[count:])

@@ -1,0 +1,163 @@
+"""What the crew does in a flight: marks, acknowledging, sound, and running a replay."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QApplication, QWidget
+
+from ui.desk import Desk
+from ui.dialogs.small import GoToDialog
+from ui.flight.controls import next_speed
+from ui.flight.view import FlightView
+from ui.look import Look
+from ui.settings import SettingsStore
+
+_REPEAT = 2.0
+"""Seconds between the sounds of a warning that nobody has acknowledged."""
+
+
+class Crew(QObject):
+    """Binds the view of a flight to what the desk can do.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of dialogs.
+    desk : Desk
+        The open flight.
+    view : FlightView
+        Its picture.
+    look : Look
+        Sizes.
+    store : SettingsStore
+        Remembers the sound.
+    """
+
+    def __init__(
+        self, window: QWidget, desk: Desk, view: FlightView, look: Look, store: SettingsStore
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._desk = desk
+        self._view = view
+        self._look = look
+        self._store = store
+        self._heard: frozenset[str] = frozenset()
+        self._sounded = 0.0
+        view.mark_requested.connect(desk.mark)
+        view.marks.jumped.connect(self._go_to_mark)
+        view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
+        view.marks.deleted.connect(lambda key: desk.delete_mark(str(key)))
+        view.alarms.acknowledged.connect(desk.acknowledge)
+        view.alarms.jumped.connect(self._go_to_key)
+        view.messages.jumped.connect(self._go_to_key)
+        view.replay.moved.connect(self._seek)
+        view.replay.speed_chosen.connect(desk.set_speed)
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what each command does."""
+        return {
+            "chart_pause": self.pause,
+            "mark": self._view.charts.request_mark,
+            "note": self.note,
+            "undo_mark": self._desk.undo_mark,
+            "previous_mark": lambda: self.step_mark(-1),
+            "next_mark": lambda: self.step_mark(1),
+            "acknowledge": self._desk.acknowledge,
+            "mute": self.mute,
+            "slower": lambda: self._desk.set_speed(next_speed(self._desk.speed, -1)),
+            "faster": lambda: self._desk.set_speed(next_speed(self._desk.speed, 1)),
+            "step_back": lambda: self._desk.step(-1),
+            "step": lambda: self._desk.step(1),
+            "go_to": self.go_to,
+        }
+
+    def pause(self) -> None:
+        """Hold the display while live; in a replay hold the replay itself."""
+        if self._desk.is_replay:
+            self._view.charts.go_live()
+            self._desk.toggle_play()
+        else:
+            self._view.charts.toggle_pause()
+
+    # Marks
+
+    def note(self) -> None:
+        """Mark this moment and let the user write a few words."""
+        view = self._view.charts.view
+        at = view.cursors.get("cursor") if view.paused else None
+        key = self._desk.mark(at if at is not None else self._desk.time, kind="note")
+        self._view.show_picture(self._desk.picture(self._look.units))
+        self._view.show_panel(2)
+        self._view.marks.begin_edit(key)
+
+    def step_mark(self, steps: int) -> None:
+        """Go to the mark before or after what is in sight."""
+        view = self._view.charts.view
+        if view.now is None:
+            return
+        here = self._desk.time if self._desk.is_replay else None
+        if here is None:
+            here = view.time(view.width / 2) if view.paused else view.now
+        times = sorted(self._desk.mark_times())
+        past = [at for at in times if at < here - 0.05]
+        coming = [at for at in times if at > here + 0.05]
+        if steps < 0 and past:
+            self._show_time(past[-1])
+        elif steps > 0 and coming:
+            self._show_time(coming[0])
+
+    def _go_to_mark(self, key: object) -> None:
+        at = self._desk.mark_time(str(key))
+        if at is not None:
+            self._show_time(at)
+
+    def _go_to_key(self, key: object) -> None:
+        """Alarms and messages carry their time as the last part of their key."""
+        at = key[-1] if isinstance(key, tuple) else None
+        if isinstance(at, float):
+            self._show_time(at)
+
+    def _show_time(self, at: float) -> None:
+        if self._desk.is_replay:
+            self._seek(at)
+        else:
+            self._view.charts.go_to(at)
+
+    # Replay
+
+    def _seek(self, at: float) -> None:
+        self._view.charts.go_live()
+        self._desk.seek(at)
+
+    def go_to(self) -> None:
+        """Ask for a flight time and go there."""
+        span = self._desk.replay_span
+        if span is None:
+            return
+        dialog = GoToDialog(self._look, *span, self._desk.time or span[0], self._window)
+        if dialog.exec():
+            self._seek(dialog.held)
+
+    # Sound
+
+    def mute(self) -> None:
+        """Turn the sound off or on."""
+        self._store.change(muted=not self._store.current.muted)
+        self._desk.told.emit()
+
+    def sound(self) -> None:
+        """Sound for every new alarm, and again and again for a warning nobody has seen."""
+        waiting = self._desk.waiting()
+        keys = frozenset(f"{alarm.key}@{alarm.time}" for alarm in waiting)
+        new, self._heard = keys - self._heard, keys
+        severe = any(alarm.active and alarm.severity >= 2 for alarm in waiting)
+        now = time.monotonic()
+        due = severe and now - self._sounded >= _REPEAT
+        if (new or due) and not self._store.current.muted:
+            self._sounded = now
+            QApplication.beep()

@@ -1,0 +1,70 @@
+"""What the Flight place shows at one moment, taken from the session. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ui.flight.tables import Line
+from ui.strips.furniture import Limits, Mark, Source, Span
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayPicture:
+    """Where a replay is and how it runs; times in s."""
+
+    time: float
+    first: float
+    last: float
+    playing: bool
+    speed: float
+    complete: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightPicture:
+    """Everything beside the samples.
+
+    Attributes
+    ----------
+    available : tuple of str
+        Channels that the flight can have.
+    sources : mapping of str to Source
+        Where each comes from.
+    limits : mapping of str to Limits
+        What is drawn behind the traces.
+    marks : tuple of Mark
+        On the time axis.
+    spans : tuple of Span
+        Maneuvers and alarms.
+    mark_lines, alarm_lines, message_lines : tuple of Line
+        For the panels.
+    waiting : int
+        Alarms that nobody has acknowledged.
+    replay : ReplayPicture or None
+        None while live.
+    now : float or None
+        Flight time, s.
+    """
+
+    available: tuple[str, ...] = ()
+    sources: Mapping[str, Source] = field(default_factory=dict)
+    limits: Mapping[str, Limits] = field(default_factory=dict)
+    marks: tuple[Mark, ...] = ()
+    spans: tuple[Span, ...] = ()
+    mark_lines: tuple[Line, ...] = ()
+    alarm_lines: tuple[Line, ...] = ()
+    message_lines: tuple[Line, ...] = ()
+    waiting: int = 0
+    replay: ReplayPicture | None = None
+    now: float | None = None
+
+
+def source_note(source: Source) -> str:
+    """Return what is to be said of a channel's origin; empty if it is measured and calibrated."""
+    words = []
+    if source.kind != "measured":
+        words.append(source.kind)
+    if not source.calibrated:
+        words.append("not calibrated")
+    return ", ".join(words)

@@ -1,0 +1,85 @@
+"""Values at the cursors, and their differences. No Qt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Protocol
+
+from gsapp.quantities import FloatArray, channel
+from ui.flight.tables import Line
+from ui.strips.furniture import Display
+from ui.words import DASH, clock_text, number_text, symbol_text, unit_text
+
+
+class Samples(Protocol):
+    """What is read from; `gsapp.session.history.History` fits."""
+
+    @property
+    def rate(self) -> float:
+        """Return samples per second."""
+
+    @property
+    def channels(self) -> Iterable[str]:
+        """Return the channels that exist."""
+
+    def samples(self, channel_id: str, first: int, last: int) -> FloatArray:
+        """Return samples by absolute index."""
+
+
+def value_at(history: Samples, channel_id: str, time: float | None) -> float:
+    """Return the sample (SI) nearest to a time (s); NaN where there is none.
+
+    A channel slower than the grid has its last sample before, if that is within half a second.
+    """
+    if time is None or channel_id not in history.channels:
+        return math.nan
+    last = round(time * history.rate) + 1
+    found = history.samples(channel_id, last - max(1, round(0.5 * history.rate)), last)
+    for value in found[::-1]:
+        if not math.isnan(value):
+            return float(value)
+    return math.nan
+
+
+def value_lines(
+    history: Samples,
+    channels: Iterable[str],
+    cursors: Mapping[str, float],
+    units: str,
+    estimated: frozenset[str] = frozenset(),
+) -> tuple[Line, ...]:
+    """Return one line for each channel: at the cursor, at A, at B, and B minus A."""
+    lines = []
+    for name in channels:
+        spec = channel(name)
+        display = Display.of(spec, units)
+        values = {key: value_at(history, name, cursors.get(key)) for key in ("cursor", "a", "b")}
+        shown = [number_text(display.shown(value), display.decimals) for value in values.values()]
+        difference = (values["b"] - values["a"]) * display.factor
+        unit = unit_text(display.unit)
+        title = f"{symbol_text(spec.symbol)} {unit}".rstrip()
+        lines.append(
+            Line(
+                key=name,
+                cells=(title, *shown, number_text(difference, display.decimals)),
+                italic=name in estimated,
+                detail=f"{spec.title}{f' in {unit}' if unit else ''}",
+            )
+        )
+    return tuple(lines)
+
+
+def times_text(cursors: Mapping[str, float]) -> str:
+    """Return where the cursors stand: ``A 2:01.0   B 2:03.5   B − A 2.50 s``."""
+    parts = [
+        f"{title} {clock_text(cursors[key], tenths=True)}"
+        for key, title in (("cursor", "Cursor"), ("a", "A"), ("b", "B"))
+        if key in cursors
+    ]
+    if "a" in cursors and "b" in cursors:
+        apart = cursors["b"] - cursors["a"]
+        parts.append(f"B − A {number_text(apart, 2)} s")
+        if abs(apart) > 1e-9:
+            parts.append(f"1/Δt {abs(1.0 / apart):.2f} Hz")
+    return "    ".join(parts) or DASH

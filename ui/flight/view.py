@@ -1,0 +1,331 @@
+"""A flight on screen: the charts, the controls below, the panels beside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
+
+from ui.commands import CHART_PREFIX
+from ui.flight.channel_panel import ChannelPanel
+from ui.flight.choice import LAYOUT_NAMES, OVERVIEW, named, shipped_layout
+from ui.flight.controls import ControlRow, ReplayBar
+from ui.flight.layout_store import LayoutStore
+from ui.flight.panels import AlarmsPanel, MarksPanel, MessagesPanel, ValuesPanel
+from ui.flight.picture import FlightPicture, source_note
+from ui.flight.values import times_text, value_lines
+from ui.look import Look
+from ui.settings import SettingsStore
+from ui.strips.columns import Samples
+from ui.strips.keys import KEY_ACTIONS
+from ui.strips.layout import StripLayout
+from ui.strips.widget import StripChart
+
+_PANEL_WIDTH = 344
+_ROOM_FOR_PANEL = 1000
+
+
+class FlightView(QWidget):
+    """Charts, controls and panels of the open flight.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Theme, scale, units.
+    store : SettingsStore
+        Remembers layout, time in sight and side panel.
+    layouts : LayoutStore
+        Saved layouts.
+
+    Attributes
+    ----------
+    mark_requested : Signal(float)
+        Mark this flight time, s.
+    """
+
+    mark_requested = Signal(float)
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        store: SettingsStore,
+        layouts: LayoutStore,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._layouts = layouts
+        self._history: Samples | None = None
+        self._picture = FlightPicture()
+        self._layout_name = store.current.layout or OVERVIEW
+        self._fresh_layout = True
+        self._panel_wish: bool | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self._split = QSplitter(Qt.Orientation.Horizontal)
+        self._split.setChildrenCollapsible(False)
+        self.charts = StripChart(timed=False)
+        self.charts.set_window(store.current.span)
+        self._split.addWidget(self.charts)
+        self.tabs = self._make_panels()
+        self._split.addWidget(self.tabs)
+        self._split.setStretchFactor(0, 1)
+        self._split.setStretchFactor(1, 0)
+        column.addWidget(self._split, 1)
+        foot = QWidget()
+        foot.setObjectName("controls")
+        foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        below = QVBoxLayout(foot)
+        below.setContentsMargins(0, 0, 0, 0)
+        below.setSpacing(0)
+        self.replay = ReplayBar(actions, look)
+        below.addWidget(self.replay.slider)
+        self.controls = ControlRow(actions, look, self.replay)
+        below.addWidget(self.controls)
+        column.addWidget(foot)
+        self.replay.show_bar(False)
+        self._connect()
+        self._restyle()
+        self._size_panel()
+
+    def _make_panels(self) -> QTabWidget:
+        tabs = QTabWidget()
+        tabs.setDocumentMode(True)
+        tabs.setAccessibleName("Panels")
+        tabs.setUsesScrollButtons(True)
+        tabs.tabBar().setExpanding(False)
+        tabs.tabBar().setDrawBase(False)
+        self.channels = ChannelPanel(self._look)
+        self.values = ValuesPanel(self._look)
+        self.marks = MarksPanel(self._look)
+        self.alarms = AlarmsPanel(self._look)
+        self.messages = MessagesPanel(self._look)
+        self._tab_names = ("Channels", "Values", "Marks", "Alarms", "Messages")
+        panels = (self.channels, self.values, self.marks, self.alarms, self.messages)
+        for name, panel in zip(self._tab_names, panels, strict=True):
+            tabs.addTab(panel, name)
+        return tabs
+
+    def _connect(self) -> None:
+        charts, store = self.charts, self._store
+        charts.mark_requested.connect(self.mark_requested)
+        charts.cursor_moved.connect(lambda *_: self._show_values())
+        charts.layout_changed.connect(self._charts_changed)
+        charts.view_changed.connect(self._view_changed)
+        self.controls.span_chosen.connect(charts.set_window)
+        self.channels.chosen.connect(self._charts_chosen)
+        self.channels.layout_chosen.connect(self.show_layout)
+        self.channels.layout_saved.connect(self._save_layout)
+        self.channels.layout_deleted.connect(self._delete_layout)
+        self.tabs.currentChanged.connect(lambda _index: self._show_values())
+        self._look.changed.connect(self._restyle)
+        self._actions["side_panel"].setChecked(store.current.side_panel)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of the charts and panels do."""
+        chart = {
+            CHART_PREFIX + action.id: lambda name=action.id: self.charts.perform(name)
+            for action in KEY_ACTIONS
+            if action.id not in ("mark", "pause", "clear")
+        }
+        return {
+            **chart,
+            CHART_PREFIX + "clear": self.clear,
+            "panel_channels": lambda: self.show_panel(0),
+            "panel_values": lambda: self.show_panel(1),
+            "panel_marks": lambda: self.show_panel(2),
+            "panel_alarms": lambda: self.show_panel(3),
+            "panel_messages": lambda: self.show_panel(4),
+            "side_panel": self.toggle_panel,
+        }
+
+    def clear(self) -> None:
+        """Esc: back from a panel to the charts, or else take the cursors away."""
+        if self.charts.hasFocus() or not self.isAncestorOf(self.focusWidget() or self):
+            self.charts.clear()
+        self.charts.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def show_panel(self, index: int) -> None:
+        """Open a panel and put the keyboard into it."""
+        self._set_panel(True)
+        self.tabs.setCurrentIndex(index)
+        panel = self.tabs.currentWidget()
+        if panel is self.channels:
+            self.channels.begin()
+        else:
+            (panel.focusProxy() or panel).setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def toggle_panel(self) -> None:
+        """Open or close the side panel."""
+        self._set_panel(not self.tabs.isVisibleTo(self))
+
+    def _set_panel(self, shown: bool) -> None:
+        self._panel_wish = shown
+        self._store.change(side_panel=shown)
+        self._size_panel()
+
+    def _size_panel(self) -> None:
+        roomy = self.width() >= self._look.px(_ROOM_FOR_PANEL)
+        wish = self._panel_wish if self._panel_wish is not None else None
+        shown = wish if wish is not None else (self._store.current.side_panel and roomy)
+        if shown != self.tabs.isVisibleTo(self):
+            self.tabs.setVisible(shown)
+        self._actions["side_panel"].setChecked(shown)
+        if shown:
+            wide = min(self._look.px(_PANEL_WIDTH), max(self.width() // 2, 1))
+            self.tabs.setFixedWidth(wide)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the charts the room where the window is narrow."""
+        super().resizeEvent(event)
+        self._size_panel()
+
+    # Layouts
+
+    def show_layout(self, name: str) -> None:
+        """Show a layout by name."""
+        available = self._picture.available
+        if name in LAYOUT_NAMES:
+            layout = shipped_layout(name, available)
+        elif name in self._layouts.names:
+            layout = self._layouts.load(name)
+        else:
+            name, layout = OVERVIEW, shipped_layout(OVERVIEW, available)
+        self._layout_name = name
+        self._store.change(layout=name)
+        self._set_charts(named(layout, name, self.charts.view.window))
+
+    def _set_charts(self, layout: StripLayout) -> None:
+        self.charts.set_layout(layout)
+        self.charts.advance()
+        self._show_channels()
+        self._show_values()
+
+    def _charts_chosen(self, layout: StripLayout) -> None:
+        self._layout_name = ""
+        self._set_charts(named(layout, "Own choice", self.charts.view.window))
+
+    def _charts_changed(self, layout: StripLayout) -> None:
+        """Follow a change made on the charts themselves."""
+        if layout.name in LAYOUT_NAMES:
+            self._layout_name = ""
+            self.charts.set_layout(named(layout, "Own choice", self.charts.view.window))
+        self._show_channels()
+        self._show_values()
+
+    def _save_layout(self, name: str) -> None:
+        layout = named(self.charts.strip_layout, name, self.charts.view.window)
+        self._layouts.save(layout, name)
+        self._layout_name = name
+        self._store.change(layout=name)
+        self._set_charts(layout)
+
+    def _delete_layout(self, name: str) -> None:
+        if name in self._layouts.names:
+            self._layouts.delete(name)
+            self.show_layout(OVERVIEW)
+
+    def _show_channels(self) -> None:
+        notes = {
+            name: note
+            for name, source in self._picture.sources.items()
+            if (note := source_note(source))
+        }
+        layout = self.charts.strip_layout
+        self.channels.show_channels(self._picture.available, layout, notes)
+        self.channels.show_layouts(self._layouts.names, self._layout_name)
+
+    # What is shown
+
+    def show_history(self, history: Samples | None) -> None:
+        """Show another flight."""
+        self._history = history
+        self._picture = FlightPicture()
+        self._fresh_layout = True
+        self.charts.clear()
+        self.charts.set_history(history)
+        if history is not None:
+            self.charts.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def show_picture(self, picture: FlightPicture) -> None:
+        """Show everything beside the samples; what did not change is left alone."""
+        former, self._picture = self._picture, picture
+        if picture.limits != former.limits or self._fresh_layout:
+            self.charts.set_limits(picture.limits)
+        if picture.sources != former.sources:
+            self.charts.set_sources(picture.sources)
+        self.charts.set_marks(picture.marks)
+        self.charts.set_spans(picture.spans)
+        if self._fresh_layout and picture.available:
+            self._fresh_layout = False
+            self.show_layout(self._layout_name or OVERVIEW)
+        elif picture.available != former.available or picture.sources != former.sources:
+            if self._layout_name in LAYOUT_NAMES:
+                self.show_layout(self._layout_name)
+            else:
+                self._show_channels()
+        self.marks.show_lines(picture.mark_lines)
+        self.alarms.show_lines(picture.alarm_lines)
+        self.messages.show_lines(picture.message_lines)
+        waiting = f"Alarms {picture.waiting}" if picture.waiting else "Alarms"
+        if self.tabs.tabText(3) != waiting:
+            self.tabs.setTabText(3, waiting)
+        self._show_replay(picture)
+
+    def _show_replay(self, picture: FlightPicture) -> None:
+        replay = picture.replay
+        self.replay.show_bar(replay is not None)
+        self.controls.pause.setVisible(replay is None)
+        if replay is not None:
+            self.replay.show_replay(
+                replay.time,
+                replay.first,
+                replay.last,
+                playing=replay.playing,
+                speed=replay.speed,
+                marks=[mark.time for mark in picture.marks],
+            )
+
+    def advance(self, now: float | None) -> None:
+        """Paint what has arrived: one frame."""
+        self.charts.set_now(now)
+        self.charts.advance()
+
+    def _view_changed(self) -> None:
+        view = self.charts.view
+        self.controls.show_paused(view.paused)
+        self.controls.show_span(view.window)
+        if abs(view.window - self._store.current.span) > 1e-6:
+            self._store.change(span=view.window)
+
+    def _show_values(self) -> None:
+        if self._history is None or not self.values.isVisible():
+            return
+        cursors = self.charts.view.cursors
+        estimated = frozenset(
+            name for name, source in self._picture.sources.items() if source.kind == "estimated"
+        )
+        names = self.charts.strip_layout.channels if cursors else ()
+        self.values.show_lines(
+            value_lines(self._history, names, cursors, self._look.units, estimated)
+        )
+        self.values.show_times(times_text(cursors) if cursors else "")
+
+    def _restyle(self) -> None:
+        self.charts.set_theme(self._look.theme)
+        self.charts.set_units(self._look.units)
+        self.charts.set_scale(self._look.sizes.scale)
+        self.charts.advance()
+        self._show_values()
+        self._view_changed()
+        self._size_panel()

@@ -1,0 +1,58 @@
+"""Which keys a focused control keeps for itself before they become commands of the window."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QComboBox, QTabBar
+
+from ui.flight.controls import TimeSlider
+
+_ARROWS = frozenset(
+    {
+        Qt.Key.Key_Left,
+        Qt.Key.Key_Right,
+        Qt.Key.Key_Up,
+        Qt.Key.Key_Down,
+        Qt.Key.Key_Home,
+        Qt.Key.Key_End,
+        Qt.Key.Key_PageUp,
+        Qt.Key.Key_PageDown,
+    }
+)
+_PRESS = frozenset({Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter})
+_ALLOWED = Qt.KeyboardModifier.KeypadModifier
+_KEPT: tuple[tuple[type[QObject], frozenset[Qt.Key]], ...] = (
+    (QAbstractItemView, _ARROWS | _PRESS),
+    (QComboBox, _ARROWS | _PRESS),
+    (QTabBar, _ARROWS),
+    (TimeSlider, _ARROWS),
+    (QAbstractButton, _PRESS),
+)
+
+
+class KeyKeeper(QObject):
+    """Event filter of the application: lists keep arrows, buttons keep Space and Enter.
+
+    Letters stay commands of the window everywhere but in text fields, which Qt sees to.
+    """
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Claim a key for the control that has the focus; the key then reaches it."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            moving = event.modifiers() & Qt.KeyboardModifier.AltModifier
+            plain = not (event.modifiers() & ~_ALLOWED)
+            for kind, keys in _KEPT:
+                if isinstance(watched, kind):
+                    list_move = moving and kind is QAbstractItemView
+                    if (plain or list_move) and Qt.Key(event.key()) in keys:
+                        event.accept()
+                        return True
+                    break
+        elif event.type() == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+            enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+            if enter and isinstance(watched, QAbstractButton) and watched.window().isWindow():
+                # Outside dialogs Qt presses buttons with Space only.
+                watched.click()
+                return True
+        return False

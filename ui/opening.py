@@ -1,0 +1,207 @@
+"""Where a flight comes from: the dialogs of the File menu, and recorders found running."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from ui.desk import Desk, RunningRecorder
+from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.small import ExportDialog, MapDialog, ask_stop
+from ui.dialogs.virtual import VirtualDialog
+from ui.frame.banners import Banner, BannerStack
+from ui.look import Look
+from ui.settings import SettingsStore, flights_path
+from ui.work import Work
+
+_FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
+
+
+class Opening(QObject):
+    """Asks, and hands what was chosen to the desk.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the dialogs.
+    desk : Desk
+        Opens flights.
+    look : Look
+        Sizes.
+    store : SettingsStore
+        Remembers links and folders.
+    banners : BannerStack
+        Tells of work and of recorders.
+    """
+
+    def __init__(
+        self,
+        window: QWidget,
+        desk: Desk,
+        look: Look,
+        store: SettingsStore,
+        banners: BannerStack,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._desk = desk
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._found: tuple[RunningRecorder, ...] = ()
+        self._offer: Banner | None = None
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what each command does."""
+        return {
+            "connect": self.connect_aircraft,
+            "open_file": self.open_file,
+            "open_folder": self.open_folder,
+            "virtual": self.fly_virtual,
+            "attach": self.attach,
+            "export": self.export,
+            "stop_recording": self.stop_recording,
+            "close_flight": self._desk.close_flight,
+        }
+
+    @property
+    def _flights(self) -> Path:
+        chosen = self._store.current.flights
+        return Path(chosen) if chosen else flights_path()
+
+    # A flight to come
+
+    def connect_aircraft(self) -> None:
+        """Ask for link and files, and record."""
+        dialog = ConnectDialog(
+            self._store.current, self._look, self._desk.connect_choices(), self._flights,
+            self._window,
+        )  # fmt: skip
+        if not dialog.exec():
+            return
+        request = dialog.request
+        self._store.replace(
+            self._store.current.with_link(request.link).changed(
+                aircraft=request.aircraft,
+                channel_map=request.channel_map,
+                calibration=request.calibration,
+                flights=str(request.folder.parent),
+            )
+        )
+        self._desk.connect_aircraft(request)
+
+    def fly_virtual(self) -> None:
+        """Ask how, and let the virtual aircraft fly."""
+        dialog = VirtualDialog(
+            self._look, self._desk.virtual_choices(), self._flights, self._window
+        )
+        if dialog.exec():
+            request = dialog.request
+            self._store.change(flights=str(request.folder.parent))
+            self._desk.fly_virtual(request)
+
+    def look_for_recorders(self) -> None:
+        """Offer to attach to recorders that are running, one of them with one key."""
+        self._found = tuple(self._desk.running_recorders())
+        if not self._found:
+            return
+        newest = self._found[0]
+        others = f" ({len(self._found) - 1} more)" if len(self._found) > 1 else ""
+        self._offer = self._banners.show_banner(
+            "note",
+            f"{newest.name} is being recorded from {newest.link}{others}. Ctrl+R attaches.",
+            ("Attach", self.attach),
+        )
+
+    def attach(self) -> None:
+        """Attach to the newest recorder that is running."""
+        self._found = tuple(self._desk.running_recorders())
+        if self._offer is not None:
+            self._banners.remove(self._offer)
+            self._offer = None
+        if not self._found:
+            self._banners.show_banner(
+                "note", "No recorder is running. Ctrl+L connects an aircraft."
+            )
+            return
+        self._desk.attach(self._found[0])
+
+    def stop_recording(self) -> None:
+        """Ask, and end the recording."""
+        if ask_stop(self._window, self._desk.name or "this flight"):
+            self._desk.stop_recording()
+
+    # A flight that was
+
+    def open_file(self) -> None:
+        """Ask for a file and open it."""
+        start = self._store.current.folder or str(self._flights)
+        path, _kind = QFileDialog.getOpenFileName(self._window, "Open a flight", start, _FILES)
+        if path:
+            self.open_path(Path(path))
+
+    def open_folder(self) -> None:
+        """Ask for a flight folder and open it."""
+        start = self._store.current.folder or str(self._flights)
+        path = QFileDialog.getExistingDirectory(self._window, "Open a flight folder", start)
+        if path:
+            self.open_path(Path(path))
+
+    def open_path(self, path: Path) -> None:
+        """Open a flight; a file whose messages need a channel map asks for one."""
+        self._store.change(folder=str(path.parent))
+        channel_map = None
+        if self._desk.needs_map(path):
+            maps = self._desk.connect_choices().channel_maps
+            dialog = MapDialog(
+                self._look, path, maps, self._store.current.channel_map, self._window
+            )
+            if not dialog.exec():
+                return
+            channel_map = dialog.channel_map.value
+            self._store.change(channel_map=channel_map)
+        self._desk.open_flight(path, channel_map=channel_map)
+
+    def export(self) -> None:
+        """Ask for format and file, and write in the background."""
+        day = datetime.now().astimezone().date().isoformat()
+        folder = Path(self._store.current.folder or self._flights)
+        dialog = ExportDialog(self._look, folder / f"{self._desk.name or day}.csv", self._window)
+        if dialog.exec():
+            kind, path = dialog.request
+            self.run(
+                Work(
+                    f"Exporting to {path.name}",
+                    lambda progress: self._desk.export(kind, path, progress),
+                    self,
+                ),
+                f"Exported to {path}.",
+            )
+
+    def run(self, work: Work, done: str) -> None:
+        """Show a work in a banner until it ends; it goes on behind the other places."""
+        banner = self._banners.show_banner("work", f"{work.title}…", ("Cancel", work.cancel))
+        work.progressed.connect(
+            lambda share, words: (banner.show_share(share), banner.say(f"{work.title}: {words}"))
+        )
+        work.done.connect(
+            lambda _result: (
+                self._banners.remove(banner),
+                self._banners.show_banner("note", done),
+            )
+        )
+        work.cancelled.connect(
+            lambda: (
+                self._banners.remove(banner),
+                self._banners.show_banner("note", f"{work.title}: cancelled, nothing was left."),
+            )
+        )
+        work.failed.connect(
+            lambda error: (self._banners.remove(banner), self._desk.faults.report(error))
+        )
+        work.start()

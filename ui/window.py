@@ -1,0 +1,237 @@
+"""The main window: puts rail, bar, banners and places together and binds the commands."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QByteArray, QSize
+from PySide6.QtGui import QCloseEvent, QGuiApplication, QResizeEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QMainWindow,
+    QMessageBox,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.appearance import Appearance
+from ui.commands import CommandSet
+from ui.desk import Desk
+from ui.dialogs.keys import KeysDialog
+from ui.dialogs.small import ask_closing
+from ui.faults import Fault, FaultDesk
+from ui.flight.crew import Crew
+from ui.flight.layout_store import LayoutStore
+from ui.flight.place import FlightPlace
+from ui.flight.view import FlightView
+from ui.frame.banners import BannerStack
+from ui.frame.bar_view import Bar
+from ui.frame.rail import Rail
+from ui.keyboard import KeyKeeper
+from ui.look import Look
+from ui.opening import Opening
+from ui.pages import ComingPage, StartPage
+from ui.places import PLACES
+from ui.settings import SettingsStore, layouts_path
+
+log = logging.getLogger(__name__)
+
+_FIRST_SIZE = QSize(1280, 800)
+_ABOUT = (
+    "Ground station for flight-testing remotely piloted research aircraft.\n\n"
+    "Records every byte, draws it live, and replays it. The other places of the window say "
+    "themselves what is still to come."
+)
+
+
+class MainWindow(QMainWindow):
+    """The ground station window.
+
+    Parameters
+    ----------
+    store : SettingsStore
+        What is remembered.
+    faults : FaultDesk
+        Where errors arrive.
+
+    Attributes
+    ----------
+    desk : Desk
+        The open flight.
+    """
+
+    def __init__(self, store: SettingsStore, faults: FaultDesk) -> None:
+        super().__init__()
+        settings = store.current
+        self.setWindowTitle("Ground station")
+        self.store = store
+        self.faults = faults
+        self.look = Look(settings.theme, settings.scale, settings.units)
+        self.appearance = Appearance(self.look, store, self)
+        self.appearance.apply()
+        self.commands = CommandSet(self)
+        self.banners = BannerStack(self.look)
+        self.desk = Desk(faults, self)
+        layouts = LayoutStore(layouts_path(store.path))
+        self.view = FlightView(self.commands.actions, self.look, store, layouts)
+        self.flight_place = FlightPlace(StartPage(self.look), self.view)
+        self.opening = Opening(self, self.desk, self.look, store, self.banners)
+        self.crew = Crew(self, self.desk, self.view, self.look, store)
+        self.bar = Bar(self.look)
+        self.rail = Rail(self.look)
+        self.places = QStackedWidget()
+        self._place_ids = [place.id for place in PLACES]
+        for place in PLACES:
+            page = self.flight_place if place.id == "flight" else ComingPage(place, self.look)
+            self.places.addWidget(page)
+        self._arrange()
+        self._bind()
+        self._keeper = KeyKeeper(self)
+        application = QApplication.instance()
+        if application is not None:
+            application.installEventFilter(self._keeper)
+        self._restore_geometry(settings.geometry)
+        self.show_place("flight")
+        for complaint in (store.complaint, *layouts.complaints):
+            if complaint:
+                self.banners.show_banner("caution", complaint)
+        self._flight_changed()
+        self.opening.look_for_recorders()
+
+    def _arrange(self) -> None:
+        body = QWidget()
+        body.setObjectName("frame")
+        row = QHBoxLayout(body)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.rail)
+        column = QVBoxLayout()
+        column.setSpacing(0)
+        column.addWidget(self.bar)
+        column.addWidget(self.banners)
+        column.addWidget(self.places, 1)
+        row.addLayout(column, 1)
+        self.setCentralWidget(body)
+        self.setMinimumSize(640, 400)
+
+    def _bind(self) -> None:
+        commands = self.commands
+        commands.fill(self.menuBar())
+        commands.bind(
+            self.handlers, self.appearance.handlers, self.opening.handlers, self.crew.handlers,
+            self.view.handlers,
+        )  # fmt: skip
+        actions = commands.actions
+        self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
+        self.flight_place.start.chosen.connect(lambda name: actions[name].trigger())
+        self.flight_place.start.link_chosen.connect(self.desk.connect_link)
+        self.bar.pressed.connect(self._bar_pressed)
+        self.faults.raised.connect(self._show_fault)
+        self.desk.changed.connect(self._flight_changed)
+        self.desk.painted.connect(self.view.advance)
+        self.desk.told.connect(self._refresh)
+        commands.check("mute", self.store.current.muted)
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of the window itself do."""
+        places = {
+            f"place_{name}": lambda name=name: self.show_place(name) for name in self._place_ids
+        }
+        return {
+            **places,
+            "full_screen": self.toggle_full_screen,
+            "keys": lambda: KeysDialog(self.look, self).exec(),
+            "copy_details": self.copy_details,
+            "dismiss": self.banners.dismiss,
+            "about": lambda: QMessageBox.about(self, "Ground station", _ABOUT),
+            "quit": self.close,
+        }
+
+    # Places
+
+    def show_place(self, place_id: str) -> None:
+        """Go to a place by its id."""
+        self.places.setCurrentIndex(self._place_ids.index(place_id))
+        self.rail.show_place(place_id)
+        page = self.view.charts if self.desk.is_open else self.flight_place.start
+        (page if place_id == "flight" else self.places.currentWidget()).setFocus()
+
+    def toggle_full_screen(self) -> None:
+        """Fill the screen, or come back; the menu bar goes and comes with it."""
+        if self.isFullScreen():
+            self.showNormal()
+        else:
+            self.showFullScreen()
+        self.commands.check("full_screen", self.isFullScreen())
+
+    def _bar_pressed(self, part: str) -> None:
+        targets = {"alarms": "panel_alarms", "sound": "mute", "flight": "place_flight"}
+        if part in targets:
+            self.commands.actions[targets[part]].trigger()
+
+    # What happens
+
+    def _flight_changed(self) -> None:
+        """Another flight is open, or none."""
+        self.flight_place.show_flight(self.desk.is_open)
+        self.flight_place.start.show_links(self.store.current.links)
+        self.view.show_history(self.desk.history)
+        self.commands.enable(self.desk.present)
+        name = self.desk.name
+        self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
+        self._refresh()
+
+    def _refresh(self) -> None:
+        """Show what the session says now, beside the samples."""
+        if self.desk.is_open:
+            self.view.show_picture(self.desk.picture(self.look.units))
+        self.bar.show_parts(self.desk.bar_parts(self.look.units, muted=self.store.current.muted))
+        self.commands.enable(self.desk.present)
+        self.crew.sound()
+
+    def _show_fault(self, fault: Fault) -> None:
+        copy = ("Copy details", self.copy_details)
+        choices = () if fault.expected else (copy,)
+        self.banners.show_banner("warning", fault.sentence, *choices)
+
+    def copy_details(self) -> None:
+        """Put the details of the last error on the clipboard."""
+        fault = self.faults.last
+        if fault is None:
+            self.banners.show_banner("note", "There was no error.")
+            return
+        QGuiApplication.clipboard().setText(fault.details)
+        self.banners.show_banner("note", "The details of the last error are on the clipboard.")
+
+    # Beginning and end
+
+    def _restore_geometry(self, saved: str) -> None:
+        self.resize(_FIRST_SIZE)
+        if saved:
+            self.restoreGeometry(QByteArray.fromHex(saved.encode("ascii")))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the rail's room to the charts where the window is narrow."""
+        super().resizeEvent(event)
+        self.rail.fit(self.width())
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask about a recording, remember the window, and close."""
+        if self.desk.records_here:
+            answer = ask_closing(self, self.desk.name or "The flight")
+            if answer == "stay":
+                event.ignore()
+                return
+            if answer == "stop":
+                self.desk.stop_recording()
+        geometry = self.saveGeometry().toHex().data().decode("ascii")
+        self.store.change(geometry=geometry)
+        self.desk.close()
+        application = QApplication.instance()
+        if application is not None:
+            application.removeEventFilter(self._keeper)
+        event.accept()
