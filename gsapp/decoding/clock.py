@@ -1,0 +1,388 @@
+"""Flight time: the vehicle's own stamps, unwrapped; and what host time is to it.
+
+Times are whole microseconds here, so that nothing depends on rounding. A vehicle may stamp its
+messages since it was switched on (``time_boot_ms``, ``time_usec``) or since 1970; each component
+may have a clock of its own. Every such clock is a *line*: flight time = stamp + offset. The first
+line heard defines flight time. Another one that agrees with it within seconds is the same clock;
+one that does not is laid beside it by the time of arrival, and reported.
+
+A stamp that is far from where its line must be by now is held back. If the line goes on where it
+was, the stamp was an outlier and is dropped. If the next ones go on from the new place, the
+vehicle has restarted (or its clock was set): its line gets a new offset, so that flight time goes
+on by the time of arrival, which is uncertain by the delay of the link, and this is reported.
+
+Everything is decided record by record, from stamps alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+LATE = 2_000_000
+"""A stamp may be so much older than the newest one before it: reordered, not restarted."""
+
+AHEAD = 10_000_000
+"""A stamp may be so much newer than the time that has passed on the host."""
+
+CONFIRM_COUNT = 5
+CONFIRM_SPAN = 500_000
+"""So many stamps, over so much time, must agree before a clock is believed to have been set."""
+
+SAME_CLOCK = 5_000_000
+"""Two clocks that agree within this much are the same clock."""
+
+LONGEST_STEP = 3_600_000_000
+"""A clock that jumps ahead by less is a pause of the link; by more, it was set."""
+
+UNIX = 10**15
+"""Stamps from here on (September 2001) count from 1970, not from switching on."""
+
+DRIFT = 2e-4
+"""How fast the two clocks may drift apart; crystals do 1e-4 at worst."""
+
+PATIENCE = 30_000_000
+"""How long messages without a stamp wait for the first one with a stamp, host time."""
+
+HOST_STEP = 30_000_000
+"""A delay that grows by so much, and stays, is a host clock that was set."""
+
+
+class Placed(NamedTuple):
+    """An item with its flight time, microseconds."""
+
+    time: int
+    item: Any
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClockEvent:
+    """Something that happened to a clock.
+
+    Attributes
+    ----------
+    kind : {"restart", "step", "outlier", "other-clock", "no-clock", "host-step"}
+        What.
+    time : int
+        Flight time, microseconds.
+    text : str
+        In words.
+    """
+
+    kind: str
+    time: int
+    text: str
+
+
+class _Held(NamedTuple):
+    stamp: int
+    host: int
+    item: Any
+
+
+class _Line:
+    """One clock of the vehicle."""
+
+    __slots__ = ("held", "host", "last", "offset")
+
+    def __init__(self) -> None:
+        self.last: int | None = None
+        self.host = 0
+        self.offset = 0
+        self.held: list[_Held] = []
+
+
+class FlightClock:
+    """Places stamps, and arrivals without a stamp, in flight time.
+
+    `place` and `arrive` return the flight time of an item at once in the usual case. Where an
+    item has to wait they return None, and hand it out later in `released`: the caller looks there
+    after every call and empties it.
+
+    Attributes
+    ----------
+    now : int
+        The latest flight time placed, microseconds.
+    first : int or None
+        The first.
+    released : list of Placed
+        Items that had to wait and now have their time.
+    events : list of ClockEvent
+        Restarts, outliers, clocks that disagree. The caller empties it.
+    dropped : int
+        Items with an impossible stamp.
+    """
+
+    def __init__(self) -> None:
+        self.now = 0
+        self.first: int | None = None
+        self.released: list[Placed] = []
+        self.events: list[ClockEvent] = []
+        self.dropped = 0
+        self._lines: dict[tuple[int, bool], _Line] = {}
+        self._unix_minus_boot: int | None = None
+        self._envelope: float | None = None
+        self._envelope_host = 0
+        self._above: list[float] = []
+        self._waiting: list[_Held] = []
+        self._narrow: list[tuple[int, int, _Held]] = []
+
+    def place(
+        self, component: int, stamp: int, host: int, item: Any, *, period: int = 0
+    ) -> int | None:
+        """Return the flight time of a stamp.
+
+        Parameters
+        ----------
+        component : int
+            Who stamped.
+        stamp : int
+            Microseconds, as sent.
+        host : int
+            Time of arrival, microseconds since 1970.
+        item : Any
+            Handed back in `released` if it must wait.
+        period : int
+            Microseconds after which the stamp starts over at zero; 0 for never.
+
+        Returns
+        -------
+        int or None
+            Microseconds; None if the item waits, or was dropped.
+        """
+        line = self._lines.get((component, stamp >= UNIX))
+        if line is None:
+            if period and period < LONGEST_STEP * 24 and self._envelope is None:
+                # 32 bits of microseconds start over every 72 minutes: another stamp must tell
+                # how often they did.
+                self._narrow.append((component, period, _Held(stamp, host, item)))
+                self._give_up_waiting(host)
+                return None
+            line = self._lines[component, stamp >= UNIX] = _Line()
+        last = line.last
+        if last is None:
+            return self._begin(component, line, _Held(stamp, host, item), period)
+        passed = host - line.host
+        if passed < 0:
+            passed = 0
+        unwrapped = stamp
+        if period:
+            unwrapped += (last + passed - stamp + period // 2) // period * period
+        ahead = unwrapped - last
+        if -LATE <= ahead <= AHEAD + passed:
+            if line.held:
+                self._drop(line)
+            if ahead > 0:
+                line.last = unwrapped
+                line.host = host
+            time = unwrapped + line.offset
+            self._observe(time, host)
+            return time
+        self._suspect(line, _Held(stamp, host, item))
+        return None
+
+    def arrive(self, host: int, item: Any) -> int | None:
+        """Return the flight time of an arrival: of a message that carries no stamp.
+
+        It is the time at which a message that left now, with the least delay known, would
+        arrive. None if no stamp was seen yet; the item then waits.
+        """
+        if self._envelope is None:
+            self._waiting.append(_Held(0, host, item))
+            self._give_up_waiting(host)
+            return None
+        time = self.flight_time(host)
+        self._pass(time)
+        return time
+
+    def relate(self, unix: int, boot: int) -> None:
+        """Take note that a vehicle's two ways of counting are this far apart (SYSTEM_TIME)."""
+        if unix >= UNIX:
+            self._unix_minus_boot = unix - boot
+
+    def flight_time(self, host: int) -> int:
+        """Return the flight time (us) at a host time (us), as the fastest message tells it."""
+        return host - round(self._risen(host))
+
+    def host_time(self, time: int) -> int:
+        """Return the host time (us) at which a message of that flight time (us) could arrive."""
+        return time + round(self._envelope or 0.0)
+
+    def delay(self, time: int, host: int) -> int:
+        """Return how much later than the fastest messages one arrived, us."""
+        return host - time - round(self._envelope or 0.0)
+
+    def finish(self) -> None:
+        """Release what still waits: no other stamp will come."""
+        for key, line in list(self._lines.items()):
+            if line.last is None and line.held:
+                self._settle_first(key[0], line)
+        if self._envelope is None and (self._waiting or self._narrow):
+            self._begin_by_arrival()
+
+    def _begin(self, component: int, line: _Line, held: _Held, period: int) -> int | None:
+        """Take up a new line at its second stamp that agrees with the one before."""
+        if period and self._envelope is not None:
+            expected = self.flight_time(held.host)
+            turns = (expected - held.stamp + period // 2) // period
+            held = _Held(held.stamp + max(turns, 0) * period, held.host, held.item)
+        if line.held and not _follows(line.held[-1], held):
+            self.dropped += len(line.held)
+            line.held.clear()
+        line.held.append(held)
+        if len(line.held) >= 2:
+            self._settle_first(component, line)
+        return None
+
+    def _settle_first(self, component: int, line: _Line) -> None:
+        first = line.held[0]
+        if self._envelope is None:
+            # Counted since 1970 the number says nothing; begin at the whole second before.
+            line.offset = -(first.stamp // 1_000_000 * 1_000_000) if first.stamp >= UNIX else 0
+        else:
+            line.offset = self._offset_beside(component, first)
+        self._release(line)
+
+    def _offset_beside(self, component: int, first: _Held) -> int:
+        expected = self.flight_time(first.host)
+        known = {0, *(other.offset for other in self._lines.values() if other.last is not None)}
+        if first.stamp >= UNIX and self._unix_minus_boot is not None:
+            known |= {offset - self._unix_minus_boot for offset in list(known)}
+        best = min(sorted(known), key=lambda offset: abs(first.stamp + offset - expected))
+        if abs(first.stamp + best - expected) <= SAME_CLOCK:
+            return best
+        self._tell(
+            "other-clock",
+            expected,
+            f"component {component} counts time from another moment; its messages are placed "
+            "by their arrival",
+        )
+        return expected - first.stamp
+
+    def _suspect(self, line: _Line, held: _Held) -> None:
+        """Hold a stamp that does not fit its line, and see whether the line has moved."""
+        if line.held and not _follows(line.held[-1], held):
+            self._drop(line)
+        line.held.append(held)
+        stamps = [each.stamp for each in line.held]
+        if len(stamps) >= CONFIRM_COUNT and max(stamps) - min(stamps) >= CONFIRM_SPAN:
+            self._move(line)
+
+    def _move(self, line: _Line) -> None:
+        """Believe that the line goes on from another place."""
+        first = line.held[0]
+        last = line.last or 0
+        passed = max(first.host - line.host, 0)
+        step = first.stamp - last
+        before = (last + line.offset) / 1e6
+        if 0 < step - passed <= LONGEST_STEP:
+            self._tell(
+                "step",
+                last + line.offset,
+                f"the vehicle's clock went on by {step / 1e6:.1f} s while {passed / 1e6:.1f} s "
+                "passed here; taken as a pause of the link",
+            )
+        else:
+            line.offset += last + max(passed, 1) - first.stamp
+            what = "restarted: its clock went back" if step < 0 else "set its clock ahead"
+            self._tell(
+                "restart",
+                last + line.offset,
+                f"the vehicle {what} from {last / 1e6:.1f} to {first.stamp / 1e6:.1f} s at "
+                f"{before:.1f} s of the flight; flight time goes on by the time of arrival, "
+                "uncertain by the delay of the link",
+            )
+        self._release(line)
+
+    def _release(self, line: _Line) -> None:
+        held, line.held = line.held, []
+        newest = max(held, key=lambda each: each.stamp)
+        line.last, line.host = newest.stamp, newest.host
+        for stamp, host, item in held:
+            time = stamp + line.offset
+            self._observe(time, host)
+            self.released.append(Placed(time, item))
+
+    def _drop(self, line: _Line) -> None:
+        self.dropped += len(line.held)
+        strange = line.held[0].stamp / 1e6
+        count = len(line.held)
+        line.held.clear()
+        self._tell(
+            "outlier",
+            self.now,
+            f"{count} message{'s' if count > 1 else ''} with an impossible time "
+            f"({strange:.3f} s) left out",
+        )
+
+    def _observe(self, time: int, host: int) -> None:
+        """Take note of a stamp's delay: the lower envelope, which may rise as fast as drift."""
+        delay = float(host - time)
+        if self._envelope is None:
+            self._envelope, self._envelope_host = delay, host
+            self._pass(time)
+            self._release_waiting()
+            return
+        envelope = self._risen(host)
+        if delay > envelope + HOST_STEP:
+            self._above.append(delay)
+            if len(self._above) >= 4 * CONFIRM_COUNT:
+                envelope = min(self._above)
+                self._above.clear()
+                self._tell("host-step", time, "this computer's clock was set; delays begin anew")
+        elif self._above:
+            self._above.clear()
+        self._envelope = min(envelope, delay)
+        self._envelope_host = max(host, self._envelope_host)
+        self._pass(time)
+
+    def _risen(self, host: int) -> float:
+        elapsed = max(host - self._envelope_host, 0)
+        return (self._envelope or 0.0) + DRIFT * elapsed
+
+    def _pass(self, time: int) -> None:
+        if self.first is None:
+            self.first = self.now = time
+        elif time > self.now:
+            self.now = time
+
+    def _give_up_waiting(self, host: int) -> None:
+        oldest = [held.host for held in self._waiting[:1]]
+        oldest += [narrow[2].host for narrow in self._narrow[:1]]
+        if oldest and host - min(oldest) > PATIENCE:
+            self._begin_by_arrival()
+
+    def _begin_by_arrival(self) -> None:
+        """Start without a stamp: flight time counts from the first arrival."""
+        if self._narrow:
+            component, _, first = self._narrow[0]
+            line = self._lines[component, False] = _Line()
+            line.last, line.host = first.stamp, first.host
+            self._observe(first.stamp, first.host)
+            return
+        first = self._waiting[0]
+        self._envelope, self._envelope_host = float(first.host), first.host
+        self._tell("no-clock", 0, "no message carries the vehicle's time: timed by arrival")
+        self._release_waiting()
+
+    def _release_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        narrow, self._narrow = self._narrow, []
+        # Those that came before the first stamp are placed by the first delay known.
+        for _, host, item in waiting:
+            time = host - round(self._envelope or 0.0)
+            self._pass(time)
+            self.released.append(Placed(time, item))
+        for component, period, (stamp, host, item) in narrow:
+            time = self.place(component, stamp, host, item, period=period)
+            if time is not None:
+                self.released.append(Placed(time, item))
+
+    def _tell(self, kind: str, time: int, text: str) -> None:
+        self.events.append(ClockEvent(kind=kind, time=time, text=text))
+
+
+def _follows(before: _Held, after: _Held) -> bool:
+    """Return whether two stamps may stand on one line."""
+    passed = max(after.host - before.host, 0)
+    return -LATE <= after.stamp - before.stamp <= AHEAD + passed

@@ -1,0 +1,530 @@
+"""From raw records to blocks on the grid of flight time.
+
+What comes out is a function of the records alone, however they are fed: all at once from a file,
+or a few at a time from a link. A row is handed out as soon as the next sample of its message is
+there.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from calibration import Certificate, load_certificates
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
+from gsapp.decoding.clock import FlightClock
+from gsapp.decoding.health import LinkHealth
+from gsapp.decoding.messages import (
+    Stamp,
+    decode_columns,
+    is_known,
+    message_id,
+    message_layout,
+    message_name,
+    stamp_of,
+)
+from gsapp.decoding.pipeline import ChannelSource, Pipeline
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block, FloatArray
+
+_STATUSTEXT = 253
+_SYSTEM_TIME = 2
+_TEXT_CHUNK = 50
+_MANY = 1000
+
+
+class Record(Protocol):
+    """What is fed: a `gsapp.flight.records.RawRecord`, or anything like it."""
+
+    @property
+    def stamp_us(self) -> int:
+        """Host time of arrival, microseconds since 1970."""
+
+    @property
+    def kind(self) -> str:
+        """``frame``, ``line`` or ``residue``."""
+
+    @property
+    def data(self) -> bytes:
+        """The bytes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Notice:
+    """Something said by the vehicle, or noticed about it, while decoding.
+
+    Attributes
+    ----------
+    kind : str
+        ``statustext`` for what the vehicle says; ``restart``, ``step``, ``outlier``,
+        ``other-clock``, ``no-clock``, ``host-step`` of its clock (see
+        `gsapp.decoding.clock.ClockEvent`); ``other-system``, ``other-component``,
+        ``unknown-message``, ``bad-line`` of what was left out.
+    time : float or None
+        Flight time, s; None if no clock was known yet.
+    stamp_us : int
+        Host time of the record, microseconds since 1970.
+    text : str
+        In words.
+    severity : int or None
+        MAVLink's severity, 0 emergency to 7 debug, of what the vehicle says.
+    system, component : int or None
+        Who.
+    """
+
+    kind: str
+    time: float | None
+    stamp_us: int
+    text: str
+    severity: int | None = None
+    system: int | None = None
+    component: int | None = None
+
+
+class _Route(NamedTuple):
+    """How frames of one message reach one stream."""
+
+    stream: int
+    message: str
+    select_at: slice | None
+    select_text: bytes | None
+    select_number: int
+    stamp_at: slice | None
+    stamp_scale: int
+    stamp_period: int
+
+
+class _Pending:
+    """Samples of one stream since the last pull."""
+
+    __slots__ = ("items", "nows", "times")
+
+    def __init__(self) -> None:
+        self.times: list[int] = []
+        self.nows: list[int] = []
+        self.items: list[bytes | list[float]] = []
+
+
+class Decoder:
+    """Decodes raw records with a channel map.
+
+    Parameters
+    ----------
+    channel_map : ChannelMap
+        Which field is which channel; of format ``mavlink``.
+    certificates : mapping of str to Certificate, optional
+        Calibration in force, by channel; else the shipped set that the map names. A calibrated
+        source without its certificate yields volts only.
+    aircraft : Aircraft, optional
+        For the ranges of its instruments: samples at their ends are counted in `clipped`.
+    rate : float, optional
+        Rows per second.
+
+    Attributes
+    ----------
+    sources : dict of str to ChannelSource
+        Every channel that it can yield, and where it comes from.
+    health : LinkHealth
+        Counts of the link.
+    messages : list of Notice
+        What the vehicle said (STATUSTEXT).
+    notices : list of Notice
+        What was noticed: restarts, outliers, other aircraft, unknown messages.
+    clock : FlightClock
+        Flight time and host time.
+    unknown : Counter of int
+        Frames of each message id that the dialect does not have.
+
+    Raises
+    ------
+    FlightError
+        If the map is for files, not for a link.
+    """
+
+    def __init__(
+        self,
+        channel_map: ChannelMap,
+        *,
+        certificates: Mapping[str, Certificate] | None = None,
+        aircraft: Aircraft | None = None,
+        rate: float = 100.0,
+    ) -> None:
+        if channel_map.format != "mavlink":
+            raise FlightError(
+                f"the channel map '{channel_map.name}' is for files of format "
+                f"{channel_map.format}; choose one for a link, such as b777 or ardupilot-plane"
+            )
+        if certificates is None:
+            name = channel_map.certificates
+            certificates = load_certificates(name) if name else {}
+        self.channel_map = channel_map
+        self.health = LinkHealth()
+        self.clock = FlightClock()
+        self.messages: list[Notice] = []
+        self.notices: list[Notice] = []
+        self.unknown: Counter[int] = Counter()
+        self.bad_lines = 0
+        self._pipeline = Pipeline(
+            channel_map,
+            certificates=certificates,
+            aircraft=aircraft,
+            rate=rate,
+            vehicle_time=self._has_vehicle_time,
+        )
+        self.sources: dict[str, ChannelSource] = self._pipeline.sources
+        self._pending = [_Pending() for _ in self._pipeline.streams]
+        self._ids = [
+            None if stream.message == LINE else message_id(stream.message)
+            for stream in self._pipeline.streams
+        ]
+        self._routes: dict[int, list[_Route]] = {}
+        self._lines: list[int] = []
+        self._line_columns = 0
+        self._make_routes()
+        self._system = channel_map.system
+        self._components: dict[int, int] = {}
+        self._left_out: set[tuple[str, int, int]] = set()
+        self._texts: dict[tuple[int, int, int], dict[int, bytes]] = {}
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the ids of the channels that it can yield."""
+        return tuple(self.sources)
+
+    @property
+    def rate(self) -> float:
+        """Return the rows per second of the grid."""
+        return self._pipeline.grid.rate
+
+    @property
+    def grid_start(self) -> float | None:
+        """Return the time of the grid's first row, s; None before the first sample."""
+        first = self.clock.first
+        if first is None:
+            return None
+        grid = self._pipeline.grid
+        return float(grid.times(grid.at_or_after(first), 1)[0])
+
+    @property
+    def clipped(self) -> dict[str, int]:
+        """Return how many samples lay outside calibration or instrument range, by channel."""
+        return self._pipeline.clipped
+
+    @property
+    def duplicates(self) -> int:
+        """Return how many samples repeated the stamp of their predecessor."""
+        return self._pipeline.duplicates
+
+    @property
+    def overtaken(self) -> int:
+        """Return how many samples came after a later one of their message, and were left out."""
+        return self._pipeline.overtaken
+
+    @property
+    def system(self) -> int | None:
+        """Return the system that is followed; None before it was heard."""
+        return self._system
+
+    def feed(self, records: Sequence[Record]) -> list[Block]:
+        """Take records in the order of their arrival; return the rows that they complete.
+
+        Parameters
+        ----------
+        records : sequence of RawRecord
+            Frames, lines, residue.
+
+        Returns
+        -------
+        list of Block
+            Each with the channels of one message (or of one choice of sources). Blocks of a
+            channel follow each other without gap or overlap, but for pauses longer than
+            `gsapp.decoding.grid.LONGEST_FILL`.
+        """
+        self.health.feed(records)  # type: ignore[arg-type]
+        for record in records:
+            kind = record.kind
+            if kind == "frame":
+                self._frame(record.stamp_us, record.data)
+            elif kind == "line":
+                self._line(record.stamp_us, record.data)
+        return self._pull(final=False)
+
+    def finish(self) -> list[Block]:
+        """Return the rows that still waited for something better; nothing more will come."""
+        self.clock.finish()
+        self._take_released(self.clock.now)
+        return self._pull(final=True)
+
+    def _pull(self, *, final: bool) -> list[Block]:
+        for number, pending in enumerate(self._pending):
+            if not pending.times:
+                continue
+            self._pending[number] = _Pending()
+            number_of_message = self._ids[number]
+            if number_of_message is None:
+                columns: Mapping[str, FloatArray] = {"": np.array(pending.items)}
+            else:
+                columns = decode_columns(number_of_message, pending.items)  # type: ignore[assignment,arg-type]
+            self._pipeline.push(number, pending.times, pending.nows, columns)  # type: ignore[arg-type]
+        return self._pipeline.pull(self.clock.first, self.clock.now, final=final)
+
+    def _frame(self, host: int, data: bytes) -> None:
+        if data[0] == 0xFD:
+            system, component = data[5], data[6]
+            number = data[7] | data[8] << 8 | data[9] << 16
+            payload = data[10 : 10 + data[1]]
+        else:
+            system, component, number = data[3], data[4], data[5]
+            payload = data[6 : 6 + data[1]]
+        routes = self._routes.get(number)
+        if routes is None:
+            self._unmapped(host, system, component, number, payload)
+            return
+        if system != self._system and not self._follow(host, system):
+            return
+        for route in routes:
+            if route.select_at is not None:
+                selected = payload[route.select_at]
+                if route.select_text is not None:
+                    if selected.rstrip(b"\0") != route.select_text:
+                        continue
+                elif int.from_bytes(selected, "little") != route.select_number:
+                    continue
+            if component != self._components.get(route.stream) and not self._follow_component(
+                host, system, component, route
+            ):
+                continue
+            clock = self.clock
+            now = clock.now
+            if route.stamp_at is None:
+                time = clock.arrive(host, (route.stream, payload))
+            else:
+                stamp = int.from_bytes(payload[route.stamp_at], "little") * route.stamp_scale
+                time = clock.place(
+                    component, stamp, host, (route.stream, payload), period=route.stamp_period
+                )
+            if time is not None:
+                pending = self._pending[route.stream]
+                pending.times.append(time)
+                pending.nows.append(now)
+                pending.items.append(payload)
+            if clock.released or clock.events:
+                self._take_released(host)
+
+    def _take_released(self, host: int) -> None:
+        clock = self.clock
+        for placed in clock.released:
+            stream, item = placed.item
+            pending = self._pending[stream]
+            pending.times.append(placed.time)
+            pending.nows.append(clock.now)
+            pending.items.append(item)
+        clock.released.clear()
+        for event in clock.events:
+            self.notices.append(
+                Notice(kind=event.kind, time=event.time / 1e6, stamp_us=host, text=event.text)
+            )
+        clock.events.clear()
+
+    def _follow(self, host: int, system: int) -> bool:
+        """Return whether to follow a system that is not the one followed so far."""
+        if self._system is None:
+            self._system = system
+            return True
+        self._notice_once(
+            ("other-system", system, 0),
+            host,
+            f"another aircraft is on the link: messages of system {system} are left out, since "
+            f"the channel map '{self.channel_map.name}' follows system {self._system}; write "
+            f"system = {system} in the map to follow it",
+            system=system,
+        )
+        return False
+
+    def _follow_component(self, host: int, system: int, component: int, route: _Route) -> bool:
+        chosen = self._components.setdefault(route.stream, self.channel_map.component or component)
+        if component == chosen:
+            return True
+        self._notice_once(
+            ("other-component", component, route.stream),
+            host,
+            f"{route.message} of component {component} is left out: it is taken from component "
+            f"{chosen}; write component = {component} in the map to take it from there",
+            system=system,
+            component=component,
+        )
+        return False
+
+    def _unmapped(
+        self, host: int, system: int, component: int, number: int, payload: bytes
+    ) -> None:
+        if number == _SYSTEM_TIME:
+            if system == self._system and len(payload) > 8:
+                unix = int.from_bytes(payload[:8], "little")
+                boot = int.from_bytes(payload[8:12], "little") * 1000
+                self.clock.relate(unix, boot)
+        elif number == _STATUSTEXT:
+            if self._system in (None, system):
+                self._text(host, system, component, payload)
+        elif not is_known(number):
+            self.unknown[number] += 1
+            self._notice_once(
+                ("unknown-message", number, 0),
+                host,
+                f"{message_name(number)} is no message of the dialect: recorded, not decoded; "
+                "the sender uses another dialect",
+                system=system,
+                component=component,
+            )
+
+    def _text(self, host: int, system: int, component: int, payload: bytes) -> None:
+        """Take one STATUSTEXT; long ones come in numbered pieces."""
+        row = decode_columns(_STATUSTEXT, [payload])[0]
+        piece, number, place = bytes(row["text"]), int(row["id"]), int(row["chunk_seq"])
+        if number:
+            pieces = self._texts.setdefault((system, component, number), {})
+            pieces[place] = piece
+            if len(piece) == _TEXT_CHUNK and len(self._texts) < _MANY:
+                return
+            del self._texts[system, component, number]
+            piece = b"".join(pieces[key] for key in sorted(pieces))
+        self.messages.append(
+            Notice(
+                kind="statustext",
+                time=self._time_of(host),
+                stamp_us=host,
+                text=piece.decode("utf-8", "replace").strip(),
+                severity=int(row["severity"]),
+                system=system,
+                component=component,
+            )
+        )
+
+    def _time_of(self, host: int) -> float | None:
+        return None if self.clock.first is None else self.clock.flight_time(host) / 1e6
+
+    def _notice_once(
+        self,
+        key: tuple[str, int, int],
+        host: int,
+        text: str,
+        *,
+        system: int | None = None,
+        component: int | None = None,
+    ) -> None:
+        if key in self._left_out or len(self._left_out) >= _MANY:
+            return
+        self._left_out.add(key)
+        self.notices.append(
+            Notice(
+                kind=key[0],
+                time=self._time_of(host),
+                stamp_us=host,
+                text=text,
+                system=system,
+                component=component,
+            )
+        )
+
+    def _line(self, host: int, data: bytes) -> None:
+        """Take one line of text: numbers between delimiters; an empty cell is missing."""
+        if not self._lines:
+            return
+        cells = data.decode("utf-8", "replace").strip().split(self.channel_map.delimiter)
+        try:
+            numbers = [float(cell) if cell.strip() else float("nan") for cell in cells]
+        except ValueError:
+            numbers = []
+        column = self.channel_map.text_time
+        stamp = None
+        if len(numbers) >= self._line_columns:
+            stamp = numbers[column] if column is not None else None
+        if len(numbers) < self._line_columns or (
+            stamp is not None and not 0.0 <= stamp * self.channel_map.text_scale < 2.0**62
+        ):
+            self.bad_lines += 1
+            shown = data[:60].decode("utf-8", "replace")
+            self._notice_once(
+                ("bad-line", 0, 0),
+                host,
+                f"a line is left out, since it does not hold {self._line_columns} numbers: "
+                f"'{shown}'; lines like it are counted",
+            )
+            return
+        item = numbers[: self._line_columns]
+        for stream in self._lines:
+            now = self.clock.now
+            if stamp is None or not self._pipeline.streams[stream].vehicle_time:
+                time = self.clock.arrive(host, (stream, item))
+            else:
+                micros = round(stamp * self.channel_map.text_scale)
+                time = self.clock.place(0, micros, host, (stream, item))
+            if time is not None:
+                pending = self._pending[stream]
+                pending.times.append(time)
+                pending.nows.append(now)
+                pending.items.append(item)
+            if self.clock.released or self.clock.events:
+                self._take_released(host)
+
+    def _has_vehicle_time(self, entry: MapEntry) -> bool:
+        if entry.time == ARRIVAL:
+            return False
+        if entry.message == LINE:
+            return self.channel_map.text_time is not None
+        return self._stamp(entry) is not None
+
+    @staticmethod
+    def _stamp(entry: MapEntry) -> Stamp | None:
+        layout = message_layout(message_id(entry.message))
+        if entry.time == ARRIVAL:
+            return None
+        return layout.stamp if entry.time is None else stamp_of(layout, entry.time)
+
+    def _make_routes(self) -> None:
+        for number, stream in enumerate(self._pipeline.streams):
+            entry = stream.outputs[0].entry
+            if stream.message == LINE:
+                self._lines.append(number)
+                continue
+            layout = message_layout(message_id(stream.message))
+            stamp = self._stamp(entry)
+            select_at: slice | None = None
+            text: bytes | None = None
+            wanted = 0
+            if stream.selector is not None:
+                field = stream.selector.field
+                start = layout.offset(field)
+                select_at = slice(start, start + layout.dtype[field].itemsize)
+                if layout.is_text(field):
+                    text = stream.selector.value.encode()
+                else:
+                    wanted = int(stream.selector.value)
+            route = _Route(
+                stream=number,
+                message=stream.message,
+                select_at=select_at,
+                select_text=text,
+                select_number=wanted,
+                stamp_at=None if stamp is None else slice(stamp.offset, stamp.offset + stamp.size),
+                stamp_scale=1 if stamp is None else stamp.scale,
+                stamp_period=2**32 * stamp.scale if stamp is not None and stamp.size == 4 else 0,
+            )
+            self._routes.setdefault(layout.id, []).append(route)
+        columns = [
+            ref.index or 0
+            for entry in self.channel_map.entries
+            if entry.message == LINE
+            for ref in entry.inputs
+        ]
+        if self.channel_map.text_time is not None:
+            columns.append(self.channel_map.text_time)
+        self._line_columns = max(columns) + 1 if columns else 0
+
+
+__all__ = ["ChannelSource", "Decoder", "Notice"]

@@ -1,0 +1,218 @@
+"""Derived channels: computed from measured ones, and only where nobody measures them.
+
+A derived channel is computed row by row on the grid. Its quick inputs must be there at the very
+row. Its slow inputs (pressure and temperature of the air) may come in other, slower messages:
+then the latest one before the row counts, for up to 30 s, so that a slow message never holds back
+a quick one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.decoding import air_data
+from gsapp.quantities import FloatArray
+
+Compute = Callable[..., FloatArray]
+
+LONGEST_HOLD = 30_000_000
+"""Microseconds for which a slow input stands for itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Derivation:
+    """How one channel is computed from others.
+
+    Attributes
+    ----------
+    output : str
+        The channel.
+    quick, slow : tuple of str
+        Its inputs, in the order in which `compute` takes them.
+    compute : callable
+        From arrays of shape (n,) to one.
+    source : str
+        Where the formula stands.
+    """
+
+    output: str
+    quick: tuple[str, ...]
+    slow: tuple[str, ...] = ()
+    compute: Compute
+    source: str
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Return all inputs."""
+        return self.quick + self.slow
+
+
+def _mean(left: FloatArray, right: FloatArray) -> FloatArray:
+    return 0.5 * (left + right)
+
+
+def _same(value: FloatArray) -> FloatArray:
+    return value
+
+
+def _V(qbar: FloatArray, static: FloatArray, temperature: FloatArray) -> FloatArray:
+    return air_data.true_airspeed(qbar, air_data.density(static, temperature))
+
+
+def _V_standard(qbar: FloatArray, static: FloatArray) -> FloatArray:
+    return air_data.true_airspeed(qbar, air_data.standard_density(static))
+
+
+def _qbar(V: FloatArray, static: FloatArray, temperature: FloatArray) -> FloatArray:
+    return air_data.dynamic_pressure(V, air_data.density(static, temperature))
+
+
+def _qbar_standard(V: FloatArray, static: FloatArray) -> FloatArray:
+    return air_data.dynamic_pressure(V, air_data.standard_density(static))
+
+
+_STANDARD_DAY = "temperature of the standard day"
+
+DERIVATIONS: tuple[Derivation, ...] = (
+    Derivation(
+        output="de",
+        quick=("elevator_left", "elevator_right"),
+        compute=_mean,
+        source="(6.1.1)",
+    ),
+    Derivation(
+        output="da", quick=("aileron_left", "aileron_right"), compute=_mean, source="(6.1.2)"
+    ),
+    Derivation(output="dr", quick=("rudder",), compute=_same, source="(6.1.3)"),
+    # What the vehicle corrected itself goes before the raw difference of pressures.
+    Derivation(
+        output="qbar",
+        quick=("Vc",),
+        compute=air_data.sea_level_dynamic_pressure,
+        source="rho0 Vc^2 / 2",
+    ),
+    Derivation(
+        output="qbar",
+        quick=("V",),
+        slow=("static_pressure", "temperature"),
+        compute=_qbar,
+        source="rho V^2 / 2",
+    ),
+    Derivation(
+        output="qbar",
+        quick=("V",),
+        slow=("static_pressure",),
+        compute=_qbar_standard,
+        source=f"rho V^2 / 2, {_STANDARD_DAY}",
+    ),
+    Derivation(
+        output="qbar", quick=("dynamic_pressure",), compute=_same, source="incompressible flow"
+    ),
+    Derivation(
+        output="Vc",
+        quick=("qbar",),
+        compute=air_data.calibrated_airspeed,
+        source="sqrt(2 qbar / rho0)",
+    ),
+    Derivation(
+        output="V",
+        quick=("qbar",),
+        slow=("static_pressure", "temperature"),
+        compute=_V,
+        source="sqrt(2 qbar / rho)",
+    ),
+    Derivation(
+        output="V",
+        quick=("qbar",),
+        slow=("static_pressure",),
+        compute=_V_standard,
+        source=f"sqrt(2 qbar / rho), {_STANDARD_DAY}",
+    ),
+    Derivation(
+        output="density",
+        quick=("static_pressure",),
+        slow=("temperature",),
+        compute=air_data.density,
+        source="ideal gas",
+    ),
+    Derivation(
+        output="density",
+        quick=("static_pressure",),
+        compute=air_data.standard_density,
+        source=f"ideal gas, {_STANDARD_DAY}",
+    ),
+    Derivation(
+        output="altitude",
+        quick=("static_pressure",),
+        compute=air_data.altitude,
+        source="standard atmosphere",
+    ),
+)
+"""All that can be derived. Of several for one channel the first whose inputs exist is taken."""
+
+
+def derivations_for(available: Collection[str]) -> tuple[Derivation, ...]:
+    """Return what can be derived from channels, and is not among them, in order of computation."""
+    have = set(available)
+    chosen = []
+    for derivation in DERIVATIONS:
+        if derivation.output not in have and have.issuperset(derivation.inputs):
+            chosen.append(derivation)
+            have.add(derivation.output)
+    return tuple(chosen)
+
+
+class SlowInput:
+    """The latest sample of a slow channel before a row.
+
+    A sample counts from the later of its stamp and the flight time at which it came. So it never
+    matters for rows that were complete before it came, however the record is cut.
+
+    Parameters
+    ----------
+    sources : int
+        Number of sources, the better first.
+    """
+
+    def __init__(self, sources: int) -> None:
+        self._since: list[list[int]] = [[] for _ in range(sources)]
+        self._values: list[list[float]] = [[] for _ in range(sources)]
+
+    def push(
+        self, source: int, times: Sequence[int], nows: Sequence[int], values: Iterable[float]
+    ) -> None:
+        """Take samples: stamps and flight time at arrival (us), and values."""
+        since, kept = self._since[source], self._values[source]
+        for time, now, value in zip(times, nows, values, strict=True):
+            # Flight time never goes back, so these are in order but for stamps far ahead.
+            counts = max(time, now)
+            if since and counts < since[-1]:
+                counts = since[-1]
+            since.append(counts)
+            kept.append(value)
+
+    def at(self, micros: FloatArray) -> FloatArray:
+        """Return the value that counts at each of some times (us), NaN where there is none."""
+        result = np.full(micros.size, np.nan)
+        for since, values in zip(self._since, self._values, strict=True):
+            if not since:
+                continue
+            counts = np.array(since, dtype=np.float64)
+            place = np.searchsorted(counts, micros, side="left") - 1
+            known = place >= 0
+            place = np.maximum(place, 0)
+            known &= micros - counts[place] <= LONGEST_HOLD
+            value = np.where(known, np.array(values)[place], np.nan)
+            result = np.where(np.isnan(result), value, result)
+        return result
+
+    def forget(self, before: int) -> None:
+        """Drop what no later row will ask for: all but the last sample before a time (us)."""
+        for since, values in zip(self._since, self._values, strict=True):
+            if len(since) > 256:
+                place = int(np.searchsorted(np.array(since), before, side="left")) - 1
+                if place > 0:
+                    del since[:place], values[:place]

@@ -1,0 +1,383 @@
+"""From samples of messages to blocks on the grid: streams, choice of source, derived channels.
+
+Channels are gathered in groups that share their rows: those of one message that have no other
+source, those for which the same sources compete, and those derived from inputs of several groups.
+A group yields blocks of its own, so no message waits for another.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from calibration import Certificate
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.channel_map import ChannelMap, MapEntry
+from gsapp.decoding.derived import LONGEST_HOLD, Derivation, SlowInput, derivations_for
+from gsapp.decoding.grid import Grid, Gridder, Rows
+from gsapp.decoding.merging import Merger
+from gsapp.decoding.stream import Columns, Stream
+from gsapp.quantities import Block, FloatArray
+
+_FORGET = 4 * LONGEST_HOLD
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelSource:
+    """Where a channel comes from.
+
+    Attributes
+    ----------
+    source : str
+        Source in the map, the better first where there are several; or the formula and inputs.
+    kind : {"measured", "estimated", "derived"}
+        What the best source does for it.
+    calibrated : bool
+        Whether a certificate is in force for it, or for all that it is derived from.
+    timing : {"vehicle", "arrival"}
+        Whether its samples carry the vehicle's time. Those timed by arrival stay out of
+        identification unless asked for.
+    """
+
+    source: str
+    kind: Literal["measured", "estimated", "derived"]
+    calibrated: bool
+    timing: Literal["vehicle", "arrival"] = "vehicle"
+
+
+@dataclass(slots=True)
+class _Step:
+    """One derived column of a group: inputs are columns, or slow inputs from elsewhere."""
+
+    derivation: Derivation
+    inputs: list[int | SlowInput]
+
+
+@dataclass(slots=True)
+class _Group:
+    """Channels that share their rows."""
+
+    channels: list[str]
+    emitted: list[int]
+    steps: list[_Step] = field(default_factory=list)
+    ready: list[Rows] = field(default_factory=list)
+
+    def derive(self, grid: Grid, rows: Rows) -> Rows:
+        """Add the derived columns."""
+        if not self.steps:
+            return rows
+        width = rows.values.shape[1]
+        values = np.empty((len(rows.values), width + len(self.steps)))
+        values[:, :width] = rows.values
+        micros: FloatArray | None = None
+        for place, step in enumerate(self.steps, start=width):
+            inputs = []
+            for each in step.inputs:
+                if isinstance(each, SlowInput):
+                    if micros is None:
+                        micros = grid.micros(rows.first, len(values))
+                    inputs.append(each.at(micros))
+                else:
+                    # A column of its own: a function may round differently on a strided one.
+                    inputs.append(np.ascontiguousarray(values[:, each]))
+            values[:, place] = step.derivation.compute(*inputs)
+        return Rows(rows.first, values)
+
+
+@dataclass(slots=True)
+class _Join:
+    """Rows of several groups, where all of them have one."""
+
+    parents: list[tuple[_Group, list[int]]]
+    waiting: list[deque[Rows]]
+    group: _Group
+
+    def pull(self) -> list[Rows]:
+        for queue, (parent, _) in zip(self.waiting, self.parents, strict=True):
+            queue.extend(parent.ready)
+        found = []
+        while all(self.waiting):
+            heads = [queue[0] for queue in self.waiting]
+            first = max(head.first for head in heads)
+            end = min(head.end for head in heads)
+            if first < end:
+                parts = [
+                    head.values[first - head.first : end - head.first][:, columns]
+                    for head, (_, columns) in zip(heads, self.parents, strict=True)
+                ]
+                found.append(Rows(first, np.concatenate(parts, axis=1)))
+            for queue in self.waiting:
+                while queue and queue[0].end <= end:
+                    queue.popleft()
+        return found
+
+
+class Pipeline:
+    """Everything after framing and timing.
+
+    Parameters
+    ----------
+    channel_map : ChannelMap
+        Sources of channels.
+    certificates : mapping of str to Certificate
+        In force, by channel.
+    aircraft : Aircraft or None
+        For the ranges of its instruments.
+    rate : float
+        Rows per second.
+    vehicle_time : callable
+        Whether the message of an entry carries the vehicle's time.
+
+    Attributes
+    ----------
+    grid : Grid
+        The grid.
+    streams : tuple of Stream
+        One for each message and sender; their numbers are those of `push`.
+    sources : dict of str to ChannelSource
+        Every channel that it can yield.
+    """
+
+    def __init__(
+        self,
+        channel_map: ChannelMap,
+        *,
+        certificates: Mapping[str, Certificate],
+        aircraft: Aircraft | None,
+        rate: float,
+        vehicle_time: Callable[[MapEntry], bool],
+    ) -> None:
+        self.grid = Grid(rate)
+        self._fallback = round(channel_map.fallback * 1e6)
+        self.streams = _streams(channel_map, certificates, vehicle_time)
+        if aircraft is not None:
+            for stream in self.streams:
+                stream.watch_ranges(_ranges(aircraft))
+        self._gridders = tuple(
+            Gridder(
+                self.grid,
+                circular=stream.circular,
+                stepwise=stream.stepwise,
+                fallback=self._fallback,
+            )
+            for stream in self.streams
+        )
+        self.sources: dict[str, ChannelSource] = {}
+        self._groups: list[_Group] = []
+        self._direct: list[tuple[list[int], _Group] | None] = [None] * len(self.streams)
+        self._mergers: list[tuple[Merger, _Group]] = []
+        self._merged: list[list[tuple[Merger, int, list[int]]]] = [[] for _ in self.streams]
+        self._joins: list[_Join] = []
+        self._slow: dict[str, SlowInput] = {}
+        self._slow_feeds: list[list[tuple[SlowInput, int, int]]] = [[] for _ in self.streams]
+        self._candidates = self._find_candidates()
+        self._arrange()
+        self._add_derived()
+
+    @property
+    def clipped(self) -> dict[str, int]:
+        """Return how many samples lay outside calibration or instrument range, by channel."""
+        totals: dict[str, int] = {}
+        for stream in self.streams:
+            for name, count in stream.clipped.items():
+                totals[name] = totals.get(name, 0) + count
+        return totals
+
+    @property
+    def duplicates(self) -> int:
+        """Return how many samples had the stamp of their predecessor."""
+        return sum(gridder.duplicates for gridder in self._gridders)
+
+    @property
+    def overtaken(self) -> int:
+        """Return how many samples came after a later one of the same message."""
+        return sum(gridder.overtaken for gridder in self._gridders)
+
+    def push(
+        self, stream: int, times: Sequence[int], nows: Sequence[int], columns: Columns
+    ) -> None:
+        """Take samples of one stream.
+
+        Parameters
+        ----------
+        stream : int
+            Place in `streams`.
+        times : sequence of int
+            Flight times, us.
+        nows : sequence of int
+            Latest flight time of any message when each came, us.
+        columns : structured ndarray or mapping
+            Fields of the message.
+        """
+        values = self.streams[stream].convert(columns, len(times))
+        for slow, source, column in self._slow_feeds[stream]:
+            slow.push(source, times, nows, values[:, column].tolist())
+        rows = self._gridders[stream].feed(times, nows, values)
+        if not rows:
+            return
+        direct = self._direct[stream]
+        if direct is not None:
+            columns_of, group = direct
+            every = len(columns_of) == values.shape[1]
+            group.ready += rows if every else [Rows(r.first, r.values[:, columns_of]) for r in rows]
+        for merger, source, chosen in self._merged[stream]:
+            merger.push(source, [Rows(r.first, r.values[:, chosen], r.silent) for r in rows])
+
+    def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
+        """Return the blocks that are complete; see `Merger.pull` for the parameters."""
+        for merger, group in self._mergers:
+            group.ready += merger.pull(first, now, final=final)
+        joins = {id(join.group): join for join in self._joins}
+        blocks: list[Block] = []
+        for group in self._groups:
+            join = joins.get(id(group))
+            if join is not None:
+                group.ready += join.pull()
+            if not group.ready:
+                continue
+            group.ready = [group.derive(self.grid, rows) for rows in group.ready]
+            if group.emitted:
+                blocks += [self._block(group, rows) for rows in group.ready]
+        for group in self._groups:
+            group.ready = []
+        for slow in self._slow.values():
+            slow.forget(now - _FORGET)
+        return blocks
+
+    def _block(self, group: _Group, rows: Rows) -> Block:
+        every = len(group.emitted) == len(group.channels)
+        return Block(
+            channels=tuple(group.channels[place] for place in group.emitted),
+            times=self.grid.times(rows.first, len(rows.values)),
+            values=rows.values if every else rows.values[:, group.emitted],
+        )
+
+    def _find_candidates(self) -> dict[str, list[tuple[int, int]]]:
+        """Return (stream, column) of every source of every channel, the better first."""
+        found: dict[str, list[tuple[int, int, int]]] = {}
+        for number, stream in enumerate(self.streams):
+            for column, output in enumerate(stream.outputs):
+                found.setdefault(output.channel, []).append((output.entry.priority, number, column))
+        return {
+            name: [(number, column) for _, number, column in sorted(places)]
+            for name, places in found.items()
+        }
+
+    def _arrange(self) -> None:
+        """Sort channels into groups that share their rows."""
+        competing: dict[tuple[int, ...], list[str]] = {}
+        alone: dict[int, list[str]] = {}
+        for name, places in self._candidates.items():
+            outputs = [self.streams[number].outputs[column] for number, column in places]
+            best = outputs[0]
+            self.sources[name] = ChannelSource(
+                source=", else ".join(output.entry.source for output in outputs),
+                kind=best.entry.kind,
+                calibrated=best.calibrated,
+                timing="vehicle" if self.streams[places[0][0]].vehicle_time else "arrival",
+            )
+            if len(places) == 1:
+                alone.setdefault(places[0][0], []).append(name)
+            else:
+                competing.setdefault(tuple(number for number, _ in places), []).append(name)
+        for number, names in sorted(alone.items()):
+            group = self._new_group(names)
+            self._direct[number] = ([self._candidates[name][0][1] for name in names], group)
+        for numbers, names in competing.items():
+            group = self._new_group(names)
+            merger = Merger(
+                self.grid,
+                [self._gridders[number] for number in numbers],
+                len(names),
+                self._fallback,
+            )
+            self._mergers.append((merger, group))
+            for source, number in enumerate(numbers):
+                columns = [self._candidates[name][source][1] for name in names]
+                self._merged[number].append((merger, source, columns))
+
+    def _new_group(self, names: Sequence[str]) -> _Group:
+        group = _Group(channels=list(names), emitted=list(range(len(names))))
+        self._groups.append(group)
+        return group
+
+    def _add_derived(self) -> None:
+        for derivation in derivations_for(list(self._candidates)):
+            group = self._group_with(derivation.quick)
+            inputs: list[int | SlowInput] = [group.channels.index(n) for n in derivation.quick]
+            inputs += [
+                group.channels.index(name) if name in group.channels else self._slow_input(name)
+                for name in derivation.slow
+            ]
+            group.steps.append(_Step(derivation, inputs))
+            group.emitted.append(len(group.channels))
+            group.channels.append(derivation.output)
+            used = [self.sources[name] for name in derivation.inputs]
+            arrival = any(self.sources[name].timing == "arrival" for name in derivation.quick)
+            self.sources[derivation.output] = ChannelSource(
+                source=f"{derivation.source} of {', '.join(derivation.inputs)}",
+                kind="derived",
+                calibrated=all(source.calibrated for source in used),
+                timing="arrival" if arrival else "vehicle",
+            )
+
+    def _group_with(self, names: Sequence[str]) -> _Group:
+        """Return the group in which all of these channels stand in one row; make one if needed."""
+        homes = [self._home(name) for name in names]
+        if all(home is homes[0] for home in homes):
+            return homes[0]
+        parents = [
+            (home, [home.channels.index(name)]) for home, name in zip(homes, names, strict=True)
+        ]
+        group = _Group(channels=list(names), emitted=[])
+        self._groups.append(group)
+        self._joins.append(_Join(parents=parents, waiting=[deque() for _ in parents], group=group))
+        return group
+
+    def _home(self, name: str) -> _Group:
+        return next(
+            group
+            for group in self._groups
+            if name in group.channels and group.channels.index(name) in group.emitted
+        )
+
+    def _slow_input(self, name: str) -> SlowInput:
+        if name not in self._slow:
+            places = self._candidates[name]
+            slow = self._slow[name] = SlowInput(len(places))
+            for source, (number, column) in enumerate(places):
+                self._slow_feeds[number].append((slow, source, column))
+        return self._slow[name]
+
+
+def _streams(
+    channel_map: ChannelMap,
+    certificates: Mapping[str, Certificate],
+    vehicle_time: Callable[[MapEntry], bool],
+) -> tuple[Stream, ...]:
+    gathered: dict[object, list[MapEntry]] = {}
+    for entry in channel_map.entries:
+        key = (entry.message, entry.selector, entry.time)
+        gathered.setdefault(key, []).append(entry)
+    return tuple(
+        Stream(entries, certificates, vehicle_time=vehicle_time(entries[0]))
+        for entries in gathered.values()
+    )
+
+
+def _ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Return what each instrument can show, SI."""
+    sensors = aircraft.sensors
+    return {
+        "alpha": sensors.alpha_vane.range,
+        "beta": sensors.beta_vane.range,
+        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
+        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
+        # Zero is where the pressure transducers rest, not where they clip.
+        "dynamic_pressure": (-np.inf, sensors.air_data.range[1]),
+        "static_pressure": (-np.inf, sensors.air_data.static_range[1]),
+    }
