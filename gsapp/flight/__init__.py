@@ -1,1 +1,26 @@
 """Flight folder, import and export, cut and merge, maneuver detection, catalog."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gsapp.flight.flight import Flight, FrameCounts
+    from gsapp.flight.loading import load_flight
+
+__all__ = ["Flight", "FrameCounts", "load_flight"]
+
+_HOMES = {
+    "Flight": "gsapp.flight.flight",
+    "FrameCounts": "gsapp.flight.flight",
+    "load_flight": "gsapp.flight.loading",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: the recorder needs the raw files only, and starts quickly."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_HOMES[name]), name)

@@ -61,14 +61,14 @@ def flight_log(count=200, seed=1):
     log.define("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
     log.define("ATT", "QccC", "TimeUS,Roll,Pitch,Yaw")
     log.define("BARO", "Qfef", "TimeUS,Press,Alt,Temp")
-    log.define("GPS", "QLLe", "TimeUS,Lat,Lng,Alt")
+    log.define("POS", "QLLe", "TimeUS,Lat,Lng,Alt")
     log.define("MSG", "QZ", "TimeUS,Message")
     log.describe(
         {"s": "s", "E": "rad/s", "o": "m/s/s", "d": "deg", "h": "degheading", "P": "Pa", "m": "m",
          "O": "degC", "D": "deglatitude", "U": "deglongitude", "#": "instance"},
         {"F": 1e-6, "0": 1.0, "B": 1e-2, "G": 1e-7, "-": 0.0, "?": 1.0},
         [("IMU", "s#EEEooo", "F-000000"), ("ATT", "sddh", "FBBB"), ("BARO", "sPmO", "F0B0"),
-         ("GPS", "sDUm", "FGGB")],
+         ("POS", "sDUm", "FGGB")],
     )  # fmt: skip
     log.write("MSG", 1_000_000, b"ArduPlane V4.5.7")
     starts = []
@@ -81,7 +81,7 @@ def flight_log(count=200, seed=1):
         log.write("ATT", stamp, rng.randint(-9000, 9000), rng.randint(-4000, 4000), 35900)
         if k % 10 == 0:
             log.write("BARO", stamp, rng.uniform(9e4, 1e5), rng.randint(0, 40000), 20.5)
-            log.write("GPS", stamp, 473977418, 85455938, 48800)
+            log.write("POS", stamp, 473977418, 85455938, 48800)
     return bytes(log.data), starts
 
 
@@ -100,7 +100,7 @@ def test_every_value_is_that_of_pymavlink(bin_file):
     met: dict[tuple[str, str], int] = {}
     while (message := theirs.recv_msg()) is not None:
         name = message.get_type()
-        if name not in {"IMU", "ATT", "BARO", "GPS"}:
+        if name not in {"IMU", "ATT", "BARO", "POS"}:
             continue
         key = (name, str(message.I) if name == "IMU" else "")
         row = met.get(key, 0)
@@ -122,7 +122,7 @@ def test_units_and_multipliers_of_the_log(bin_file):
     assert log.tables["IMU", "0"].units["AccX"] == "m/s^2"
     assert log.tables["ATT", ""].units["Yaw"] == "deg"
     assert log.tables["ATT", ""].fields["Yaw"][0] == pytest.approx(359.0)
-    assert log.tables["GPS", ""].fields["Lat"][0] == pytest.approx(47.3977418)
+    assert log.tables["POS", ""].fields["Lat"][0] == pytest.approx(47.3977418)
 
 
 def test_multiplier_of_a_plain_integer_is_applied(tmp_path):

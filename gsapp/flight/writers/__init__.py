@@ -41,19 +41,23 @@ def write_block(path: Path | str, block: Block, to: str, units: str = "us") -> P
     FlightError
         If the file cannot be written.
     """
-    try:
-        writer = WRITERS[to]
-    except KeyError:
+    check_format(to)
+    return WRITERS[to](path, block, units)
+
+
+def check_format(to: str) -> None:
+    """Raise `UnknownNameError` unless there is a format of that name."""
+    if to not in WRITERS:
         raise UnknownNameError(
             f"flights are not written as '{to}'; use one of: {', '.join(WRITERS)}"
-        ) from None
-    return writer(path, block, units)
+        )
 
 
 __all__ = [
     "WRITERS",
     "Layout",
     "UnitSystem",
+    "check_format",
     "write_block",
     "write_flight_csv",
     "write_mat",

@@ -1,0 +1,48 @@
+"""``gsapp export``: a flight for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+
+def run(
+    *, flight: Path, to: str, out: Path, channel_map: str | None = None, units: str = "us"
+) -> None:
+    """Write a flight as one table.
+
+    Parameters
+    ----------
+    flight : Path
+        Folder or file.
+    to : {"csv", "mat", "parquet"}
+        The format.
+    out : Path
+        The file to write.
+    channel_map : str, optional
+        Name or path of a channel map.
+    units : {"us", "metric", "si"}
+        Units of the columns.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight cannot be read, holds no sample, or the file cannot be written.
+    """
+    from gsapp.cli._flight_text import describe
+    from gsapp.flight.loading import load_flight
+    from gsapp.flight.writers import Layout, check_format, write_block
+    from gsapp.foundation import FlightError
+
+    check_format(to)
+    Layout.of((), units)
+    console = Console()
+    with console.status(f"reading {flight.name}"):
+        loaded = load_flight(flight, channel_map=channel_map)
+    if not len(loaded.block):
+        raise FlightError(f"{flight} holds no samples, so that there is nothing to export")
+    with console.status(f"writing {out.name}"):
+        write_block(out, loaded.block, to, units)
+    describe(console, loaded)
+    console.print(f"written to {out}", highlight=False)

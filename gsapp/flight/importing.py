@@ -1,0 +1,127 @@
+"""Making a flight folder from the log of another program."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from calibration.reading import FOLDER as CERTIFICATES
+from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.flight.flight import Flight
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo, current_versions
+from gsapp.flight.loading import default_map, load_flight
+from gsapp.flight.raw import read_tlog
+from gsapp.flight.replacing import copy_atomically
+from gsapp.foundation import FlightError
+
+
+def import_flight(
+    file: Path | str, out: Path | str, *, channel_map: str | Path | None = None
+) -> Flight:
+    """Make a flight folder of a file, with the file itself kept inside.
+
+    A ``.tlog`` becomes the folder's ``raw.tlog``, byte for byte; any other file its on-board log,
+    named in ``flight.toml``. The map and the certificates it names are copied, so that the flight
+    can be read again, with these or with others. The folder appears whole or not at all.
+
+    Parameters
+    ----------
+    file : Path or str
+        What `gsapp.flight.load_flight` reads, except a folder.
+    out : Path or str
+        The new folder.
+    channel_map : str or Path, optional
+        Name or path of a map; by default the shipped one that fits.
+
+    Returns
+    -------
+    Flight
+        As read from the file, with the path of the new folder.
+
+    Raises
+    ------
+    FlightError
+        If `out` is taken, or the file cannot be read.
+    FileProblemsError
+        If the file or the map holds mistakes.
+    """
+    source, target = Path(file), Path(out)
+    if source.is_dir():
+        raise FlightError(f"{source} is a folder; name the log file that is to be imported")
+    if target.exists() and (not target.is_dir() or any(target.iterdir())):
+        raise FlightError(f"{target} is taken; name a new folder for the flight")
+    chosen = default_map(source) if channel_map is None else load_channel_map(channel_map)
+    # Read it first: what cannot be read is not imported.
+    flight = load_flight(source, channel_map=chosen)
+    info = FlightInfo(
+        name=target.resolve().name,
+        source=source.name,
+        channel_map=chosen.name if chosen else "",
+        versions=current_versions(),
+    )
+    with _appearing(target) as made:
+        folder = FlightFolder.create(made, info)
+        if chosen is not None:
+            _keep_map(folder, chosen)
+        if source.suffix.casefold() == ".tlog":
+            copy_atomically(source, folder.tlog_file)
+            folder.update_info(date=_begun(source))
+        else:
+            folder.keep_onboard_log(source)
+            # When the log was made is not known; that of the import would mislead.
+            folder.update_info(date=None)
+    return Flight(
+        name=info.name,
+        path=target,
+        block=flight.block,
+        sources=flight.sources,
+        info=FlightFolder.open(target).info(),
+        frames=flight.frames,
+        events=flight.events,
+        remarks=flight.remarks,
+    )
+
+
+def _keep_map(folder: FlightFolder, channel_map: ChannelMap) -> None:
+    if channel_map.path is not None:
+        folder.keep_channel_map(channel_map.path)
+    if channel_map.certificates is not None:
+        folder.keep_certificates(sorted((CERTIFICATES / channel_map.certificates).glob("*.toml")))
+
+
+def _begun(tlog: Path) -> datetime | None:
+    first = next(iter(read_tlog(tlog)), None)
+    if first is None:
+        return None
+    return datetime.fromtimestamp(first.stamp_us // 1_000_000, UTC)
+
+
+@contextlib.contextmanager
+def _appearing(target: Path) -> Iterator[Path]:
+    """Give a folder to fill, and put it in place as a whole."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        made = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+    except OSError as error:
+        raise FlightError(
+            f"the flight folder {target} cannot be made ({error.strerror}); choose a place where "
+            "you may write"
+        ) from error
+    try:
+        made.chmod(0o755)
+        yield made
+        if target.is_dir():
+            target.rmdir()
+        made.rename(target)
+    except OSError as error:
+        raise FlightError(
+            f"the flight folder {target} cannot be made ({error.strerror or error}); check the "
+            "permissions and the space on the disk"
+        ) from error
+    finally:
+        shutil.rmtree(made, ignore_errors=True)

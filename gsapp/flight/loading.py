@@ -1,0 +1,398 @@
+"""Opening a flight, whatever it is: folder, Flight CSV, MAVLink log, on-board log, table."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calibration.certificate import Certificate
+from calibration.reading import load_certificates
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
+from gsapp.decoding.decoder import ChannelSource, Decoder
+from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
+from gsapp.flight.events import read_events
+from gsapp.flight.flight import Flight, FrameCounts
+from gsapp.flight.folder import EVENTS_NAME, FlightFolder
+from gsapp.flight.raw import RawDamage, RawTail, read_tlog
+from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
+from gsapp.flight.readers.dataflash import read_dataflash
+from gsapp.flight.readers.flight_csv import read_flight_csv
+from gsapp.flight.readers.log_table import Log
+from gsapp.flight.readers.mapped import Track, lay_on_grid, map_log, with_derived
+from gsapp.flight.readers.matlab import read_mat_columns
+from gsapp.flight.readers.parquet import read_parquet_columns
+from gsapp.flight.readers.tables import read_table
+from gsapp.flight.readers.ulog import read_ulog
+from gsapp.flight.records import RawRecord
+from gsapp.flight.uniform import even_grid, typical_step, union
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block
+
+DEFAULT_RATE = 100.0
+"""Samples per second of the grid where nothing else is said."""
+
+_RECORDS_AT_ONCE = 20_000
+_USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
+_LOG_MAPS = {".bin": "ardupilot-log", ".ulg": "px4-log"}
+_TABLES = (".csv", ".txt", ".mat", ".parquet")
+_HEARTBEAT = 0
+_AUTOPILOT = 5  # place in the payload of HEARTBEAT
+_MAP_OF_AUTOPILOT = {3: "ardupilot-plane", 12: "px4"}
+_ARRAY = 350
+_ARRAY_NAME = 10  # place in the payload of DEBUG_FLOAT_ARRAY
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Setting:
+    """What shapes the numbers, beside the file itself."""
+
+    channel_map: ChannelMap | None
+    certificates: Mapping[str, Certificate] | None
+    aircraft: Aircraft | None
+    rate: float | None
+
+    def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
+        """Return the certificates given, else those that the map names."""
+        if self.certificates is not None:
+            return self.certificates
+        return load_certificates(channel_map.certificates) if channel_map.certificates else {}
+
+
+def load_flight(
+    name_or_path: str | Path,
+    *,
+    channel_map: ChannelMap | str | Path | None = None,
+    rate: float | None = None,
+    certificates: str | Path | None = None,
+    aircraft: str | Path | None = None,
+) -> Flight:
+    """Open a flight.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A flight folder; or a ``.csv`` (Flight CSV, or any table with a map), ``.tlog``, ``.bin``,
+        ``.ulg``, ``.mat`` or ``.parquet`` file.
+    channel_map : ChannelMap, str or Path, optional
+        In place of the one in the folder; for logs that have none, by default the shipped one
+        that fits.
+    rate : float, optional
+        Samples per second of the grid. By default that of ``flight.toml``, else 100 for logs;
+        columns that are even keep their own.
+    certificates, aircraft : str or Path, optional
+        In place of those in the folder.
+
+    Returns
+    -------
+    Flight
+        Whole, as far as the files are good; what was lost stands in `Flight.remarks`.
+
+    Raises
+    ------
+    FlightError
+        If it cannot be read.
+    FileProblemsError
+        If a file holds mistakes; each is named with its place.
+    UnknownNameError
+        If a map or aircraft of that name does not exist.
+    """
+    path = Path(name_or_path)
+    if rate is not None and not 0.0 < rate <= 10_000.0:
+        raise FlightError(f"a grid of {rate:g} samples per second cannot be; give 1 to 10000")
+    setting = _Setting(
+        channel_map=load_channel_map(channel_map)
+        if isinstance(channel_map, (str, Path))
+        else channel_map,
+        certificates=None if certificates is None else load_certificates(certificates),
+        aircraft=None if aircraft is None else load_aircraft(aircraft),
+        rate=rate,
+    )
+    if path.is_dir():
+        return _load_folder(FlightFolder.open(path), setting)
+    if not path.exists():
+        raise FlightError(f"there is no flight {path}; check the path")
+    decoded = _decode_file(path, setting)
+    return Flight(
+        name=path.stem,
+        path=path,
+        block=decoded.block,
+        sources=decoded.sources,
+        frames=decoded.frames,
+        events=decoded.said,
+        remarks=decoded.remarks,
+    )
+
+
+def _load_folder(folder: FlightFolder, given: _Setting) -> Flight:
+    info = folder.info()
+    setting = _Setting(
+        channel_map=given.channel_map or _map_of(folder),
+        certificates=given.certificates
+        if given.certificates is not None
+        else load_certificates(folder.calibration_folder)
+        if folder.certificate_files()
+        else None,
+        aircraft=given.aircraft or folder.aircraft(),
+        rate=given.rate or (info.grid_rate if info else None),
+    )
+    record = read_events(folder.path / EVENTS_NAME)
+    remarks: tuple[str, ...] = ()
+    if record.damaged:
+        remarks = (f"{record.damaged} lines of {EVENTS_NAME} were damaged and are left out",)
+    decoded = _decode_folder(folder, setting)
+    events = sorted(
+        (*record.events, *decoded.said),
+        key=lambda event: (event.time is None, event.time or 0.0),
+    )
+    return Flight(
+        name=(info.name if info else "") or folder.path.resolve().name,
+        path=folder.path,
+        block=decoded.block,
+        sources=decoded.sources,
+        info=info,
+        frames=decoded.frames,
+        events=tuple(events),
+        remarks=remarks + decoded.remarks,
+    )
+
+
+def _map_of(folder: FlightFolder) -> ChannelMap | None:
+    return load_channel_map(folder.channel_map_file) if folder.channel_map_file.is_file() else None
+
+
+def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
+    """Decode the raw files, else the on-board log; from the cache where it still holds."""
+    raw = [file for file in folder.raw_files if file.stat().st_size]
+    onboard = folder.onboard_log()
+    if not raw and onboard is None:
+        return Decoded(
+            block=Block(channels=(), times=np.empty(0), values=np.empty((0, 0))),
+            sources={},
+            remarks=("nothing has been recorded in this flight yet",),
+        )
+    files = raw or [file for file in (onboard,) if file is not None]
+    key = _key(files, setting)
+    cached = load_cached(folder.cache_folder, key)
+    if cached is not None:
+        return cached
+    if raw:
+        decoded = _decode_folder_records(folder.path, setting)
+    else:
+        decoded = _decode_file(files[0], setting)
+    store_cached(folder.cache_folder, key, decoded)
+    return decoded
+
+
+def _key(files: list[Path], setting: _Setting) -> str:
+    channel_map = setting.channel_map
+    certificates = setting.certificates
+    if certificates is None and channel_map is not None:
+        certificates = setting.certificates_for(channel_map)
+    return cache_key(
+        files,
+        {
+            "map": repr(replace(channel_map, path=None)) if channel_map else None,
+            "certificates": repr(sorted((certificates or {}).items())),
+            "aircraft": setting.aircraft.model_dump(mode="json") if setting.aircraft else None,
+            "rate": setting.rate,
+        },
+    )
+
+
+def default_map(path: Path) -> ChannelMap | None:
+    """Return the shipped map by which a file is read where none is named; None for columns."""
+    ending = path.suffix.casefold()
+    if ending in _LOG_MAPS:
+        return load_channel_map(_LOG_MAPS[ending])
+    if ending == ".tlog":
+        return guess_map(list(islice(read_tlog(path), _RECORDS_AT_ONCE)), path)
+    return None
+
+
+def _decode_file(path: Path, setting: _Setting) -> Decoded:
+    ending = path.suffix.casefold()
+    if ending == ".tlog":
+        return _decode_tlog(path, setting)
+    if ending in _LOG_MAPS:
+        channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
+        wanted = channel_map.messages
+        log = read_dataflash(path, None) if ending == ".bin" else read_ulog(path, wanted)
+        return _decode_log(log, channel_map, setting)
+    if ending not in _TABLES:
+        raise FlightError(
+            f"{path} has an ending that is not known; flights are folders, .csv, .tlog, .bin, "
+            ".ulg, .mat and .parquet"
+        )
+    if setting.channel_map is not None:
+        log = read_table(path, setting.channel_map)
+        return _decode_log(log, setting.channel_map, setting)
+    if ending == ".mat":
+        columns = _own_columns(path, read_mat_columns)
+    elif ending == ".parquet":
+        columns = _own_columns(path, read_parquet_columns)
+    else:
+        columns = read_flight_csv(path)
+    return _decode_columns(columns, setting.rate)
+
+
+def _own_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFlight:
+    """Read columns that name channels and units, as this program writes them."""
+    arrays, units = read(path)
+    if not arrays:
+        raise FlightError(f"{path} holds no arrays of numbers; export the flight again")
+    if not units and not any("[" in name for name in arrays):
+        listed = ", ".join(list(arrays)[:12]) + (" ..." if len(arrays) > 12 else "")
+        raise FlightError(
+            f"{path} does not say which variable is which channel in which unit; give a channel "
+            f"map of format 'table' with --map. Its variables are: {listed}"
+        )
+    return flight_of_columns(path, arrays, units)
+
+
+def _decode_columns(flight: ColumnFlight, rate: float | None) -> Decoded:
+    block = flight.block
+    remarks = list(flight.remarks)
+    found = even_grid(block.times)
+    if rate is None and found is not None:
+        grid, index = found
+        if grid.size != block.times.size or not np.array_equal(grid, block.times):
+            values = np.full((grid.size, len(block.channels)), np.nan)
+            values[index] = block.values
+            block = Block(channels=block.channels, times=grid, values=values)
+    else:
+        chosen = rate or _nearest_rate(1.0 / typical_step(block.times))
+        if rate is None:
+            remarks.append(f"the times are uneven; laid on a grid of {chosen:g} samples per second")
+        tracks = {name: [Track(times=block.times, values=block[name])] for name in block.channels}
+        block = lay_on_grid(tracks, chosen)
+    units = {column.id: column.unit for column in flight.columns}
+    sources = {
+        name: ChannelSource(
+            source=f"column {name} [{units[name]}]", kind="measured", calibrated=True
+        )
+        for name in block.channels
+    }
+    return Decoded(block=block, sources=sources, remarks=tuple(remarks))
+
+
+def _nearest_rate(rate: float) -> float:
+    """Return a usual rate where one is within 2 %, else the rate to three digits."""
+    near = min(_USUAL_RATES, key=lambda each: abs(each - rate))
+    return float(near) if abs(near - rate) <= 0.02 * near else float(f"{rate:.3g}")
+
+
+def _decode_log(log: Log, channel_map: ChannelMap, setting: _Setting) -> Decoded:
+    mapped = map_log(log, channel_map, setting.certificates_for(channel_map))
+    laid = lay_on_grid(mapped.tracks, setting.rate or DEFAULT_RATE, channel_map.fallback)
+    block, derived = with_derived(laid, mapped.tracks)
+    return Decoded(
+        block=block,
+        sources={**mapped.sources, **derived},
+        said=log.events,
+        remarks=(*log.remarks, *mapped.remarks),
+    )
+
+
+def _decode_tlog(path: Path, setting: _Setting) -> Decoded:
+    damage = RawDamage(name=path.name)
+    decoded = _decode_records(_batches(read_tlog(path, damage)), setting, path)
+    if decoded.frames is not None and damage:
+        frames = replace(decoded.frames, damaged=decoded.frames.damaged + damage.places)
+        decoded = replace(decoded, frames=frames, remarks=(damage.sentence(), *decoded.remarks))
+    return decoded
+
+
+def _decode_folder_records(folder: Path, setting: _Setting) -> Decoded:
+    tail = RawTail(folder)
+    decoded = _decode_records(_polled(tail), setting, folder)
+    return replace(
+        decoded, remarks=(*(damage.sentence() for damage in tail.lost), *decoded.remarks)
+    )
+
+
+def _polled(tail: RawTail) -> Iterator[list[RawRecord]]:
+    while records := tail.poll(_RECORDS_AT_ONCE):
+        yield records
+
+
+def _batches(records: Iterator[RawRecord]) -> Iterator[list[RawRecord]]:
+    while batch := list(islice(records, _RECORDS_AT_ONCE)):
+        yield batch
+
+
+def _decode_records(batches: Iterator[list[RawRecord]], setting: _Setting, path: Path) -> Decoded:
+    first = next(batches, [])
+    channel_map = setting.channel_map or guess_map(first, path)
+    decoder = Decoder(
+        channel_map,
+        certificates=setting.certificates_for(channel_map),
+        aircraft=setting.aircraft,
+        rate=setting.rate or DEFAULT_RATE,
+    )
+
+    def blocks() -> Iterator[Block]:
+        for batch in chain([first], batches):
+            yield from decoder.feed(batch)
+        yield from decoder.finish()
+
+    block = union(blocks(), setting.rate or DEFAULT_RATE)
+    health = decoder.health
+    return Decoded(
+        block=block,
+        sources={name: decoder.sources[name] for name in block.channels},
+        frames=FrameCounts(
+            good=health.good, damaged=health.damaged, unknown=health.unknown, lost=health.lost
+        ),
+        said=tuple(decoder.messages),
+        remarks=health.report().sentences,
+    )
+
+
+def guess_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
+    """Return the shipped map that fits what a record begins with.
+
+    The box of the B777 sends an array called ``daq``; other autopilots name themselves in their
+    heartbeats.
+
+    Parameters
+    ----------
+    records : sequence of RawRecord
+        The first thousands.
+    path : Path
+        For the message.
+
+    Raises
+    ------
+    FlightError
+        If none is known to fit.
+    """
+    autopilots: Counter[int] = Counter()
+    for record in records:
+        if record.kind != "frame":
+            continue
+        message, payload = _message(record.data)
+        if message == _ARRAY and payload[_ARRAY_NAME : _ARRAY_NAME + 4] == b"daq\0":
+            return load_channel_map("b777")
+        if message == _HEARTBEAT and len(payload) > _AUTOPILOT:
+            autopilots[payload[_AUTOPILOT]] += 1
+    for autopilot, _ in autopilots.most_common():
+        if autopilot in _MAP_OF_AUTOPILOT:
+            return load_channel_map(_MAP_OF_AUTOPILOT[autopilot])
+    raise FlightError(
+        f"{path} does not tell which channel map fits it; name one with --map: "
+        f"{', '.join(shipped_channel_maps())}, or a file"
+    )
+
+
+def _message(frame: bytes) -> tuple[int, bytes]:
+    """Return id and payload of a frame."""
+    if frame[0] == 0xFD:
+        return frame[7] | frame[8] << 8 | frame[9] << 16, frame[10 : 10 + frame[1]]
+    return frame[5], frame[6 : 6 + frame[1]]

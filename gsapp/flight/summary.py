@@ -1,0 +1,92 @@
+"""What a recorded flight holds, in numbers: the JSON of ``gsapp replay --headless``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from gsapp.flight.flight import Flight
+from gsapp.quantities import FloatArray
+
+GAP = 2.5
+"""Missing for more than so many of its own sample periods, a channel has a gap."""
+
+
+def summarize(flight: Flight) -> dict[str, Any]:
+    """Sum up a flight.
+
+    Parameters
+    ----------
+    flight : Flight
+        The flight.
+
+    Returns
+    -------
+    dict
+        ``{"duration", "channels": {id: {"count", "rate", "min", "max", "mean", "gaps", "source",
+        "measured"}}, "frames": {"good", "damaged", "unknown", "lost"}, "events", "cues",
+        "maneuvers"}``. SI units; None where there is nothing to tell.
+    """
+    frames = flight.frames
+    return {
+        "duration": flight.duration,
+        "channels": {
+            name: {
+                **channel_statistics(flight.block.times, flight.block[name]),
+                **_source(flight, name),
+            }
+            for name in flight.block.channels
+        },
+        "frames": {
+            "good": frames.good if frames else None,
+            "damaged": frames.damaged if frames else None,
+            "unknown": frames.unknown if frames else None,
+            "lost": frames.lost if frames else None,
+        },
+        "events": [event.to_json() for event in flight.events],
+        "cues": [],
+        "maneuvers": [],
+    }
+
+
+def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:
+    """Sum up one channel.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing, s.
+    values : ndarray, shape (n,)
+        SI; NaN where missing.
+
+    Returns
+    -------
+    dict
+        ``count`` of samples; ``rate`` by their median spacing, Hz; ``min``, ``max``, ``mean``;
+        ``gaps``, the times that it was missing for more than `GAP` of its own periods between
+        two samples.
+    """
+    present = ~np.isnan(values)
+    samples = values[present]
+    if not samples.size:
+        return {"count": 0, "rate": None, "min": None, "max": None, "mean": None, "gaps": 0}
+    spacings = np.diff(times[present])
+    period = float(np.median(spacings)) if spacings.size else math.nan
+    return {
+        "count": int(samples.size),
+        "rate": 1.0 / period if period > 0.0 else None,
+        "min": float(samples.min()),
+        "max": float(samples.max()),
+        "mean": float(samples.mean()),
+        "gaps": int(np.count_nonzero(spacings > GAP * period)),
+    }
+
+
+def _source(flight: Flight, name: str) -> dict[str, Any]:
+    source = flight.sources.get(name)
+    return {
+        "source": source.source if source else None,
+        "measured": source.kind == "measured" if source else None,
+    }

@@ -1,0 +1,92 @@
+"""One uniform grid from blocks and from columns, without filling pauses with memory."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.flight.uniform import LONGEST_GAP, even_grid, rows_for, union
+from gsapp.quantities import Block
+
+
+def block(name, first, values, rate=100.0):
+    times = (first + np.arange(len(values))) / rate
+    return Block(channels=(name,), times=times, values=np.array(values, dtype=float)[:, None])
+
+
+def test_union_lays_channels_side_by_side():
+    """Blocks of different channels and lengths end on one grid, each at its own index."""
+    nan = np.nan
+    flight = union([block("q", 0, [1, 2, 3]), block("p", 2, [7, 8]), block("q", 3, [4])], 100.0)
+    assert flight.channels == ("q", "p")
+    assert np.array_equal(flight.times, np.arange(4) / 100.0)
+    assert np.array_equal(flight["q"], [1, 2, 3, 4])
+    assert np.array_equal(flight["p"], [nan, nan, 7, 8], equal_nan=True)
+
+
+def test_a_night_between_two_flights_costs_no_memory():
+    """Ten hours of pause leave one missing row at either end, a minute is filled."""
+    night = 10 * 3600 * 100
+    flight = union([block("q", 0, [1, 2]), block("q", night, [3, 4])], 100.0)
+    assert len(flight) == 6
+    assert np.array_equal(flight["q"], [1, 2, np.nan, np.nan, 3, 4], equal_nan=True)
+    assert np.all(np.diff(flight.times) > 0)
+    minute = int(LONGEST_GAP * 100)
+    assert len(union([block("q", 0, [1]), block("q", minute, [2])], 100.0)) == minute + 1
+
+
+def test_no_samples_is_an_empty_flight():
+    """Blocks without any sample, and no blocks, give an empty flight with its channels."""
+    assert len(union([], 100.0)) == 0
+    assert union([block("q", 0, [np.nan])], 100.0).channels == ("q",)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    present=st.lists(st.integers(-(10**7), 10**7), max_size=20), rate=st.sampled_from([1.0, 10.0])
+)
+def test_rows_hold_every_sample_and_no_long_gap(present, rate):
+    """Every index present has its row; rows increase; no run of missing ones exceeds the limit."""
+    rows = rows_for(np.array(present, dtype=np.int64), rate)
+    assert set(present) <= set(rows.tolist())
+    assert np.all(np.diff(rows) >= 1)
+    assert rows.size <= len(set(present)) * (LONGEST_GAP * rate + 2)
+    if present:
+        assert (rows[0], rows[-1]) == (min(present), max(present))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    rate=st.sampled_from([10.0, 50.0, 60.0, 100.0, 400.0]),
+    start=st.floats(0, 1e4),
+    lost=st.sets(st.integers(1, 198), max_size=40),
+    digits=st.sampled_from([4, 6, None]),
+)
+def test_rounded_and_missing_rows_are_still_even(rate, start, lost, digits):
+    """Times of an even record, rounded in print and with rows missing, find their grid again."""
+    index = np.array([k for k in range(200) if k not in lost])
+    times = start + index / rate
+    if digits is not None:
+        times = np.round(times, digits)
+    found = even_grid(times)
+    assert found is not None
+    grid, rows = found
+    assert np.array_equal(rows, index)
+    tolerance = 1e-9 if digits is None else 0.51 * 10.0**-digits
+    np.testing.assert_allclose(grid[rows], times, rtol=0, atol=tolerance + 1e-9)
+    np.testing.assert_allclose(np.diff(grid), 1.0 / rate, rtol=0, atol=3e-4)
+
+
+def test_exact_times_are_kept_bit_for_bit():
+    """Times that are even stay the very numbers of the file."""
+    times = np.arange(500) * 0.01 + 12.34
+    grid, rows = even_grid(times)
+    assert np.array_equal(grid[rows], times)
+
+
+def test_uneven_times_are_told():
+    """A jittering clock is not taken for an even one."""
+    rng = np.random.default_rng(3)
+    times = np.arange(500) * 0.01 + rng.uniform(-3e-3, 3e-3, 500)
+    assert even_grid(times) is None
