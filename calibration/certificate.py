@@ -234,7 +234,7 @@ class Certificate:
         return v
 
 
-def reference_ratio(certified: float, measured: FloatArray) -> FloatArray:
+def reference_ratio(certified: float | FloatArray, measured: FloatArray) -> FloatArray:
     """Return certified supply / measured supply; 1 where the measured one is implausible."""
     plausible = (measured > 0.5 * certified) & (measured < 1.5 * certified)
     return certified / np.where(plausible, measured, certified)

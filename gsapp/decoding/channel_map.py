@@ -18,7 +18,8 @@ A map is a TOML file::
 ``source`` is ``MESSAGE[selector].field[index]``. The selector picks one of several senders: text
 is compared with the field ``name``, a number with the field that numbers the instances;
 ``[field=value]`` names the field. ``line[3]`` is the fourth column of a line of text. SI value =
-unit(scale * field + offset). ``missing`` lists raw values that mean "not known".
+unit(scale * field + offset). ``missing`` lists raw values that mean "not known"; ``valid`` names a
+field that is zero where the value does not count.
 
 Text links may list their columns instead, as the Flight CSV does::
 
@@ -137,6 +138,8 @@ class MapEntry:
         Name in `gsapp.decoding.conversions.CONVERSIONS`.
     missing : tuple of float
         Raw values that mean "not known".
+    valid : str or None
+        Field of the same message that is zero where the value does not count.
     """
 
     channel: str
@@ -153,6 +156,7 @@ class MapEntry:
     time: str | None = None
     convert: str | None = None
     missing: tuple[float, ...] = ()
+    valid: str | None = None
 
     @property
     def volts_channel(self) -> str:
@@ -271,6 +275,7 @@ class _EntryTable(StrictModel):
     time: str | None = None
     convert: str | None = None
     missing: list[float] = Field(default_factory=list)
+    valid: str | None = None
 
 
 class _TextTable(StrictModel):
@@ -420,6 +425,7 @@ class _Reader:
                 return None
             inputs = self._check_fields(f"{where}.source", layout, inputs, row.convert)
             self._check_time(where, layout, row.time)
+            self._check_valid(where, layout, row.valid)
         chosen = self._selector(f"{where}.source", layout, selector) if selector else None
         self._check_convert(where, row, layout, inputs)
         if len(self._problems) > before or unit is None:
@@ -439,6 +445,7 @@ class _Reader:
             time=row.time,
             convert=row.convert,
             missing=tuple(row.missing),
+            valid=row.valid,
         )
 
     def _unit(self, where: str, channel_id: str, unit: str, *, volts: bool) -> str | None:
@@ -576,6 +583,18 @@ class _Reader:
                 f"{time} does not count milliseconds or microseconds",
                 f'leave it out, or write time = "{ARRIVAL}"',
             )
+
+    def _check_valid(self, where: str, layout: MessageLayout, valid: str | None) -> None:
+        if valid is None or (
+            valid in layout.fields and not layout.is_text(valid) and not layout.length(valid)
+        ):
+            return
+        near = difflib.get_close_matches(valid, layout.fields, n=1)
+        self._report(
+            f"{where}.valid",
+            f"{layout.name} has no number '{valid}'",
+            f"did you mean '{near[0]}'?" if near else "leave it out",
+        )
 
     def _selector(self, where: str, layout: MessageLayout | None, text: str) -> Selector | None:
         name, equals, value = (part.strip() for part in text.partition("="))

@@ -374,9 +374,9 @@ class FlightClock:
             self._pass(time)
             self.released.append(Placed(time, item))
         for component, period, (stamp, host, item) in narrow:
-            time = self.place(component, stamp, host, item, period=period)
-            if time is not None:
-                self.released.append(Placed(time, item))
+            placed = self.place(component, stamp, host, item, period=period)
+            if placed is not None:
+                self.released.append(Placed(placed, item))
 
     def _tell(self, kind: str, time: int, text: str) -> None:
         self.events.append(ClockEvent(kind=kind, time=time, text=text))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -29,8 +29,9 @@ from gsapp.decoding.messages import (
     stamp_of,
 )
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
+from gsapp.decoding.stream import Columns
 from gsapp.foundation import FlightError
-from gsapp.quantities import Block, FloatArray
+from gsapp.quantities import Block
 
 _STATUSTEXT = 253
 _SYSTEM_TIME = 2
@@ -97,6 +98,12 @@ class _Route(NamedTuple):
     stamp_at: slice | None
     stamp_scale: int
     stamp_period: int
+
+    def selects(self, selected: bytes) -> bool:
+        """Return whether the field that tells senders apart names this one."""
+        if self.select_text is not None:
+            return selected.rstrip(b"\0") == self.select_text
+        return int.from_bytes(selected, "little") == self.select_number
 
 
 class _Pending:
@@ -267,10 +274,11 @@ class Decoder:
             self._pending[number] = _Pending()
             number_of_message = self._ids[number]
             if number_of_message is None:
-                columns: Mapping[str, FloatArray] = {"": np.array(pending.items)}
+                columns: Columns = {"": np.array(pending.items)}
             else:
-                columns = decode_columns(number_of_message, pending.items)  # type: ignore[assignment,arg-type]
-            self._pipeline.push(number, pending.times, pending.nows, columns)  # type: ignore[arg-type]
+                payloads = cast(list[bytes], pending.items)
+                columns = cast(Columns, decode_columns(number_of_message, payloads))
+            self._pipeline.push(number, pending.times, pending.nows, columns)
         return self._pipeline.pull(self.clock.first, self.clock.now, final=final)
 
     def _frame(self, host: int, data: bytes) -> None:
@@ -288,13 +296,8 @@ class Decoder:
         if system != self._system and not self._follow(host, system):
             return
         for route in routes:
-            if route.select_at is not None:
-                selected = payload[route.select_at]
-                if route.select_text is not None:
-                    if selected.rstrip(b"\0") != route.select_text:
-                        continue
-                elif int.from_bytes(selected, "little") != route.select_number:
-                    continue
+            if route.select_at is not None and not route.selects(payload[route.select_at]):
+                continue
             if component != self._components.get(route.stream) and not self._follow_component(
                 host, system, component, route
             ):

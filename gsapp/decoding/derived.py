@@ -35,7 +35,9 @@ class Derivation:
     compute : callable
         From arrays of shape (n,) to one.
     source : str
-        Where the formula stands.
+        The formula, or where it stands.
+    assumed : str
+        What is assumed for want of a sensor; empty for nothing.
     """
 
     output: str
@@ -43,6 +45,13 @@ class Derivation:
     slow: tuple[str, ...] = ()
     compute: Compute
     source: str
+    assumed: str = ""
+
+    @property
+    def description(self) -> str:
+        """Return formula, inputs and assumption in one line."""
+        tail = f"; {self.assumed} assumed" if self.assumed else ""
+        return f"{self.source} from {', '.join(self.inputs)}{tail}"
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -58,11 +67,11 @@ def _same(value: FloatArray) -> FloatArray:
     return value
 
 
-def _V(qbar: FloatArray, static: FloatArray, temperature: FloatArray) -> FloatArray:
+def _airspeed(qbar: FloatArray, static: FloatArray, temperature: FloatArray) -> FloatArray:
     return air_data.true_airspeed(qbar, air_data.density(static, temperature))
 
 
-def _V_standard(qbar: FloatArray, static: FloatArray) -> FloatArray:
+def _airspeed_standard(qbar: FloatArray, static: FloatArray) -> FloatArray:
     return air_data.true_airspeed(qbar, air_data.standard_density(static))
 
 
@@ -106,7 +115,8 @@ DERIVATIONS: tuple[Derivation, ...] = (
         quick=("V",),
         slow=("static_pressure",),
         compute=_qbar_standard,
-        source=f"rho V^2 / 2, {_STANDARD_DAY}",
+        source="rho V^2 / 2",
+        assumed=_STANDARD_DAY,
     ),
     Derivation(
         output="qbar", quick=("dynamic_pressure",), compute=_same, source="incompressible flow"
@@ -121,15 +131,16 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="V",
         quick=("qbar",),
         slow=("static_pressure", "temperature"),
-        compute=_V,
+        compute=_airspeed,
         source="sqrt(2 qbar / rho)",
     ),
     Derivation(
         output="V",
         quick=("qbar",),
         slow=("static_pressure",),
-        compute=_V_standard,
-        source=f"sqrt(2 qbar / rho), {_STANDARD_DAY}",
+        compute=_airspeed_standard,
+        source="sqrt(2 qbar / rho)",
+        assumed=_STANDARD_DAY,
     ),
     Derivation(
         output="density",
@@ -142,7 +153,8 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="density",
         quick=("static_pressure",),
         compute=air_data.standard_density,
-        source=f"ideal gas, {_STANDARD_DAY}",
+        source="ideal gas",
+        assumed=_STANDARD_DAY,
     ),
     Derivation(
         output="altitude",

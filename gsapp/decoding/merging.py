@@ -105,7 +105,8 @@ class Merger:
                 continue
             since = self._start if source.last is None else source.last
             patience = self._fallback if source.last is None else source.patience
-            if final or now > since + patience:
+            # At the end a source that never spoke is given up; one that did keeps its place.
+            if now > since + patience or (final and source.last is None):
                 continue
             return None, row
         if limit == _FOREVER:

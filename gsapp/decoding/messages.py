@@ -185,7 +185,8 @@ def _stamp(dtype: np.dtype[np.void], units: Mapping[str, str], field: str) -> St
 
 
 def _offset(dtype: np.dtype[np.void], field: str) -> int:
-    return int((dtype.fields or {})[field][1])
+    places: Mapping[str, Any] = dtype.fields or {}
+    return int(places[field][1])
 
 
 def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np.void]:

@@ -319,7 +319,7 @@ class Pipeline:
             used = [self.sources[name] for name in derivation.inputs]
             arrival = any(self.sources[name].timing == "arrival" for name in derivation.quick)
             self.sources[derivation.output] = ChannelSource(
-                source=f"{derivation.source} of {', '.join(derivation.inputs)}",
+                source=derivation.description,
                 kind="derived",
                 calibrated=all(source.calibrated for source in used),
                 timing="arrival" if arrival else "vehicle",

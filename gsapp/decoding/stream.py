@@ -97,10 +97,11 @@ class _Calibrations:
         inside = np.clip(volts, self._low, self._high)
         beyond = volts - inside
         outside = (beyond < 0.0) | (beyond > 0.0)
-        values = np.broadcast_to(self._coefficients[-1], inside.shape)
+        values: FloatArray = np.broadcast_to(self._coefficients[-1], inside.shape)
         for coefficient in reversed(self._coefficients[:-1]):
             values = values * inside + coefficient
-        return values + beyond * np.where(beyond < 0.0, self._low_slope, self._high_slope), outside
+        slope = np.where(beyond < 0.0, self._low_slope, self._high_slope)
+        return values + beyond * slope, outside
 
 
 class Stream:
@@ -140,6 +141,7 @@ class Stream:
         self._arrays: list[tuple[str, list[int], list[int]]] = []
         self._singles: list[tuple[int, MapEntry]] = []
         self._missing = [(i, np.array(e.missing)) for i, e in enumerate(entries) if e.missing]
+        self._valid = [(i, FieldRef(field=e.valid)) for i, e in enumerate(entries) if e.valid]
         self._plan_fields()
         outputs, picked, calibrated = [], [], []
         for index, entry in enumerate(entries):
@@ -211,9 +213,11 @@ class Stream:
                 raw[:, place] = CONVERSIONS[entry.convert].compute(inputs)
         for place, missing in self._missing:
             raw[np.isin(raw[:, place], missing), place] = np.nan
+        for place, flag in self._valid:
+            raw[number_of(columns, flag) == 0.0, place] = np.nan
         si = raw * self._factor + self._offset
         si[~np.isfinite(si)] = np.nan
-        values = si[:, self._picked]
+        values: FloatArray = si[:, self._picked]
         if self._calibrations is not None:
             supply = None if self._supply is None else si[:, self._supply]
             calibrated, outside = self._calibrations.evaluate(
