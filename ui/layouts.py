@@ -97,7 +97,7 @@ class FlowLayout(QLayout):
         y = inner.top()
         rows = self._rows(inner.width())
         for row in rows:
-            height = max(item.sizeHint().height() for item in row)
+            height = max(_height(item, inner.width()) for item in row)
             x = inner.left()
             wanted = sum(item.sizeHint().width() for item in row)
             spare = max(0, inner.width() - wanted - self.spacing() * (len(row) - 1))
@@ -109,7 +109,8 @@ class FlowLayout(QLayout):
                     spare -= share
                 width = min(item.sizeHint().width(), inner.width()) + share
                 if apply:
-                    item.setGeometry(QRect(QPoint(x, y), QSize(width, height)))
+                    high = height if self._fill else _height(item, inner.width())
+                    item.setGeometry(QRect(QPoint(x, y), QSize(width, high)))
                 x += width + self.spacing()
             y += height + self.spacing()
         if rows:
@@ -119,3 +120,10 @@ class FlowLayout(QLayout):
 
 def _expands(item: QLayoutItem) -> bool:
     return bool(item.expandingDirections() & Qt.Orientation.Horizontal)
+
+
+def _height(item: QLayoutItem, room: int) -> int:
+    size = item.sizeHint()
+    if item.hasHeightForWidth():
+        return item.heightForWidth(min(size.width(), room))
+    return size.height()

@@ -46,7 +46,7 @@ QPushButton:focus, QToolButton:focus {{ border: 2px solid {text}; padding: {p3}p
 QPushButton:disabled, QToolButton:disabled {{ color: {faint}; border-color: {line};
   background: {background}; }}
 QPushButton:default, QPushButton[role="primary"] {{ background: {text}; color: {background};
-  border-color: {text}; font-weight: 600; }}
+  border-color: {text}; }}
 QPushButton:default:hover, QPushButton[role="primary"]:hover {{ background: {ink_hover}; }}
 QPushButton:default:disabled, QPushButton[role="primary"]:disabled {{ background: {chosen};
   color: {faint}; border-color: {line}; }}
@@ -69,13 +69,6 @@ QComboBox::drop-down {{ border: 0; width: {p24}px; }}
 QComboBox::down-arrow {{ image: url("{arrow_down}"); width: {p12}px; height: {p12}px; }}
 QComboBox QAbstractItemView {{ background: {panel}; border: 1px solid {axis};
   selection-background-color: {chosen}; selection-color: {text}; outline: 0; }}
-QSpinBox::up-button, QDoubleSpinBox::up-button, QSpinBox::down-button,
-QDoubleSpinBox::down-button {{ border: 0; background: transparent; width: {p20}px; }}
-QSpinBox::up-arrow, QDoubleSpinBox::up-arrow {{ image: url("{arrow_up}"); width: {p10}px;
-  height: {p10}px; }}
-QSpinBox::down-arrow, QDoubleSpinBox::down-arrow {{ image: url("{arrow_down}"); width: {p10}px;
-  height: {p10}px; }}
-
 QCheckBox, QRadioButton {{ spacing: {p8}px; min-height: {p24}px; }}
 QCheckBox::indicator, QRadioButton::indicator {{ width: {p16}px; height: {p16}px;
   border: 1px solid {axis}; background: {panel}; }}
@@ -150,7 +143,7 @@ def style_sheet(look: Look, signs: dict[str, str]) -> str:
         Theme and scale.
     signs : mapping of str to str
         Paths of the small pictures that style sheets can only take from files:
-        ``arrow_down``, ``arrow_up``, ``arrow_right``, ``check``.
+        ``arrow_down``, ``arrow_right``, ``check``.
     """
     theme = look.theme
     colors = {

@@ -6,20 +6,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
     QLineEdit,
-    QSpinBox,
+    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
 from ui.dialogs.fields import FlightPlace, ShippedField
-from ui.dialogs.form import FormDialog, Sentence, restyle
+from ui.dialogs.form import FormDialog, NumberField, Sentence, restyle
 from ui.dialogs.requests import (
     BAUD_RATES,
     LINK_KINDS,
@@ -99,6 +99,7 @@ class LinkField(QWidget):
         self.kind.activated.connect(self._kind_chosen)
         column.addWidget(self.kind)
         self._pages = QStackedWidget()
+        self._pages.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._pages.addWidget(self._network_fields(look))
         self._pages.addWidget(self._serial_fields(look))
         column.addWidget(self._pages)
@@ -110,7 +111,10 @@ class LinkField(QWidget):
         self.text.addItems(list(links))
         self.text.editTextChanged.connect(self._typed)
         column.addWidget(self.text)
+        # Room for two lines, so that nothing moves while typing.
         self.sentence = Sentence()
+        self.sentence.setMinimumHeight(look.px(32))
+        self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.sentence)
         self.verdict = Verdict(sentence="", state="warning")
         self._ports: tuple[tuple[str, str], ...] = ()
@@ -131,16 +135,15 @@ class LinkField(QWidget):
         row.setSpacing(look.px(8))
         self.host = QLineEdit("127.0.0.1")
         self.host.setAccessibleName("Address")
-        self.port = QSpinBox()
+        self.port = NumberField(1, 65535, 14550)
+        self.port.setMaximumWidth(look.px(96))
         self.port.setAccessibleName("Port")
-        self.port.setRange(1, 65535)
-        self.port.setValue(14550)
         row.addWidget(QLabel("Address"))
         row.addWidget(self.host, 1)
         row.addWidget(QLabel("Port"))
         row.addWidget(self.port)
         self.host.textEdited.connect(self._from_fields)
-        self.port.valueChanged.connect(self._from_fields)
+        self.port.value_changed.connect(self._from_fields)
         return page
 
     def _serial_fields(self, look: Look) -> QWidget:
@@ -189,7 +192,7 @@ class LinkField(QWidget):
         text = link_text(
             kind,
             host=self.host.text(),
-            port=self.port.value(),
+            port=self.port.value,
             device=self.device.currentData() or "",
             baud=int(self.baud.currentData()),
         )
@@ -212,7 +215,7 @@ class LinkField(QWidget):
             if kind not in ("serial", "text"):
                 self.host.setText(head)
                 if number.isdigit() and 0 < int(number) < 65536:
-                    self.port.setValue(int(number))
+                    self.port.set_value(int(number))
             elif self.baud.findData(int(number) if number.isdigit() else -1) >= 0:
                 self.baud.setCurrentIndex(self.baud.findData(int(number)))
         self._busy = False

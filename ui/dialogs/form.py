@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QIntValidator
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -45,6 +46,38 @@ class Sentence(QLabel):
         if self.property("state") != state:
             self.setProperty("state", state)
             restyle(self)
+
+
+class NumberField(QLineEdit):
+    """A whole number within limits.
+
+    Attributes
+    ----------
+    value_changed : Signal
+        Another number stands there, and it is within the limits.
+    """
+
+    value_changed = Signal()
+
+    def __init__(self, lowest: int, highest: int, value: int) -> None:
+        super().__init__(str(value))
+        self._last = value
+        self.setValidator(QIntValidator(lowest, highest, self))
+        self.textChanged.connect(self._changed)
+
+    def _changed(self) -> None:
+        if self.hasAcceptableInput() and int(self.text()) != self._last:
+            self._last = int(self.text())
+            self.value_changed.emit()
+
+    @property
+    def value(self) -> int:
+        """Return the number; the last good one while something else is being typed."""
+        return self._last
+
+    def set_value(self, value: int) -> None:
+        """Show a number."""
+        self.setText(str(value))
 
 
 class PathField(QWidget):
@@ -107,6 +140,9 @@ class FormDialog(QDialog):
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setWidgetResizable(True)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        # Names above the fields where the screen is narrow for the scale.
+        screen = self.screen()
+        self._stacked = screen is not None and screen.availableSize().width() < look.px(720)
         self._body = QWidget()
         self._body.setObjectName("page")
         self._area = area
@@ -147,10 +183,15 @@ class FormDialog(QDialog):
         title.setBuddy(field)
         if not field.accessibleName():
             field.setAccessibleName(name)
-        self.grid.addWidget(title, row, 0, Qt.AlignmentFlag.AlignTop)
-        self.grid.addWidget(field, row, 1)
+        if self._stacked:
+            self.grid.addWidget(title, row, 0, 1, 2)
+            row += 1
+            self.grid.addWidget(field, row, 0, 1, 2)
+        else:
+            self.grid.addWidget(title, row, 0, Qt.AlignmentFlag.AlignTop)
+            self.grid.addWidget(field, row, 1)
         if below is not None:
-            self.grid.addWidget(below, row + 1, 1)
+            self.grid.addWidget(below, row + 1, 0 if self._stacked else 1, 1, -1)
 
     def fit(self, width: int = 640) -> None:
         """Take the size of the content, within the screen."""

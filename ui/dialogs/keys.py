@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -14,15 +14,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.commands import COMMANDS, Command, key_text
+from ui.commands import COMMANDS, key_text
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
 
-CHART_KEYS: tuple[tuple[str, str], ...] = (
-    ("Drag", "Scroll the charts in time"),
-    ("Wheel", "Scroll; with Ctrl shorter or longer time"),
-    ("Point", "Cursor with all values at that time"),
+_WITH_THE_MOUSE = (
+    ("Press on the charts", "Cursor with all values at that time"),
+    ("Double press", "Enlarge one chart, or show all again"),
+    ("Wheel", "Shorter or longer time in sight"),
+    ("Shift and wheel", "Scroll in time"),
 )
 
 
@@ -32,7 +33,8 @@ class KeysDialog(QDialog):
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("All keys")
-        self.resize(look.px(880), look.px(640))
+        room = self.screen().availableSize() - QSize(32, 64)
+        self.resize(QSize(look.px(880), look.px(640)).boundedTo(room))
         column = QVBoxLayout(self)
         column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
         column.setSpacing(look.px(8))
@@ -51,7 +53,13 @@ class KeysDialog(QDialog):
         self._cards: list[tuple[QFrame, list[tuple[str, list[QWidget]]]]] = []
         for menu in dict.fromkeys(command.menu for command in COMMANDS):
             commands = [known for known in COMMANDS if known.menu == menu and known.keys]
-            self._flow.addWidget(self._card(menu, commands, look))
+            lines = [
+                (known.text.rstrip("…"), "  or  ".join(key_text(key) for key in known.keys))
+                for known in commands
+            ]
+            self._flow.addWidget(self._card(menu, lines, look))
+        mouse = [(what, how) for how, what in _WITH_THE_MOUSE]
+        self._flow.addWidget(self._card("With the mouse", mouse, look))
         area.setWidget(body)
         column.addWidget(area, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -60,10 +68,10 @@ class KeysDialog(QDialog):
         self.search.textChanged.connect(self.narrow)
         self.search.setFocus()
 
-    def _card(self, title: str, commands: list[Command], look: Look) -> QFrame:
+    def _card(self, title: str, lines: list[tuple[str, str]], look: Look) -> QFrame:
         card = QFrame()
         card.setObjectName("card")
-        card.setFixedWidth(look.px(392))
+        card.setFixedWidth(min(look.px(392), self.width() - look.px(80)))
         grid = QGridLayout(card)
         grid.setContentsMargins(look.px(16), look.px(12), look.px(16), look.px(12))
         grid.setVerticalSpacing(look.px(4))
@@ -71,10 +79,9 @@ class KeysDialog(QDialog):
         grid.setColumnStretch(0, 1)
         grid.addWidget(label(title, "heading"), 0, 0, 1, 2)
         rows: list[tuple[str, list[QWidget]]] = []
-        for row, command in enumerate(commands, start=1):
-            text = command.text.rstrip("…")
-            keys = "  or  ".join(key_text(known) for known in command.keys)
+        for row, (text, keys) in enumerate(lines, start=1):
             what, how = label(text, wrap=True), label(keys, "strong")
+            what.setAlignment(Qt.AlignmentFlag.AlignTop)
             how.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
             grid.addWidget(what, row, 0)
             grid.addWidget(how, row, 1)

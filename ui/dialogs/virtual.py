@@ -13,12 +13,11 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QSpinBox,
     QWidget,
 )
 
 from ui.dialogs.fields import FlightPlace, ShippedField
-from ui.dialogs.form import FormDialog, Sentence
+from ui.dialogs.form import FormDialog, NumberField, Sentence
 from ui.dialogs.requests import VirtualRequest
 from ui.look import Look
 
@@ -61,9 +60,7 @@ class VirtualDialog(FormDialog):
         for speed in _SPEEDS:
             self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
         self.add_row("Speed", self.speed)
-        self.seed = QSpinBox()
-        self.seed.setRange(0, 999_999)
-        self.seed.setValue(1)
+        self.seed = NumberField(0, 999_999, 1)
         self.seed.setToolTip("The same seed flies the same gusts, noise and pilot")
         self.add_row("Seed", self.seed)
         self.thin = QCheckBox("Only what a 57,600-baud radio carries")
@@ -102,7 +99,7 @@ class VirtualDialog(FormDialog):
         typed = [word.strip() for word in self.hidden_text.text().split(",") if word.strip()]
         return VirtualRequest(
             plan=self.plan.value,
-            seed=self.seed.value(),
+            seed=self.seed.value,
             speed=float(self.speed.currentData()),
             hidden=(*ticked, *typed),
             thin=self.thin.isChecked(),

@@ -1,0 +1,79 @@
+"""No display: a sentence instead of an aborted process."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ui.display import NoDisplayError, require_display
+
+
+def _loads(_name: str) -> bool:
+    return True
+
+
+def _lacks(_name: str) -> bool:
+    return False
+
+
+_WORKS = {"library_loads": _loads}
+
+
+def test_without_any_display_the_remedy_is_named() -> None:
+    with pytest.raises(NoDisplayError, match="QT_QPA_PLATFORM=offscreen"):
+        require_display({}, "linux", **_WORKS)
+
+
+def test_a_display_that_does_not_answer_is_named() -> None:
+    with pytest.raises(NoDisplayError, match="':987' does not answer"):
+        require_display({"DISPLAY": ":987"}, "linux", **_WORKS)
+    environment = {"WAYLAND_DISPLAY": "wayland-9", "XDG_RUNTIME_DIR": "/nowhere"}
+    with pytest.raises(NoDisplayError, match="Wayland display /nowhere/wayland-9"):
+        require_display(environment, "linux", **_WORKS)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sockets in the file system")
+def test_a_display_that_answers_is_taken(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(tmp_path / "wayland-1"))
+        server.listen()
+        environment = {"WAYLAND_DISPLAY": "wayland-1", "XDG_RUNTIME_DIR": str(tmp_path)}
+        require_display(environment, "linux", **_WORKS)
+
+
+def test_a_missing_library_names_the_packages() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        number = server.getsockname()[1] - 6000
+        environment = {"DISPLAY": f"127.0.0.1:{number}"}
+        require_display(environment, "linux", library_loads=_loads)
+        with pytest.raises(NoDisplayError, match="sudo apt install libxcb-cursor0"):
+            require_display(environment, "linux", library_loads=_lacks)
+
+
+def test_a_platform_chosen_by_the_user_and_other_systems_are_left_to_qt() -> None:
+    require_display({"QT_QPA_PLATFORM": "offscreen"}, "linux")
+    require_display({}, "darwin")
+    require_display({}, "win32")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only there Qt needs a display")
+def test_the_window_without_a_display_raises_and_does_not_abort() -> None:
+    """In a process of its own: an abort of Qt would show as a signal."""
+    program = (
+        "from ui.app import run_window\n"
+        "from gsapp.foundation import GroundStationError\n"
+        "try: run_window()\n"
+        "except GroundStationError as error: print(error)\n"
+    )
+    hidden = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    environment = {name: value for name, value in os.environ.items() if name not in hidden}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=30
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("There is no display")

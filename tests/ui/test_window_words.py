@@ -1,0 +1,218 @@
+"""Numbers, times and sizes as the crew reads them; keys and choices without a window."""
+
+from __future__ import annotations
+
+import math
+from datetime import date
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.foundation import FlightError, LinkError
+from gsapp.quantities import CHANNELS, channel
+from ui.commands import COMMANDS
+from ui.dialogs.requests import check_folder, check_link, folder_name, link_text, next_flight_name
+from ui.flight.choice import (
+    LAYOUT_NAMES,
+    OVERVIEW,
+    fits,
+    from_rows,
+    grouped,
+    moved,
+    rows,
+    shipped_layout,
+    toggled,
+)
+from ui.flight.controls import SPEEDS, next_speed
+from ui.flight.layout_store import LayoutStore
+from ui.settings import Settings, SettingsStore
+from ui.words import (
+    DASH,
+    bytes_text,
+    clock_text,
+    duration_text,
+    number_text,
+    parse_clock,
+    percent_text,
+    value_text,
+)
+
+
+def test_a_missing_number_is_a_dash_and_never_a_number() -> None:
+    for text in (
+        number_text(math.nan, 1),
+        clock_text(None),
+        bytes_text(math.nan),
+        duration_text(math.inf),
+        percent_text(None),
+        value_text(channel("alpha"), math.nan, "US"),
+        value_text(channel("alpha"), None, "US"),
+    ):
+        assert text == DASH
+
+
+def test_values_have_their_unit_and_no_more_digits_than_the_sensor_earns() -> None:
+    assert value_text(channel("alpha"), math.radians(-3.14159), "US") == "−3.1 °"
+    assert value_text(channel("V"), 30.48, "US") == "100.0 ft/s"
+    assert value_text(channel("V"), 30.48, "SI") == "30.48 m/s"
+    assert value_text(channel("an"), -9.80665, "SI", unit=False) == "−1.00"
+    assert number_text(-0.001, 1) == "0.0"
+
+
+@given(st.floats(0.0, 36_000.0))
+@settings(max_examples=50, deadline=None)
+def test_a_time_that_is_written_is_read_back(seconds: float) -> None:
+    """What the go-to dialog proposes is what it understands, to a tenth of a second."""
+    read = parse_clock(clock_text(seconds, tenths=True))
+    assert read is not None
+    assert 0.0 <= seconds - read < 0.1 + 1e-6 or abs(seconds - read) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("247", 247.0), ("4:07.5", 247.5), ("1:00:00", 3600.0), ("0:61", None), ("x", None),
+     ("", None), ("-3", None), ("1:2:3:4", None), ("4,5", 4.5)],
+)  # fmt: skip
+def test_times_as_typed(text: str, seconds: float | None) -> None:
+    assert parse_clock(text) == seconds
+
+
+def test_sizes_keep_three_digits() -> None:
+    assert [bytes_text(size) for size in (0, 950, 12_400, 3_021_000, 118e9)] == [
+        "0 B", "950 B", "12.4 kB", "3.02 MB", "118 GB",
+    ]  # fmt: skip
+
+
+def test_no_key_has_two_meanings_and_every_command_can_be_found() -> None:
+    keys = [key for command in COMMANDS for key in command.keys]
+    assert sorted(keys) == sorted(set(keys))
+    assert len({command.id for command in COMMANDS}) == len(COMMANDS)
+    assert all(command.text and command.menu for command in COMMANDS)
+
+
+def test_speeds_step_through_the_list_and_stay_at_its_ends() -> None:
+    assert next_speed(1.0, 1) == 2.0
+    assert next_speed(0.1, -1) == 0.1
+    assert next_speed(50.0, 1) == SPEEDS[-1] == next_speed(SPEEDS[-1], 1)
+    assert next_speed(SPEEDS[-1], -1) == 50.0
+
+
+# Charts
+
+
+def test_overview_has_sixteen_charts_and_other_layouts_only_what_the_flight_has() -> None:
+    assert len(shipped_layout(OVERVIEW, tuple(CHANNELS)).strips) == 16
+    for name in LAYOUT_NAMES:
+        assert set(shipped_layout(name, ("alpha", "V")).channels) <= {"alpha", "V"}
+        assert shipped_layout(name, None).strips
+
+
+def test_charts_are_added_to_the_group_of_their_kind_and_taken_away() -> None:
+    layout = shipped_layout("Longitudinal", tuple(CHANNELS))
+    more = toggled(layout, "battery", True)
+    assert more.groups[-1].name == "Health"
+    assert more.channels == (*layout.channels, "battery")
+    assert toggled(more, "battery", True) is more
+    assert toggled(more, "battery", False).channels == layout.channels
+
+
+@given(st.integers(0, 9), st.integers(-12, 12))
+@settings(max_examples=50, deadline=None)
+def test_moving_a_row_loses_no_chart(place: int, steps: int) -> None:
+    """However headings and charts are moved, every chart is there once and under one heading."""
+    layout = shipped_layout("Longitudinal", tuple(CHANNELS))
+    order = rows(layout)
+    after = from_rows(layout, moved(order, place, steps))
+    assert sorted(after.channels) == sorted(layout.channels)
+
+
+def test_channels_are_listed_by_group_and_found_by_any_word() -> None:
+    groups = grouped(("q", "q.2", "alpha", "alpha_volts"))
+    assert [spec.id for spec in groups["Rates"]] == ["q", "q.2"]
+    assert fits(channel("alpha"), "angle attack")
+    assert fits(channel("alpha_volts"), "volt")
+    assert not fits(channel("alpha"), "attack rate")
+
+
+def test_layouts_are_kept_by_name_and_damaged_ones_named(tmp_path: Path) -> None:
+    store = LayoutStore(tmp_path)
+    layout = shipped_layout("Lateral", tuple(CHANNELS))
+    store.save(layout, "Dutch roll / spiral")
+    store.save(layout, "dutch roll: spiral")
+    (tmp_path / "broken.toml").write_text("groups = 3")
+    again = LayoutStore(tmp_path)
+    assert again.names == ("Dutch roll / spiral", "dutch roll: spiral")
+    assert again.load("Dutch roll / spiral").channels == layout.channels
+    assert "broken.toml" in again.complaints[0]
+    again.delete("Dutch roll / spiral")
+    assert LayoutStore(tmp_path).names == ("dutch roll: spiral",)
+    with pytest.raises(FlightError, match="another name"):
+        again.save(layout, OVERVIEW)
+
+
+# Settings
+
+
+def test_settings_are_remembered(tmp_path: Path) -> None:
+    store = SettingsStore(tmp_path / "window.toml")
+    store.change(theme="dark", scale=175, geometry="01ff", muted=True)
+    store.replace(store.current.with_link("udpin:127.0.0.1:14550").with_link("tcp:127.0.0.1:5760"))
+    again = SettingsStore(tmp_path / "window.toml")
+    assert again.current == store.current
+    assert again.current.links == ("tcp:127.0.0.1:5760", "udpin:127.0.0.1:14550")
+    assert not again.complaint
+
+
+def test_damaged_settings_are_kept_aside_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "window.toml"
+    path.write_text('theme = "dark"\nscale = 999\n')
+    store = SettingsStore(path)
+    assert store.current == Settings()
+    assert "scale" in store.complaint
+    assert (tmp_path / "window.damaged.toml").read_text().startswith("theme")
+    store.change(scale=125)
+    assert SettingsStore(path).current.scale == 125
+
+
+# What is typed into the dialogs
+
+
+def _parse(text: str) -> object:
+    if not text.startswith(("udpin:", "serial:", "tcpin:")):
+        raise LinkError(f"'{text}' is no link")
+    return text
+
+
+def test_links_are_judged_while_they_are_typed() -> None:
+    assert check_link("udpin:127.0.0.1:14550", _parse, ()).state == "good"
+    bad = check_link("udp:14550", _parse, ())
+    assert (bad.usable, bad.sentence) == (False, "'udp:14550' is no link")
+    assert not check_link("  ", _parse, ()).usable
+    unplugged = check_link("serial:/dev/ttyUSB7:57600", _parse, ("/dev/ttyUSB0",))
+    assert unplugged.state == "caution"
+    assert "plugged in" in unplugged.sentence
+    assert check_link("tcpin:0.0.0.0:5760", _parse, ()).state == "caution"
+
+
+def test_fields_make_the_link_text() -> None:
+    common = {"host": " 10.0.0.2 ", "port": 5760, "device": "COM4", "baud": 57600}
+    assert link_text("tcp", **common) == "tcp:10.0.0.2:5760"
+    assert link_text("text", **common) == "text:COM4:57600"
+
+
+def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> None:
+    day = date(2026, 5, 12)
+    assert next_flight_name(tmp_path, day) == "2026-05-12 flight 1"
+    (tmp_path / "2026-05-12 flight 1").mkdir()
+    assert next_flight_name(tmp_path, day) == "2026-05-12 flight 2"
+    assert check_folder(str(tmp_path), "new").state == "good"
+    assert "goes on in it" in check_folder(str(tmp_path), "2026-05-12 flight 1").sentence
+    assert not check_folder(str(tmp_path), " ").usable
+    assert not check_folder("", "x").usable
+    assert folder_name('a/b:c"') == "a-b-c-"
+    assert "'a-b'" in check_folder(str(tmp_path), "a/b").sentence
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    assert "cannot be written" in check_folder(str(blocked), "x").sentence
