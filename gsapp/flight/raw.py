@@ -163,6 +163,13 @@ class _File:
         except OSError as error:
             raise _unreadable(self.path, error) from error
 
+    def seek_end(self, size: int) -> None:
+        """Go to a record not far from the end, where the format lets one be found."""
+
+    def torn_bytes(self, rest: bytes) -> int:
+        """Return the length of `rest` if it is the beginning of a record, else 0."""
+        raise NotImplementedError
+
     def parse(self, data: bytes, *, whole: bool) -> int:
         """Take the records of a stretch; return how many bytes were used.
 
@@ -214,6 +221,17 @@ def _span(data: bytes, start: int) -> tuple[int, int, int] | None:
 class _Frames(_File):
     kind: Kind = "frame"
 
+    def seek_end(self, size: int) -> None:
+        if size > _TAIL_BYTES:
+            self.position = size - _TAIL_BYTES
+            self.position += max(0, self._resume(self.rest(size), 0))
+
+    def torn_bytes(self, rest: bytes) -> int:
+        if len(rest) <= 8:
+            return len(rest)
+        span = _span(rest, 8)
+        return len(rest) if span is not None and span[2] > len(rest) else 0
+
     def parse(self, data: bytes, *, whole: bool) -> int:
         size, position = len(data), 0
         while position + _SHORTEST_RECORD <= size:
@@ -264,6 +282,14 @@ class _Frames(_File):
 class _Lines(_File):
     kind: Kind = "line"
 
+    def seek_end(self, size: int) -> None:
+        if size > _TAIL_BYTES:
+            self.position = size - _TAIL_BYTES
+            self.position += self.rest(size).find(b"\n") + 1
+
+    def torn_bytes(self, rest: bytes) -> int:
+        return len(rest)
+
     def parse(self, data: bytes, *, whole: bool) -> int:  # noqa: ARG002 - same for all files
         position = 0
         while (end := data.find(b"\n", position)) >= 0:
@@ -282,14 +308,17 @@ class _Lines(_File):
 class _Pieces(_File):
     kind: Kind = "residue"
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        self._stream_offset = 0
+    def torn_bytes(self, rest: bytes) -> int:
+        if len(rest) < _RESIDUE_HEAD.size:
+            return len(rest)
+        stamp, _, length = _RESIDUE_HEAD.unpack_from(rest)
+        whole = _RESIDUE_HEAD.size + length
+        return len(rest) if self._plausible(stamp, length) and len(rest) < whole else 0
 
     def parse(self, data: bytes, *, whole: bool) -> int:
         position, size = 0, len(data)
         while position + _RESIDUE_HEAD.size <= size:
-            stamp, offset, length = _RESIDUE_HEAD.unpack_from(data, position)
+            stamp, _, length = _RESIDUE_HEAD.unpack_from(data, position)
             if not self._plausible(stamp, length):
                 found = self._resume(data, position + 1)
                 if found < 0:
@@ -303,7 +332,6 @@ class _Pieces(_File):
             if start + length > size:
                 break
             self._add(stamp, data[start : start + length])
-            self._stream_offset = offset
             position = start + length
         return position
 
@@ -522,6 +550,13 @@ class RawWriter:
     write : callable
         ``os.write`` or its stand-in.
 
+    Attributes
+    ----------
+    state : WriterState
+        What has been done.
+    last_stamp : int
+        Stamp of the last record that was there already; 0 for a new flight.
+
     Raises
     ------
     FlightError
@@ -537,17 +572,24 @@ class RawWriter:
     ) -> None:
         self.folder = Path(folder)
         self.state = WriterState()
+        self.last_stamp = 0
         self._memory_bytes = memory_bytes
         self._write = write
         self._descriptors: dict[str, int] = {}
-        self._unsynced: set[str] = set()
+        self._unsynced = dict.fromkeys(RAW_FILES, False)
         self._waiting: deque[_Pending] = deque()
         self._closing = threading.Lock()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             for name in RAW_FILES:
-                if (note := mend_tail(self.folder / name)) is not None:
-                    self.state.notes.append(note)
+                end = find_end(self.folder / name)
+                self.last_stamp = max(self.last_stamp, end.last_stamp)
+                if end.torn:
+                    os.truncate(self.folder / name, end.size)
+                    self.state.notes.append(
+                        f"{name} ended in an incomplete record of {end.torn} bytes, "
+                        "which was cut off."
+                    )
         except OSError as error:
             raise FlightError(
                 f"{self.folder} cannot be written to ({error.strerror or error}); "
@@ -599,17 +641,24 @@ class RawWriter:
     def sync(self) -> None:
         """Flush to the disk itself; may be called from another thread."""
         with self._closing:
-            names, self._unsynced = self._unsynced, set()
-            for name in names:
+            for name, descriptor in list(self._descriptors.items()):
+                if not self._unsynced[name]:
+                    continue
+                self._unsynced[name] = False
                 try:
-                    os.fsync(self._descriptors[name])
+                    os.fsync(descriptor)
                 except OSError as error:
-                    self._unsynced.add(name)
+                    self._unsynced[name] = True
                     self.state.error = _refusal(self.folder / name, error)
 
     def close(self) -> None:
-        """Write what waits, flush and close."""
-        self.retry()
+        """Write what waits, flush and close. What the disk does not take now is lost."""
+        if not self.retry():
+            for pending in self._waiting:
+                self.state.dropped_bytes += len(pending.data)
+                self.state.dropped_records += pending.records
+            self._waiting.clear()
+            self.state.waiting_bytes = 0
         self.sync()
         with self._closing:
             for descriptor in self._descriptors.values():
@@ -646,7 +695,7 @@ class RawWriter:
                 self._descriptors[pending.name] = descriptor
             while pending.data:
                 count = self._write(descriptor, pending.data)
-                self._unsynced.add(pending.name)
+                self._unsynced[pending.name] = True
                 self.state.written_bytes += count
                 if waits:
                     self.state.waiting_bytes -= count
@@ -670,53 +719,43 @@ def _refusal(path: Path, error: OSError) -> str:
     )
 
 
-def mend_tail(path: Path) -> str | None:
-    """Cut an incomplete record off the end of a raw file.
+class FileEnd(NamedTuple):
+    """The end of a raw file.
 
-    Parameters
+    Attributes
     ----------
-    path : Path
-        One of the three files of a flight folder; it may be missing.
-
-    Returns
-    -------
-    str or None
-        What was cut off, in words; None where nothing was. Whole records are never touched, nor
-        is damage that does not look like the beginning of a record.
+    size : int
+        Bytes without the incomplete record at the end.
+    torn : int
+        Bytes of that record. Damage that does not look like the beginning of a record is none.
+    last_stamp : int
+        Stamp of the last whole record; 0 where there is none.
     """
+
+    size: int
+    torn: int
+    last_stamp: int
+
+
+def find_end(path: Path) -> FileEnd:
+    """Find where the last whole record of a raw file ends; a missing file is an empty one."""
     try:
         size = path.stat().st_size
     except FileNotFoundError:
-        return None
-    cut = _torn_bytes(path, size)
-    if not cut:
-        return None
-    os.truncate(path, size - cut)
-    return f"{path.name} ended in an incomplete record of {cut} bytes, which was cut off."
-
-
-def _torn_bytes(path: Path, size: int) -> int:
-    """Return the length of the incomplete record at the end, or 0."""
-    if path.name == FRAMES_FILE:
-        frames = _Frames(path)
-        frames.position = max(0, size - _TAIL_BYTES)
-        frames.read(size)
-        rest = frames.rest(size)
-        span = _span(rest, 8) if len(rest) > 8 else (-1, 0, len(rest) + 1)
-        return len(rest) if span is not None and span[2] > len(rest) else 0
-    if path.name == LINES_FILE:
-        with path.open("rb") as stream:
-            stream.seek(max(0, size - _LONGEST_LINE))
-            tail = stream.read()
-        return len(tail) - 1 - tail.rfind(b"\n") if b"\n" in tail or size <= len(tail) else 0
-    pieces = _Pieces(path)
+        return FileEnd(0, 0, 0)
+    file = _FILES[path.name](path)
+    file.seek_end(size)
     while True:
-        pieces.read(size, blocks=1)
-        pieces.records.clear()
-        if pieces.exhausted:
+        file.read(size, blocks=1)
+        file.records.clear()
+        if file.exhausted:
             break
-    rest = pieces.rest(size)
-    if len(rest) < _RESIDUE_HEAD.size:
-        return len(rest)
-    _, _, length = _RESIDUE_HEAD.unpack_from(rest)
-    return len(rest) if len(rest) < _RESIDUE_HEAD.size + length <= 20 + _LONGEST_PIECE else 0
+    torn = file.torn_bytes(file.rest(size))
+    return FileEnd(size - torn, torn, max(file.horizon, 0))
+
+
+_FILES: Final[dict[str, type[_File]]] = {
+    FRAMES_FILE: _Frames,
+    LINES_FILE: _Lines,
+    RESIDUE_FILE: _Pieces,
+}

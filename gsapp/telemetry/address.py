@@ -1,0 +1,133 @@
+"""The LINK grammar: how a link is named everywhere in the program."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+from gsapp.foundation import LinkError
+
+LinkKind = Literal["udpin", "udpout", "tcp", "tcpin", "serial", "text", "virtual", "flight"]
+
+LOOPBACK: Final = "127.0.0.1"
+GRAMMAR: Final = (
+    "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT, serial:PATH:BAUD, "
+    "text:PATH:BAUD, virtual, or the path of a flight"
+)
+_NETWORK: Final = {"udpin": 14550, "udpout": 14550, "tcp": 5760, "tcpin": 5760}
+_SERIAL: Final = ("serial", "text")
+_LOWEST_BAUD, _HIGHEST_BAUD = 300, 12_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkAddress:
+    """A link, taken apart.
+
+    Attributes
+    ----------
+    kind : str
+        ``udpin``, ``udpout``, ``tcp``, ``tcpin``, ``serial``, ``text``, ``virtual`` or
+        ``flight``.
+    host : str
+        Host name or address of a network link.
+    port : int
+        Its port; 0 for other kinds.
+    path : str
+        Serial port or flight.
+    baud : int
+        Symbols per second of a serial port; 0 for other kinds.
+    """
+
+    kind: LinkKind
+    host: str = ""
+    port: int = 0
+    path: str = ""
+    baud: int = 0
+
+    def __str__(self) -> str:
+        """Return the address as it would be written."""
+        if self.kind in _NETWORK:
+            host = f"[{self.host}]" if ":" in self.host else self.host
+            return f"{self.kind}:{host}:{self.port}"
+        if self.kind in _SERIAL:
+            return f"{self.kind}:{self.path}:{self.baud}"
+        return self.path if self.kind == "flight" else self.kind
+
+
+def parse_link(text: str) -> LinkAddress:
+    """Read a LINK.
+
+    Parameters
+    ----------
+    text : str
+        For example ``udpin:0.0.0.0:14550`` or ``serial:/dev/ttyUSB0:57600``. A network link
+        without a host (``udpin:14550``) is on this computer only. A path that exists is a
+        flight.
+
+    Returns
+    -------
+    LinkAddress
+        The parts.
+
+    Raises
+    ------
+    LinkError
+        If it is none of these; says what to write instead.
+    """
+    text = text.strip()
+    kind, colon, rest = text.partition(":")
+    if kind in _NETWORK:
+        return _network(kind, rest)
+    if kind in _SERIAL:
+        return _serial(kind, rest)
+    if text == "virtual":
+        return LinkAddress(kind="virtual")
+    if text and Path(text).exists():
+        return LinkAddress(kind="flight", path=text)
+    if not text:
+        raise LinkError(f"a link is missing; write {GRAMMAR}")
+    near = difflib.get_close_matches(kind, (*_NETWORK, *_SERIAL, "virtual"), n=1)
+    if near:
+        example = near[0] + (f":{rest}" if colon and near[0] != "virtual" else "")
+        raise LinkError(f"'{text}' is not a link; did you mean '{example}'? A link is {GRAMMAR}")
+    raise LinkError(f"'{text}' is neither a link nor a flight that exists; write {GRAMMAR}")
+
+
+def _network(kind: str, rest: str) -> LinkAddress:
+    host, _, port = rest.rpartition(":")
+    usual = _NETWORK[kind]
+    if not port.isdigit():
+        raise LinkError(
+            f"'{kind}:{rest}' lacks its port; write for example {kind}:{rest or LOOPBACK}:{usual}"
+        )
+    number = int(port)
+    if not 1 <= number <= 65535:
+        raise LinkError(
+            f"port {port} of '{kind}:{rest}' does not exist; choose one between 1 and 65535, "
+            f"usually {usual}"
+        )
+    host = host.removeprefix("[").removesuffix("]")
+    if any(character.isspace() or character in "/\\" for character in host):
+        raise LinkError(
+            f"'{host}' in '{kind}:{rest}' is not a host name; write for example "
+            f"{kind}:{LOOPBACK}:{number}"
+        )
+    return LinkAddress(kind=kind, host=host or LOOPBACK, port=number)  # type: ignore[arg-type]
+
+
+def _serial(kind: str, rest: str) -> LinkAddress:
+    path, _, baud = rest.rpartition(":")
+    if not path or not baud.isdigit():
+        example = rest.rstrip(":") or "/dev/ttyUSB0"
+        raise LinkError(
+            f"'{kind}:{rest}' lacks its baud rate; write for example {kind}:{example}:57600"
+        )
+    number = int(baud)
+    if not _LOWEST_BAUD <= number <= _HIGHEST_BAUD:
+        raise LinkError(
+            f"{baud} baud in '{kind}:{rest}' is not a rate of a serial port; usual are 57600, "
+            "115200 and 460800"
+        )
+    return LinkAddress(kind=kind, path=path, baud=number)  # type: ignore[arg-type]

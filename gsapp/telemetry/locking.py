@@ -1,0 +1,95 @@
+"""A lock that ends with the process that holds it, however that ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_FAR = 1 << 30  # a place behind the content, so that the content stays readable on Windows
+
+
+class FileLock:
+    """Hold a lock on a file; the file tells the process id of the holder.
+
+    Parameters
+    ----------
+    path : Path
+        The lock file. It stays when the lock is released: removing it would let two in.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._descriptor = -1
+
+    def acquire(self, patience: float = 1.0) -> bool:
+        """Take the lock; return False where another process holds it.
+
+        Parameters
+        ----------
+        patience : float
+            Seconds to try: somebody may be looking whether it is held.
+        """
+        deadline = time.monotonic() + patience
+        descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        while not _lock(descriptor, shared=False):
+            if time.monotonic() >= deadline:
+                os.close(descriptor)
+                return False
+            time.sleep(0.02)
+        os.ftruncate(descriptor, 0)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        os.write(descriptor, str(os.getpid()).encode())
+        self._descriptor = descriptor
+        return True
+
+    def release(self) -> None:
+        """Give the lock back. May be called twice."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+
+def holder(path: Path) -> int | None:
+    """Return the process id of who holds a lock file; None where nobody does.
+
+    A process id alone proves nothing: after a crash the system gives it to another process.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDWR)
+    except OSError:
+        return None
+    try:
+        if _lock(descriptor, shared=True):
+            return None
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        text = os.read(descriptor, 32)
+        return int(text) if text.isdigit() else None
+    finally:
+        os.close(descriptor)
+
+
+if sys.platform == "win32":
+
+    def _lock(descriptor: int, *, shared: bool) -> bool:  # noqa: ARG001 - none there
+        os.lseek(descriptor, _FAR, os.SEEK_SET)
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+
+else:
+
+    def _lock(descriptor: int, *, shared: bool) -> bool:
+        try:
+            fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True

@@ -1,0 +1,323 @@
+"""The black box: whatever a source gives is framed and written, whatever else happens.
+
+Three threads share the work, so that a slow disk never makes the system drop what arrives: one
+reads and stamps, one (the caller's) frames and hands every batch to the operating system at once,
+one flushes to the disk and tells the state.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import shutil
+import threading
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final, Literal
+
+from gsapp.decoding.frames import Frame, Residue
+from gsapp.decoding.framing import Framer, Line, LineFramer
+from gsapp.flight.raw import RawWriter
+from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.heartbeat import GroundHeartbeat
+from gsapp.telemetry.sources import Chunk, Source
+from gsapp.telemetry.status import STATUS_FILE, STOP_FILE, RecorderStatus, write_status
+
+_READ_SECONDS: Final = 0.2
+_LOOK_SECONDS: Final = 0.05
+_PAUSE_SECONDS: Final = 0.05
+_STATUS_SECONDS: Final = 0.5
+_SYNC_SECONDS: Final = 1.0
+_RETRY_SECONDS: Final = 0.5
+_HEARTBEAT_SECONDS: Final = 1.0
+_WARN_SECONDS: Final = 1800.0
+_WARN_BYTES: Final = 200_000_000
+_MOST_STREAMS: Final = 64
+
+
+class PeerStream:
+    """The framing of one peer of a link.
+
+    Peers may send by turns and cut their frames anywhere; each is framed for itself. Offsets are
+    those of the bytes in the order in which they came from all of them.
+
+    Parameters
+    ----------
+    framer : Framer or LineFramer
+        A new one.
+    """
+
+    def __init__(self, framer: Framer | LineFramer) -> None:
+        self._framer = framer
+        self._fed = 0
+        self._starts: deque[tuple[int, int]] = deque()  # in the peer's stream, in the link's
+        self.last_data = 0.0
+        self.settled = True
+
+    @property
+    def pending(self) -> int:
+        """Return how many bytes wait for a decision."""
+        return self._framer.pending
+
+    def feed(self, data: bytes, offset: int) -> list[Frame | Residue | Line]:
+        """Take bytes that lie at an offset of the link; return what is decided."""
+        last = self._starts[-1] if self._starts else None
+        if last is None or offset - last[1] != self._fed - last[0]:
+            self._starts.append((self._fed, offset))
+        self._fed += len(data)
+        return self._placed(self._framer.feed(data))
+
+    def settle(self) -> list[Frame | Residue | Line]:
+        """Bring out what is whole in a pause."""
+        return self._placed(self._framer.settle())
+
+    def flush(self) -> list[Frame | Residue | Line]:
+        """Bring out all at the end."""
+        return self._placed(self._framer.flush())
+
+    def _placed(self, items: Sequence[Frame | Residue | Line]) -> list[Frame | Residue | Line]:
+        placed: list[Frame | Residue | Line] = []
+        for item in items:
+            self._forget(item.offset)
+            if not isinstance(item, Residue):
+                placed.append(item)
+                continue
+            start, stop = item.offset, item.offset + len(item.data)
+            while start < stop:
+                self._forget(start)
+                local, offset = self._starts[0]
+                end = min(stop, self._starts[1][0]) if len(self._starts) > 1 else stop
+                part = item.data[start - item.offset : end - item.offset]
+                placed.append(Residue(offset + start - local, part))
+                start = end
+        return placed
+
+    def _forget(self, position: int) -> None:
+        """Drop the stretches that lie before a position of the peer's stream."""
+        while len(self._starts) > 1 and self._starts[1][0] <= position:
+            self._starts.popleft()
+
+
+class Recorder:
+    """Record a source into a flight folder until told to stop.
+
+    Parameters
+    ----------
+    source : Source
+        Where data come from.
+    writer : RawWriter
+        Where they go.
+    clock : Clock
+        Stamps and waits.
+    heartbeat : bool
+        Whether to send the ground station's sign of life once a second.
+    on_status : callable
+        Called with every status besides writing it into the folder.
+    disk_free : callable
+        Gives the room on the disk of a folder, bytes.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        writer: RawWriter,
+        *,
+        clock: Clock,
+        heartbeat: bool = False,
+        on_status: Callable[[RecorderStatus], None] = lambda _: None,
+        disk_free: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+    ) -> None:
+        self.source = source
+        self.writer = writer
+        self.clock = clock
+        self.received_bytes = 0
+        self.last_data_us: int | None = None
+        self._heartbeat = GroundHeartbeat() if heartbeat else None
+        self._on_status = on_status
+        self._disk_free = disk_free
+        self._streams: OrderedDict[str, PeerStream] = OrderedDict()
+        self._arrived: queue.SimpleQueue[list[Chunk]] = queue.SimpleQueue()
+        self._ended = threading.Event()
+        self._started_us = clock.now_us()
+        self._status_path = writer.folder / STATUS_FILE
+        self._rates = _Rates()
+        self._last_batch_us = writer.last_stamp
+        self._next_heartbeat = 0.0
+        self._next_retry = 0.0
+
+    def run(self, stop: threading.Event) -> None:
+        """Record until `stop` is set, the stop file appears, or the source has finished."""
+        reading = threading.Thread(target=self._read, name="reading", daemon=True)
+        keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
+        stop_file = self.writer.folder / STOP_FILE
+        with contextlib.suppress(OSError):
+            stop_file.unlink()
+        reading.start()
+        keeping.start()
+        next_look = 0.0
+        while not stop.is_set():
+            with contextlib.suppress(queue.Empty):
+                self.take(self._arrived.get(timeout=_LOOK_SECONDS))
+            now = time.monotonic()
+            self.settle(now)
+            self._tend(now)
+            if now >= next_look:
+                next_look = now + _LOOK_SECONDS
+                if stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
+                    break
+        self._ended.set()
+        reading.join(timeout=10 * _READ_SECONDS)
+        self.source.close()
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self.take(self._arrived.get_nowait())
+        keeping.join(timeout=5.0)
+        self.finish()
+        with contextlib.suppress(OSError):
+            stop_file.unlink()
+
+    def take(self, chunks: Sequence[Chunk]) -> None:
+        """Frame and write what came."""
+        for stamp, data, peer in chunks:
+            stream = self._streams.get(peer)
+            if not data:
+                if stream is not None:
+                    del self._streams[peer]
+                    self._write(stamp, stream.flush())
+                continue
+            if stream is None:
+                stream = self._new_stream(stamp, peer)
+            items = stream.feed(data, self.received_bytes)
+            self.received_bytes += len(data)
+            self.last_data_us = stamp
+            stream.last_data = time.monotonic()
+            stream.settled = False
+            self._write(stamp, items)
+
+    def settle(self, now: float) -> None:
+        """Bring out what is whole of every peer that pauses."""
+        for stream in self._streams.values():
+            if not stream.settled and now - stream.last_data > _PAUSE_SECONDS:
+                stream.settled = True
+                if stream.pending:
+                    # It came with the last data; what waits to be taken may have come since.
+                    self._write(self._last_batch_us + 1, stream.settle())
+
+    def finish(self) -> None:
+        """Write what is pending, flush and close the files."""
+        for stream in self._streams.values():
+            self._write(self._last_batch_us + 1, stream.flush())
+        self._streams.clear()
+        self.writer.close()
+
+    def status(self, state: Literal["starting", "recording", "stopped"]) -> RecorderStatus:
+        """Return the state of the recorder."""
+        written = self.writer.state
+        rates = self._rates.update(
+            time.monotonic(), written.frames + written.lines, self.received_bytes
+        )
+        free: int | None = None
+        with contextlib.suppress(OSError):
+            free = self._disk_free(self.writer.folder)
+        seconds = free / rates[1] if free is not None and rates[1] > 0 else None
+        return RecorderStatus(
+            pid=os.getpid(),
+            link=str(self.source.address),
+            folder=str(self.writer.folder.absolute()),
+            state=state,
+            started_us=self._started_us,
+            updated_us=self.clock.now_us(),
+            source_state=self.source.state,
+            connected=self.source.connected,
+            received_bytes=self.received_bytes,
+            frames=written.frames,
+            lines=written.lines,
+            residue_bytes=written.residue_bytes,
+            frame_rate=rates[0],
+            byte_rate=rates[1],
+            last_data_us=self.last_data_us,
+            disk_free_bytes=free,
+            seconds_until_full=seconds,
+            waiting_bytes=written.waiting_bytes,
+            dropped_bytes=written.dropped_bytes,
+            error=self._error(),
+            warnings=self._warnings(free, seconds),
+            notes=list(written.notes),
+        )
+
+    def _error(self) -> str:
+        written = self.writer.state
+        if written.dropped_bytes:
+            return (
+                f"{written.error or 'The disk was full for long.'} {written.dropped_records} of "
+                "the oldest records could not be kept."
+            )
+        return written.error
+
+    @staticmethod
+    def _warnings(free: int | None, seconds: float | None) -> list[str]:
+        if free is None or (free >= _WARN_BYTES and (seconds is None or seconds >= _WARN_SECONDS)):
+            return []
+        lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
+        return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; make room."]
+
+    def _new_stream(self, stamp: int, peer: str) -> PeerStream:
+        if len(self._streams) >= _MOST_STREAMS:
+            _, oldest = self._streams.popitem(last=False)
+            self._write(stamp, oldest.flush())
+        text = self.source.framing == "text"
+        stream = PeerStream(LineFramer() if text else Framer())
+        self._streams[peer] = stream
+        return stream
+
+    def _write(self, stamp: int, items: Sequence[Frame | Residue | Line]) -> None:
+        """Write a batch; batches rise in their stamps, so that readers can merge the files."""
+        if items:
+            self._last_batch_us = max(stamp, self._last_batch_us + 1)
+            self.writer.append(self._last_batch_us, items)
+
+    def _tend(self, now: float) -> None:
+        """Do what is due now and then."""
+        if self._heartbeat is not None and now >= self._next_heartbeat:
+            self._next_heartbeat = now + _HEARTBEAT_SECONDS
+            self.source.write(self._heartbeat.frame())
+        if self.writer.state.error and now >= self._next_retry:
+            self._next_retry = now + _RETRY_SECONDS
+            self.writer.retry()
+
+    def _read(self) -> None:
+        """Take from the source, and nothing else."""
+        while not self._ended.is_set() and not self.source.finished:
+            if chunks := self.source.read(_READ_SECONDS):
+                self._arrived.put(chunks)
+
+    def _keep(self) -> None:
+        """Flush to the disk, and tell the state."""
+        next_sync = time.monotonic() + _SYNC_SECONDS
+        while True:
+            status = self.status("recording")
+            write_status(self._status_path, status)
+            self._on_status(status)
+            if self._ended.wait(_STATUS_SECONDS):
+                return
+            if time.monotonic() >= next_sync:
+                next_sync = time.monotonic() + _SYNC_SECONDS
+                self.writer.sync()
+
+
+class _Rates:
+    """Frames and bytes per second over the last few seconds."""
+
+    def __init__(self) -> None:
+        self._past: deque[tuple[float, int, int]] = deque(maxlen=6)
+
+    def update(self, now: float, frames: int, count: int) -> tuple[float, float]:
+        self._past.append((now, frames, count))
+        first = self._past[0]
+        elapsed = now - first[0]
+        if elapsed <= 0.0:
+            return 0.0, 0.0
+        return (frames - first[1]) / elapsed, (count - first[2]) / elapsed

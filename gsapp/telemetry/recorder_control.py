@@ -1,0 +1,214 @@
+"""Starting, finding and stopping recorders, which outlive whoever started them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from gsapp.foundation import LinkError
+from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.locking import holder
+from gsapp.telemetry.recorder_process import note_path
+from gsapp.telemetry.status import (
+    LOCK_FILE,
+    LOG_FILE,
+    STATUS_FILE,
+    STOP_FILE,
+    RecorderStatus,
+    read_status,
+    runtime_folder,
+)
+
+_START_SECONDS = 20.0
+_LOOK_SECONDS = 0.02
+# Children of this process, kept so that they do not stay behind as zombies.
+_children: list[subprocess.Popen[bytes]] = []
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderHandle:
+    """A recorder, running or not.
+
+    Attributes
+    ----------
+    folder : Path
+        The flight folder it records into.
+    pid : int
+        Its process.
+    """
+
+    folder: Path
+    pid: int
+
+    def alive(self) -> bool:
+        """Return whether it runs: whether this process holds the lock of the folder."""
+        _reap()
+        return holder(self.folder / LOCK_FILE) == self.pid
+
+    def status(self) -> RecorderStatus | None:
+        """Return its latest state; None before the first."""
+        found = [
+            status
+            for path in (self.folder / STATUS_FILE, note_path(self.folder))
+            if (status := read_status(path)) is not None and status.pid == self.pid
+        ]
+        return max(found, key=lambda status: status.updated_us, default=None)
+
+    def stop(self, timeout: float = 10.0) -> bool:
+        """Ask it to end, and wait; return whether it has ended.
+
+        All that arrived before is written.
+        """
+        if not self.alive():
+            return True
+        try:
+            (self.folder / STOP_FILE).touch()
+        except OSError:
+            # No room even for that; on Windows this ends it less gently.
+            with contextlib.suppress(OSError):
+                os.kill(self.pid, signal.SIGTERM)
+        deadline = time.monotonic() + timeout
+        while self.alive():
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(_LOOK_SECONDS)
+        return True
+
+
+def start_recorder(
+    link: str,
+    folder: Path | str,
+    *,
+    heartbeat: bool | None = None,
+    speed: float | None = None,
+    timeout: float = _START_SECONDS,
+) -> RecorderHandle:
+    """Start a recorder in a process of its own, which goes on when this one ends.
+
+    Parameters
+    ----------
+    link : str
+        What to record.
+    folder : Path or str
+        The flight folder; made if missing, continued if it holds a record already.
+    heartbeat : bool, optional
+        See `gsapp.telemetry.recorder_process.record`.
+    speed : float, optional
+        Of a recorded flight as the link.
+    timeout : float
+        Seconds to wait until it records.
+
+    Raises
+    ------
+    LinkError
+        If it could not begin; says why.
+    """
+    parse_link(link)
+    place = Path(folder).absolute()
+    command = [sys.executable, "-m", "gsapp.telemetry.recorder_process", link, str(place)]
+    if heartbeat is not None:
+        command.append("--heartbeat" if heartbeat else "--no-heartbeat")
+    if speed is not None:
+        command.append(f"--speed={speed}")
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        child, log_start = _spawn(command, place / LOG_FILE)
+    except OSError as error:
+        raise LinkError(
+            f"the recorder cannot begin in {place} ({error.strerror or error}); choose another "
+            "folder or correct its permissions"
+        ) from error
+    handle = RecorderHandle(folder=place, pid=child.pid)
+    deadline = time.monotonic() + timeout
+    while time.monotonic() < deadline:
+        if child.poll() is not None:
+            raise LinkError(_last_words(place / LOG_FILE, log_start, child.returncode))
+        if (found := _recording(handle)) is not None:
+            _children.append(child)
+            return found
+        time.sleep(_LOOK_SECONDS)
+    child.kill()
+    child.wait()
+    raise LinkError(
+        f"the recorder of {link} did not begin within {timeout:g} s; see {place / LOG_FILE}"
+    )
+
+
+def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:
+    with log.open("ab") as words:
+        start = words.tell()
+        if sys.platform == "win32":
+            detached = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.DETACHED_PROCESS
+            child = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=words,
+                creationflags=detached,
+            )
+        else:
+            child = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=words,
+                start_new_session=True,
+            )
+    return child, start
+
+
+def _recording(handle: RecorderHandle) -> RecorderHandle | None:
+    """Return the handle once the child records.
+
+    Behind a launcher (a virtual environment on Windows has one) the process has another id.
+    """
+    pid = holder(handle.folder / LOCK_FILE)
+    if pid is None:
+        return None
+    found = RecorderHandle(folder=handle.folder, pid=pid)
+    status = found.status()
+    if status is None or status.state != "recording":
+        return None
+    return found if pid == handle.pid or sys.platform == "win32" else None
+
+
+def _last_words(log: Path, start: int, code: int) -> str:
+    with contextlib.suppress(OSError), log.open("rb") as words:
+        words.seek(start)
+        lines = words.read().decode("utf-8", "replace").strip().splitlines()
+        if lines:
+            return lines[-1]
+    return f"the recorder ended at once (code {code}); see {log}"
+
+
+def find_recorder(folder: Path | str) -> RecorderHandle | None:
+    """Return the recorder that records into a flight folder now; None where there is none."""
+    place = Path(folder).absolute()
+    pid = holder(place / LOCK_FILE)
+    return None if pid is None else RecorderHandle(folder=place, pid=pid)
+
+
+def find_recorders() -> list[RecorderHandle]:
+    """Return all recorders of this user that run now, the oldest first."""
+    found: list[tuple[int, RecorderHandle]] = []
+    for path in runtime_folder().glob("*.json"):
+        status = read_status(path)
+        handle = find_recorder(status.folder) if status is not None else None
+        if status is None or handle is None:
+            with contextlib.suppress(OSError):
+                path.unlink()
+        else:
+            found.append((status.started_us, handle))
+    return [handle for _, handle in sorted(found, key=lambda entry: entry[0])]
+
+
+def _reap() -> None:
+    for child in list(_children):
+        if child.poll() is not None:
+            _children.remove(child)

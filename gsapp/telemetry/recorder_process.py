@@ -1,0 +1,177 @@
+"""The recorder as a process: ``python -m gsapp.telemetry.recorder_process LINK FOLDER``.
+
+It holds a lock on the flight folder for as long as it lives, so that there is one at a time and
+everyone can tell whether there is one. It ends cleanly on SIGINT, SIGTERM, or when a file
+``recorder.stop`` appears in the folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from gsapp.flight.raw import RawWriter
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.telemetry.address import LinkAddress, parse_link
+from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.locking import FileLock, holder
+from gsapp.telemetry.recorder import Recorder
+from gsapp.telemetry.sources import LinkAwaitedError, open_source
+from gsapp.telemetry.status import (
+    LOCK_FILE,
+    STATUS_FILE,
+    RecorderStatus,
+    read_status,
+    runtime_folder,
+    write_status,
+)
+
+# Links whose other side cannot know of us unless we speak first.
+_SPEAKS_FIRST = frozenset({"udpout"})
+
+
+def note_path(folder: Path) -> Path:
+    """Return the note in the runtime folder that leads from there to a recorder."""
+    name = sha256(str(folder.absolute()).encode()).hexdigest()[:16]
+    return runtime_folder() / f"{name}.json"
+
+
+def record(
+    link: str | LinkAddress,
+    folder: Path | str,
+    *,
+    heartbeat: bool | None = None,
+    stop: threading.Event | None = None,
+    on_status: Callable[[RecorderStatus], None] = lambda _: None,
+    **options: Any,
+) -> RecorderStatus:
+    """Record a link into a flight folder until stopped.
+
+    Parameters
+    ----------
+    link : str or LinkAddress
+        The link.
+    folder : Path or str
+        The flight folder; made if missing, continued if it holds a record already.
+    heartbeat : bool, optional
+        Whether to send the ground station's sign of life; by default only where nothing would
+        come without it (``udpout``).
+    stop : threading.Event, optional
+        Set it to end. The stop file works as well.
+    on_status : callable
+        Called about twice a second with the state.
+    **options
+        Handed to the source, for example ``speed`` of a recorded flight.
+
+    Returns
+    -------
+    RecorderStatus
+        The state at the end.
+
+    Raises
+    ------
+    LinkError
+        If the link cannot be opened and will not come by itself.
+    FlightError
+        If the folder cannot be written to, or is being recorded into already.
+    """
+    address = parse_link(link) if isinstance(link, str) else link
+    place = Path(folder).absolute()
+    lock = _lock(place)
+    try:
+        writer = RawWriter(place)
+        clock = HostClock(after_us=writer.last_stamp)
+        source = open_source(address, clock=clock, **options)
+        note = note_path(place)
+
+        def tell(status: RecorderStatus) -> None:
+            # The runtime folder usually lies in memory: it tells of a disk that is full.
+            write_status(note, status)
+            on_status(status)
+
+        speaks = address.kind in _SPEAKS_FIRST if heartbeat is None else heartbeat
+        recorder = Recorder(source, writer, clock=clock, heartbeat=speaks, on_status=tell)
+        try:
+            with contextlib.suppress(LinkAwaitedError):
+                source.open()
+            recorder.run(stop or threading.Event())
+        except BaseException:
+            source.close()
+            writer.close()
+            raise
+        finally:
+            with contextlib.suppress(OSError):
+                note.unlink()
+        status = recorder.status("stopped")
+        write_status(place / STATUS_FILE, status)
+        on_status(status)
+        return status
+    finally:
+        lock.release()
+
+
+def _lock(place: Path) -> FileLock:
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(place / LOCK_FILE)
+        held = lock.acquire()
+    except OSError as error:
+        raise FlightError(
+            f"{place} cannot be written to ({error.strerror or error}); choose another folder or "
+            "correct its permissions"
+        ) from error
+    if not held:
+        status = read_status(place / STATUS_FILE)
+        pid = holder(place / LOCK_FILE)
+        what = f" {status.link}" if status else ""
+        raise FlightError(
+            f"{place} is being recorded into already:{what} by process {pid}; stop that, or "
+            "record into another folder"
+        )
+    return lock
+
+
+def stop_on_signals(stop: threading.Event) -> None:
+    """Let signals that end a process end the record cleanly."""
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), end)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a recorder; return 0 when it was stopped, 1 when it could not record."""
+    parser = argparse.ArgumentParser(description="Record a link into a flight folder.")
+    parser.add_argument("link")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--heartbeat", action=argparse.BooleanOptionalAction)
+    parser.add_argument("--speed", type=float, help="of a recorded flight")
+    given = parser.parse_args(arguments)
+    stop = threading.Event()
+    stop_on_signals(stop)
+    options = {} if given.speed is None else {"speed": given.speed}
+    try:
+        record(given.link, given.folder, heartbeat=given.heartbeat, stop=stop, **options)
+    except GroundStationError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stderr.flush()
+    # A source may hang in a driver; all is written by now.
+    os._exit(code)

@@ -1,0 +1,170 @@
+"""MAVLink or text over a serial port that may be unplugged and come back under another name."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from gsapp.foundation import LinkError
+from gsapp.telemetry.address import LinkAddress
+from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.sources.base import Chunk, LinkAwaitedError, ReconnectingSource
+
+
+class PortInfo(Protocol):
+    """What is known of a serial port that is plugged in."""
+
+    device: str
+    serial_number: str | None
+    vid: int | None
+    pid: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identity:
+    """By what a USB serial port is known, whatever its name."""
+
+    vid: int
+    pid: int
+    serial_number: str | None
+
+    def matches(self, port: PortInfo) -> bool:
+        """Return whether a port is the same device."""
+        return (port.vid, port.pid, port.serial_number) == (
+            self.vid,
+            self.pid,
+            self.serial_number,
+        )
+
+
+def plugged_in() -> Iterable[PortInfo]:
+    """Return the serial ports of this computer."""
+    from serial.tools import list_ports
+
+    ports: Iterable[PortInfo] = list_ports.comports()
+    return ports
+
+
+def open_port(path: str, baud: int) -> Any:
+    """Open a serial port for this program alone."""
+    import serial
+
+    return serial.Serial(path, baud, timeout=0, write_timeout=1.0, exclusive=True)
+
+
+class SerialSource(ReconnectingSource):
+    """Read a serial port.
+
+    Once opened, its USB vendor, product and serial number are kept: when it is unplugged, it is
+    looked for by these, since it often comes back as another device.
+
+    Parameters
+    ----------
+    address : LinkAddress
+        With path and baud rate.
+    clock : Clock
+        Stamps and waits.
+    ports : callable
+        Gives the ports that are plugged in.
+    opener : callable
+        Opens path and baud rate.
+    """
+
+    longest_wait = 1.0  # somebody stands there with the plug in the hand
+
+    def __init__(
+        self,
+        address: LinkAddress,
+        *,
+        clock: Clock,
+        ports: Callable[[], Iterable[PortInfo]] = plugged_in,
+        opener: Callable[[str, int], Any] = open_port,
+    ) -> None:
+        super().__init__(address, clock=clock)
+        self._ports = ports
+        self._opener = opener
+        self._identity: Identity | None = None
+        self._path = address.path
+        self._port: Any = None
+
+    def _connect(self) -> None:
+        self._path = self._find()
+        self._port = self._opener(self._path, self.address.baud)
+        for port in self._ports():
+            if port.device == self._path and port.vid is not None and port.pid is not None:
+                self._identity = Identity(
+                    vid=port.vid, pid=port.pid, serial_number=port.serial_number
+                )
+        renamed = "" if self._path == self.address.path else f", now called {self._path}"
+        self.state = f"{self.address}: open{renamed}"
+
+    def _find(self) -> str:
+        """Return the path under which the device is plugged in now."""
+        if self._identity is None:
+            return self.address.path
+        found = [port.device for port in self._ports() if self._identity.matches(port)]
+        if not found:
+            raise LinkAwaitedError(
+                f"{self.address}: the device is unplugged; plug it in again and it goes on"
+            )
+        # Several alike without serial number: rather the one that has the old name.
+        return self._path if self._path in found else sorted(found)[0]
+
+    def _receive(self, timeout: float) -> list[Chunk]:
+        if self._port is None:
+            return []
+        self._port.timeout = max(timeout, 0.0)
+        data = self._port.read(1)
+        if not data:
+            return []
+        stamp = self.clock.now_us()
+        waiting = self._port.in_waiting
+        if waiting:
+            data += self._port.read(waiting)
+        return [Chunk(stamp, bytes(data))]
+
+    def _send(self, data: bytes) -> None:
+        if self._port is not None:
+            self._port.write(data)
+
+    def _disconnect(self) -> None:
+        if self._port is not None:
+            port, self._port = self._port, None
+            port.close()
+
+    def _problem(self, error: OSError) -> LinkError:
+        if isinstance(error, LinkError):
+            return error
+        path, text = self._path, str(error).lower()
+        number = error.errno
+        if number in (errno.EACCES, errno.EPERM) and "denied" in text and "windows" not in text:
+            return LinkError(
+                f"{self.address}: this user may not open {path}; add the user to the group of "
+                "the port (on Linux: sudo usermod -aG dialout $USER, then log in again)"
+            )
+        if number in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in text:
+            return LinkError(f"{self.address}: {path} is in use by another program; close that")
+        if "permissionerror" in text:
+            return LinkError(  # Windows says this of a port that is open elsewhere
+                f"{self.address}: {path} is in use by another program; close that"
+            )
+        if number == errno.EINVAL or "invalid baud" in text:
+            return LinkError(
+                f"{self.address}: {path} cannot run at {self.address.baud} baud; choose the rate "
+                "that the radio is set to, usually 57600"
+            )
+        if number == errno.ENOENT or "filenotfounderror" in text or "could not open" in text:
+            there = ", ".join(sorted(port.device for port in self._ports())) or "none"
+            return LinkAwaitedError(
+                f"{self.address}: there is no serial port {path}; plug it in or choose another "
+                f"(plugged in: {there})"
+            )
+        return LinkAwaitedError(f"{self.address}: {path} has gone; plug it in again and it goes on")
+
+
+class TextSerialSource(SerialSource):
+    """Read comma-separated text lines from a serial port."""
+
+    framing = "text"

@@ -1,0 +1,165 @@
+"""MAVLink over TCP: as the one who calls, or the one who is called."""
+
+from __future__ import annotations
+
+import contextlib
+import selectors
+import socket
+import sys
+
+from gsapp.telemetry.address import LinkAddress
+from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.sources.base import Chunk, LinkAwaitedError, ReconnectingSource
+
+_CONNECT_SECONDS = 2.0
+_MOST_CLIENTS = 8
+_READ_BYTES = 65536
+
+
+def _prepare(connection: socket.socket) -> None:
+    """Send small frames at once, and notice a peer that has vanished without a word."""
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (("TCP_KEEPIDLE", 5), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
+        if hasattr(socket, name):
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+
+class TcpSource(ReconnectingSource):
+    """Call a host, and call again whenever the connection ends."""
+
+    def __init__(self, address: LinkAddress, *, clock: Clock) -> None:
+        super().__init__(address, clock=clock)
+        self._socket: socket.socket | None = None
+
+    def _connect(self) -> None:
+        made = socket.create_connection(
+            (self.address.host, self.address.port), timeout=_CONNECT_SECONDS
+        )
+        _prepare(made)
+        self._socket = made
+        self.state = f"{self.address}: connected"
+
+    def _receive(self, timeout: float) -> list[Chunk]:
+        if self._socket is None:
+            return []
+        self._socket.settimeout(max(timeout, 0.0))
+        try:
+            data = self._socket.recv(_READ_BYTES)
+        except (TimeoutError, BlockingIOError):
+            return []
+        if not data:
+            raise LinkAwaitedError(
+                f"{self.address}: the other side ended the connection; calling it again"
+            )
+        return [Chunk(self.clock.now_us(), data)]
+
+    def _send(self, data: bytes) -> None:
+        if self._socket is not None:
+            self._socket.sendall(data)
+
+    def _disconnect(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+class TcpInSource(ReconnectingSource):
+    """Listen on a port; several may call at once, each a stream of its own."""
+
+    def __init__(self, address: LinkAddress, *, clock: Clock) -> None:
+        super().__init__(address, clock=clock)
+        self._listener: socket.socket | None = None
+        self._clients: dict[socket.socket, str] = {}
+        self._selector: selectors.BaseSelector | None = None
+
+    def _connect(self) -> None:
+        found = socket.getaddrinfo(self.address.host, self.address.port, type=socket.SOCK_STREAM)
+        family, _, _, _, target = min(found, key=lambda entry: entry[0] != socket.AF_INET)
+        made = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            if sys.platform == "win32":
+                made.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+            else:
+                # Lets a new listener follow one that has just ended, not join one that runs.
+                made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            made.bind(target)
+            made.listen(_MOST_CLIENTS)
+            made.setblocking(False)
+        except OSError:
+            made.close()
+            raise
+        self._listener = made
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(made, selectors.EVENT_READ)
+        self._describe()
+
+    def _describe(self) -> None:
+        callers = ", ".join(sorted(self._clients.values()))
+        self.state = f"{self.address}: " + (
+            f"connected with {callers}" if callers else "waiting for a caller"
+        )
+
+    def _receive(self, timeout: float) -> list[Chunk]:
+        chunks: list[Chunk] = []
+        if self._selector is None:
+            return chunks
+        for key, _ in self._selector.select(timeout):
+            if key.fileobj is self._listener:
+                self._welcome()
+            elif isinstance(key.fileobj, socket.socket):
+                chunks.append(self._from_client(key.fileobj))
+        return chunks
+
+    def _welcome(self) -> None:
+        if self._listener is None or self._selector is None:
+            return
+        try:
+            client, caller = self._listener.accept()
+        except OSError:
+            return  # the caller has gone already
+        if len(self._clients) >= _MOST_CLIENTS:
+            client.close()
+            return
+        client.setblocking(False)
+        with contextlib.suppress(OSError):
+            _prepare(client)
+        self._clients[client] = f"{caller[0]}:{caller[1]}"
+        self._selector.register(client, selectors.EVENT_READ)
+        self._describe()
+
+    def _from_client(self, client: socket.socket) -> Chunk:
+        try:
+            data = client.recv(_READ_BYTES)
+        except (BlockingIOError, InterruptedError):
+            data = b""
+        except OSError:
+            data = b""
+        stamp = self.clock.now_us()
+        peer = self._clients[client]
+        if not data:
+            self._dismiss(client)
+        return Chunk(stamp, data, peer)
+
+    def _dismiss(self, client: socket.socket) -> None:
+        if self._selector is not None:
+            self._selector.unregister(client)
+        del self._clients[client]
+        client.close()
+        self._describe()
+
+    def _send(self, data: bytes) -> None:
+        for client in list(self._clients):
+            with contextlib.suppress(OSError):
+                client.send(data)
+
+    def _disconnect(self) -> None:
+        if self._selector is not None:
+            self._selector.close()
+            self._selector = None
+        for client in self._clients:
+            client.close()
+        self._clients.clear()
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None

@@ -1,0 +1,118 @@
+"""What a recorder tells of itself, in a file next to what it records."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+from typing import Final, Literal
+
+import platformdirs
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+STATUS_FILE: Final = "recorder.json"
+LOCK_FILE: Final = "recorder.lock"
+STOP_FILE: Final = "recorder.stop"
+LOG_FILE: Final = "recorder.log"
+RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
+
+
+class RecorderStatus(BaseModel):
+    """The state of a recorder; written about twice a second.
+
+    Attributes
+    ----------
+    pid : int
+        Its process.
+    link : str
+        What it records.
+    folder : str
+        The flight folder.
+    state : {"starting", "recording", "stopped", "failed"}
+        What it does.
+    started_us, updated_us : int
+        Host microseconds of its start and of this status.
+    source_state : str
+        How the link fares, in words.
+    connected : bool
+        Whether data can arrive.
+    received_bytes, frames, lines, residue_bytes : int
+        What has come since the start.
+    frame_rate, byte_rate : float
+        Frames and lines, and bytes, per second of late.
+    last_data_us : int or None
+        Host time of the last data.
+    disk_free_bytes : int or None
+        Room on the disk.
+    seconds_until_full : float or None
+        For how long it lasts at the present rate; None while nothing comes.
+    waiting_bytes, dropped_bytes : int
+        Held in memory because the disk refuses; lost because memory was full too.
+    error : str
+        What is wrong, in words; empty when all is well.
+    warnings : list of str
+        What will be wrong soon.
+    notes : list of str
+        What was found in the folder at the start.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    pid: int
+    link: str
+    folder: str
+    state: Literal["starting", "recording", "stopped", "failed"]
+    started_us: int
+    updated_us: int
+    source_state: str = ""
+    connected: bool = False
+    received_bytes: int = 0
+    frames: int = 0
+    lines: int = 0
+    residue_bytes: int = 0
+    frame_rate: float = 0.0
+    byte_rate: float = 0.0
+    last_data_us: int | None = None
+    disk_free_bytes: int | None = None
+    seconds_until_full: float | None = None
+    waiting_bytes: int = 0
+    dropped_bytes: int = 0
+    error: str = ""
+    warnings: list[str] = []
+    notes: list[str] = []
+
+
+def runtime_folder() -> Path:
+    """Return the folder in which running recorders leave a note for windows to find.
+
+    The environment variable ``GSAPP_RUNTIME_FOLDER`` names another.
+    """
+    given = os.environ.get(RUNTIME_VARIABLE)
+    folder = Path(given) if given else Path(platformdirs.user_runtime_dir("gsapp"))
+    folder = folder / "recorders"
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    return folder
+
+
+def write_status(path: Path, status: RecorderStatus) -> bool:
+    """Replace a status file; return False where the disk refuses.
+
+    Unlike documents it is not flushed to the disk: it says what is, not what was.
+    """
+    temporary = path.with_name(f".{path.name}.{status.pid}")
+    try:
+        temporary.write_text(status.model_dump_json(indent=1), encoding="utf-8")
+        temporary.replace(path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        return False
+    return True
+
+
+def read_status(path: Path) -> RecorderStatus | None:
+    """Read a status file; None where it is missing or not whole."""
+    try:
+        return RecorderStatus.model_validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None
