@@ -17,7 +17,7 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
 from gsapp.decoding.decoder import ChannelSource, Decoder
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
-from gsapp.flight.events import read_events
+from gsapp.flight.events import Event, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import EVENTS_NAME, FlightFolder
 from gsapp.flight.raw import RawDamage, RawTail, read_tlog
@@ -25,7 +25,7 @@ from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
 from gsapp.flight.readers.dataflash import read_dataflash
 from gsapp.flight.readers.flight_csv import read_flight_csv
 from gsapp.flight.readers.log_table import Log
-from gsapp.flight.readers.mapped import Track, lay_on_grid, map_log, with_derived
+from gsapp.flight.readers.mapped import lay_on_grid, map_log
 from gsapp.flight.readers.matlab import read_mat_columns
 from gsapp.flight.readers.parquet import read_parquet_columns
 from gsapp.flight.readers.tables import read_table
@@ -239,7 +239,7 @@ def _decode_file(path: Path, setting: _Setting) -> Decoded:
         columns = _own_columns(path, read_parquet_columns)
     else:
         columns = read_flight_csv(path)
-    return _decode_columns(columns, setting.rate)
+    return _decode_columns(path, columns, setting.rate)
 
 
 def _own_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFlight:
@@ -256,7 +256,7 @@ def _own_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFlight:
     return flight_of_columns(path, arrays, units)
 
 
-def _decode_columns(flight: ColumnFlight, rate: float | None) -> Decoded:
+def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> Decoded:
     block = flight.block
     remarks = list(flight.remarks)
     found = even_grid(block.times)
@@ -270,8 +270,7 @@ def _decode_columns(flight: ColumnFlight, rate: float | None) -> Decoded:
         chosen = rate or _nearest_rate(1.0 / typical_step(block.times))
         if rate is None:
             remarks.append(f"the times are uneven; laid on a grid of {chosen:g} samples per second")
-        tracks = {name: [Track(times=block.times, values=block[name])] for name in block.channels}
-        block = lay_on_grid(tracks, chosen)
+        block = lay_on_grid(path, block, chosen)
     units = {column.id: column.unit for column in flight.columns}
     sources = {
         name: ChannelSource(
@@ -289,12 +288,16 @@ def _nearest_rate(rate: float) -> float:
 
 
 def _decode_log(log: Log, channel_map: ChannelMap, setting: _Setting) -> Decoded:
-    mapped = map_log(log, channel_map, setting.certificates_for(channel_map))
-    laid = lay_on_grid(mapped.tracks, setting.rate or DEFAULT_RATE, channel_map.fallback)
-    block, derived = with_derived(laid, mapped.tracks)
+    mapped = map_log(
+        log,
+        channel_map,
+        certificates=setting.certificates_for(channel_map),
+        aircraft=setting.aircraft,
+        rate=setting.rate or DEFAULT_RATE,
+    )
     return Decoded(
-        block=block,
-        sources={**mapped.sources, **derived},
+        block=mapped.block,
+        sources=mapped.sources,
         said=log.events,
         remarks=(*log.remarks, *mapped.remarks),
     )
@@ -344,13 +347,23 @@ def _decode_records(batches: Iterator[list[RawRecord]], setting: _Setting, path:
 
     block = union(blocks(), setting.rate or DEFAULT_RATE)
     health = decoder.health
+    said = [
+        Event(
+            kind="status" if notice.kind == "statustext" else notice.kind,
+            text=notice.text,
+            time=notice.time,
+            host_time_us=notice.stamp_us,
+            data={} if notice.severity is None else {"severity": notice.severity},
+        )
+        for notice in (*decoder.messages, *decoder.notices)
+    ]
     return Decoded(
         block=block,
         sources={name: decoder.sources[name] for name in block.channels},
         frames=FrameCounts(
             good=health.good, damaged=health.damaged, unknown=health.unknown, lost=health.lost
         ),
-        said=tuple(decoder.messages),
+        said=tuple(said),
         remarks=health.report().sentences,
     )
 

@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from gsapp.flight.events import Event
 from gsapp.flight.uniform import typical_step
 from gsapp.quantities import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
 
 _CLOCK_ERROR = 1.0
 _NEIGHBORS = 5
@@ -33,6 +36,14 @@ class LogTable:
     times: FloatArray
     fields: Mapping[str, FloatArray]
     units: Mapping[str, str] = field(default_factory=dict)
+
+    def where(self, rows: BoolArray) -> LogTable:
+        """Return the rows where `rows`, shape (n,), is true."""
+        return LogTable(
+            times=self.times[rows],
+            fields={name: values[rows] for name, values in self.fields.items()},
+            units=self.units,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,7 +90,7 @@ class Log:
         return None
 
 
-def clean_clock(times: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def clean_clock(times: FloatArray) -> BoolArray:
     """Return which samples have a time that can be true.
 
     A damaged stamp stands far from those of its neighbors; what then still repeats or goes back
@@ -108,5 +119,5 @@ def clean_clock(times: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]
         good &= np.abs(times - center) <= limit
     kept = np.where(good, times, -np.inf)
     before = np.concatenate(([-np.inf], np.maximum.accumulate(kept)[:-1]))
-    result: np.ndarray[tuple[int], np.dtype[np.bool_]] = good & (times > before)
+    result: BoolArray = good & (times > before)
     return result

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Collection
+import re
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import Log, LogTable, clean_clock
+from gsapp.flight.readers.log_table import BoolArray, Log, LogTable, clean_clock
 from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
 
 _MAGIC = b"ULog\x01\x12\x35"
+_ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
 def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
@@ -30,8 +33,7 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
     Returns
     -------
     Log
-        One table for each topic and instance. Elements of array fields are fields of their own,
-        named ``gyro_rad[0]`` and so on.
+        One table for each topic and instance.
 
     Raises
     ------
@@ -72,17 +74,33 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
                 f"{int(good.size - good.sum())} samples of {topic.name}[{topic.multi_id}] have a "
                 "time that cannot be; left out"
             )
-        fields = {
-            name: values[good].astype(np.float64)
-            for name, values in topic.data.items()
-            if values.dtype.kind in "fiub" and name != "timestamp"
-        }
-        tables[topic.name, str(topic.multi_id)] = LogTable(times=times[good], fields=fields)
+        tables[topic.name, str(topic.multi_id)] = LogTable(
+            times=times[good], fields=_fields(topic.data, good)
+        )
     events = tuple(
         Event(kind="status", text=str(message.message), time=message.timestamp * 1e-6)
         for message in parsed.logged_messages
     )
     return Log(path=file, tables=tables, events=events, remarks=tuple(remarks))
+
+
+def _fields(data: Mapping[str, Any], good: BoolArray) -> dict[str, FloatArray]:
+    """Gather the elements of arrays, which pyulog keeps as ``gyro_rad[0]`` and so on."""
+    fields: dict[str, FloatArray] = {}
+    elements: dict[str, dict[int, FloatArray]] = {}
+    for name, values in data.items():
+        if values.dtype.kind not in "fiub" or name == "timestamp":
+            continue
+        numbers = values[good].astype(np.float64)
+        match = _ELEMENT.fullmatch(name)
+        if match is None:
+            fields[name] = numbers
+        else:
+            elements.setdefault(match["name"], {})[int(match["index"])] = numbers
+    for name, found in elements.items():
+        if sorted(found) == list(range(len(found))):
+            fields[name] = np.column_stack([found[index] for index in range(len(found))])
+    return fields
 
 
 def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:

@@ -1,0 +1,251 @@
+"""MATLAB and Parquet, our own and those of strangers, and strangers' CSV by a channel map."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from scipy.io import loadmat, savemat
+
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.flight import load_flight
+from gsapp.flight.readers.tables import read_table
+from gsapp.flight.writers import write_block
+from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
+from gsapp.quantities import Block
+
+MAP = """
+name = "other logger"
+format = "table"
+{head}
+[[channels]]
+id = "q"
+source = "{q}"
+unit = "deg/s"
+
+[[channels]]
+id = "V"
+source = "{v}"
+unit = "kt"
+scale = 0.1
+missing = [-999.0]
+"""
+
+
+def make_map(tmp_path, head="", q="Pitch Rate (deg/s)", v="Speed"):
+    path = tmp_path / "map.toml"
+    path.write_text(MAP.format(head=head, q=q, v=v))
+    return path
+
+
+def sample_block(rows=50):
+    rng = np.random.default_rng(5)
+    values = rng.normal(size=(rows, 4))
+    values[rng.random(values.shape) < 0.1] = np.nan
+    return Block(
+        channels=("alpha", "q", "q.2", "temperature"), times=np.arange(rows) / 50.0, values=values
+    )
+
+
+@pytest.mark.parametrize("to", ["csv", "mat", "parquet"])
+@pytest.mark.parametrize("units", ["us", "metric", "si"])
+def test_export_is_read_back(tmp_path, to, units):
+    """What is exported opens as a flight with the same times, channels, gaps and values."""
+    block = sample_block()
+    back = load_flight(write_block(tmp_path / f"f.{to}", block, to, units))
+    assert set(back.block.channels) == set(block.channels)
+    assert np.array_equal(back.block.times, block.times)
+    for name in block.channels:
+        np.testing.assert_allclose(back.block[name], block[name], rtol=2e-14, atol=1e-12)
+        if units == "si":
+            assert np.array_equal(back.block[name], block[name], equal_nan=True)
+    assert back.rate == pytest.approx(50.0)
+    assert back.sources["q"].kind == "measured"
+
+
+def test_mat_for_matlab(tmp_path):
+    """Variables are columns named by channels, units a structure, redundant sensors q_2."""
+    block = sample_block()
+    content = loadmat(write_block(tmp_path / "f.mat", block, "mat", "us"))
+    assert content["q_2"].shape == (50, 1)
+    assert str(content["units"]["alpha"][0, 0][0]) == "deg"
+    np.testing.assert_allclose(content["alpha"][:, 0], np.rad2deg(block["alpha"]))
+
+
+def test_parquet_for_others(tmp_path):
+    """Columns carry their unit in their metadata; missing samples are null."""
+    parquet = pytest.importorskip("pyarrow.parquet")
+    block = sample_block()
+    table = parquet.read_table(write_block(tmp_path / "f.parquet", block, "parquet", "metric"))
+    assert table.schema.field("temperature").metadata[b"unit"] == b"degC"
+    assert table.column("alpha").null_count == int(np.isnan(block["alpha"]).sum())
+
+
+def test_unknown_format_and_units(tmp_path):
+    """Other formats and systems of units are refused, with those there are."""
+    with pytest.raises(UnknownNameError, match="csv, mat, parquet"):
+        write_block(tmp_path / "f.xls", sample_block(), "xls")
+    with pytest.raises(UnknownNameError, match="us, metric, si"):
+        write_block(tmp_path / "f.csv", sample_block(), "csv", "imperial")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["pyarrow", "pyulog"])
+def test_extras_that_are_not_installed(tmp_path, monkeypatch, name):
+    """Without an extra, its formats are refused with the command that installs it."""
+    monkeypatch.setitem(sys.modules, name, None)
+    if name == "pyarrow":
+        with pytest.raises(FlightError, match=r"pip install .*parquet"):
+            write_block(tmp_path / "f.parquet", sample_block(), "parquet")
+        (tmp_path / "g.parquet").write_bytes(b"PAR1")
+        with pytest.raises(FlightError, match=r"pip install .*parquet"):
+            load_flight(tmp_path / "g.parquet")
+    else:
+        (tmp_path / "g.ulg").write_bytes(b"ULog\x01\x12\x35" + bytes(20))
+        with pytest.raises(FlightError, match=r"pip install .*ulog"):
+            load_flight(tmp_path / "g.ulg")
+
+
+def test_strangers_csv(tmp_path):
+    """A CSV with names of its own, text columns and a clock in ms is read by its map."""
+    lines = ["Mode,T (ms),Pitch Rate (deg/s),Speed"]
+    lines += [f"AUTO,{k * 20},{k},{-999 if k == 4 else 400 + k}" for k in range(10)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n")
+    flight = load_flight(
+        path, channel_map=make_map(tmp_path, 'time = "T (ms)"\ntime_unit = "ms"'), rate=50
+    )
+    assert flight.block.channels == ("q", "V")
+    np.testing.assert_allclose(flight.block.times, np.arange(10) * 0.02)
+    np.testing.assert_allclose(flight.block["q"], np.deg2rad(np.arange(10.0)))
+    knots = (400 + np.arange(10)) * 0.1
+    # One sample is missing: within 2.5 periods, so it is bridged.
+    np.testing.assert_allclose(flight.block["V"], knots * 0.514444444, rtol=1e-6)
+    assert "Pitch Rate" in flight.sources["q"].source
+
+
+def test_strangers_csv_finds_its_clock(tmp_path):
+    """Without a clock in the map a column called time, with its unit, is taken."""
+    path = tmp_path / "log.csv"
+    path.write_text("Time [ms],Pitch Rate (deg/s),Speed\n0,1,2\n10,2,3\n20,3,4\n20,9,9\n10,8,8\n")
+    log = read_table(path, load_channel_map(make_map(tmp_path)))
+    table = log.table("table", "")
+    assert table.times.tolist() == [0.0, 0.01, 0.02]
+    assert "2 rows" in log.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("head", "q", "told"),
+    [
+        ("", "Pitch Rat (deg/s)", r"did you mean 'Pitch Rate \(deg/s\)'"),
+        ("", "xyz", "it has: Mode, T, Pitch Rate"),
+        ('time = "clock"', "Pitch Rate (deg/s)", "clock: is no column"),
+        ("", "Mode", "'AUTO' is not a number"),
+    ],
+)
+def test_strangers_csv_mistakes(tmp_path, head, q, told):
+    """Missing columns are named with near ones; text where numbers are meant with its line."""
+    path = tmp_path / "log.csv"
+    path.write_text("Mode,T,Pitch Rate (deg/s),Speed\nAUTO,0,1,2\nAUTO,1,2,3\n")
+    with pytest.raises(FileProblemsError, match=told):
+        load_flight(path, channel_map=make_map(tmp_path, head, q))
+
+
+def test_strangers_mat(tmp_path):
+    """Structures, matrices and their own clocks in a .mat are reached by name and column."""
+    path = tmp_path / "log.mat"
+    clock = np.arange(100) * 0.01
+    savemat(
+        path,
+        {
+            "gyro": {"time": clock, "rates": np.column_stack([clock, 2 * clock, 3 * clock])},
+            "t": np.arange(10) * 0.1,
+            "Speed": np.arange(10.0),
+        },
+    )
+    text = MAP.format(head="", q="gyro.rates[1]", v="Speed")
+    text = text.replace('unit = "deg/s"', 'unit = "deg/s"\ntime = "gyro.time"')
+    (tmp_path / "map.toml").write_text(text)
+    flight = load_flight(path, channel_map=tmp_path / "map.toml")
+    np.testing.assert_allclose(flight.block["q"], np.deg2rad(2 * flight.block.times), atol=1e-12)
+    present = ~np.isnan(flight.block["V"])
+    np.testing.assert_allclose(
+        flight.block["V"][present], 10 * flight.block.times[present] * 0.0514444444, atol=1e-6
+    )
+    assert present.sum() == 91
+
+
+def test_mat_without_map_says_what_it_holds(tmp_path):
+    """A stranger's .mat asks for a map and lists its variables."""
+    path = tmp_path / "log.mat"
+    savemat(path, {"gyro_q": np.arange(5.0), "tt": np.arange(5.0)})
+    with pytest.raises(FlightError, match=r"--map.*gyro_q, tt"):
+        load_flight(path)
+
+
+def test_mat_of_version_73_and_damage(tmp_path):
+    """HDF5 is named with its remedy; files cut anywhere are refused in words."""
+    path = tmp_path / "new.mat"
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF\r\n\x1a\n")
+    with pytest.raises(FlightError, match=r"version 7\.3.*-v7"):
+        load_flight(path)
+    good = write_block(tmp_path / "good.mat", sample_block(), "mat").read_bytes()
+    for cut in (0, 5, 100, 130, 200, 700, len(good) // 2, len(good) - 3):
+        path.write_bytes(good[:cut])
+        with pytest.raises((FlightError, FileProblemsError), match=r"new\.mat"):
+            load_flight(path)
+
+
+def test_parquet_damage(tmp_path):
+    """A Parquet file cut short is refused in words."""
+    pytest.importorskip("pyarrow")
+    path = write_block(tmp_path / "f.parquet", sample_block(), "parquet")
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(FlightError, match=r"f\.parquet cannot be read as Parquet"):
+        load_flight(path)
+
+
+def test_uneven_columns_are_laid_on_a_grid(tmp_path):
+    """A Flight CSV with a jittering clock is interpolated on a grid, and says so."""
+    rng = np.random.default_rng(2)
+    times = np.arange(400) * 0.01 + rng.uniform(-2e-3, 2e-3, 400)
+    path = tmp_path / "f.csv"
+    rows = [f"{t!r},{3 * t!r}" for t in times.tolist()]
+    path.write_text("time [s],q [rad/s]\n" + "\n".join(rows) + "\n")
+    flight = load_flight(path)
+    assert flight.rate == pytest.approx(100.0)
+    assert "uneven" in flight.remarks[0]
+    # Times count in whole microseconds.
+    np.testing.assert_allclose(flight.block["q"], 3 * flight.block.times, atol=3e-6)
+
+
+def test_rows_missing_from_a_csv_are_missing_samples(tmp_path):
+    """Rows left out of an even record become missing samples; empty cells stay so."""
+    path = tmp_path / "f.csv"
+    path.write_text("time [s],q [rad/s],r [rad/s]\n0.00,1,\n0.01,2,5\n0.05,6,6\n0.06,7,7\n")
+    flight = load_flight(path)
+    assert len(flight.block) == 7
+    assert np.isnan(flight.block["q"]).tolist() == [False, False, True, True, True, False, False]
+    assert np.isnan(flight.block["r"]).tolist() == [True, False, True, True, True, False, False]
+
+
+def test_a_rate_resamples(tmp_path):
+    """A rate asked for lays columns on that grid."""
+    path = tmp_path / "f.csv"
+    rows = "".join(f"{k * 0.01},{k}\n" for k in range(101))
+    path.write_text("time [s],q [rad/s]\n" + rows)
+    flight = load_flight(path, rate=25)
+    np.testing.assert_allclose(flight.block.times, np.arange(26) / 25)
+    np.testing.assert_allclose(flight.block["q"], np.arange(26) * 4.0)
+    with pytest.raises(FlightError, match="samples per second"):
+        load_flight(path, rate=-1)
+
+
+def test_what_is_no_flight(tmp_path):
+    """A path that is not there, and an unknown ending, each get a sentence."""
+    with pytest.raises(FlightError, match="there is no flight"):
+        load_flight(tmp_path / "none.csv")
+    (tmp_path / "a.pdf").write_text("x")
+    with pytest.raises(FlightError, match="ending that is not known"):
+        load_flight(tmp_path / "a.pdf")
