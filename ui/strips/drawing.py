@@ -33,6 +33,7 @@ class Pen:
         self.theme = theme
         self.ratio = ratio
         self._fonts: dict[tuple[int, bool, bool], tuple[QFont, QFontMetricsF]] = {}
+        self._widths: dict[tuple[str, float, bool], float] = {}
 
     def px(self, points: float) -> int:
         """Return points of the design in pixels of the screen."""
@@ -50,7 +51,11 @@ class Pen:
 
     def width(self, text: str, points: float, *, bold: bool = False) -> float:
         """Return the width of a text in pixels."""
-        return self.font(self.px(points), bold=bold)[1].horizontalAdvance(text)
+        key = (text, points, bold)
+        if key not in self._widths:
+            metrics = self.font(self.px(points), bold=bold)[1]
+            self._widths[key] = metrics.horizontalAdvance(text)
+        return self._widths[key]
 
     def text(
         self,
@@ -74,9 +79,10 @@ class Pen:
         if not text:
             return 0.0
         font, metrics = self.font(pixels or self.px(points), bold=bold, italic=italic)
-        if room and metrics.horizontalAdvance(text) > room:
-            text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
         width = metrics.horizontalAdvance(text)
+        if room and width > room:
+            text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
+            width = metrics.horizontalAdvance(text)
         if align == "right":
             x -= width
         elif align == "center":

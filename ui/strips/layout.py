@@ -260,7 +260,9 @@ def default_layout(channels: Sequence[str] | None = None) -> StripLayout:
             groups.append(StripGroup(name=name, strips=tuple(strips)))
     if known is not None and len(used) < 16:
         rest = [name for name in CHANNELS if name in known and name not in used]
-        rest = [name for name in rest if not name.endswith("_volts")] or rest
+        if used or not all(name.endswith("_volts") for name in rest):
+            # Volts are for the bench, unless there is nothing else.
+            rest = [name for name in rest if not name.endswith("_volts")]
         others = tuple(Strip(traces=(Trace(channel=name),)) for name in rest[: 16 - len(used)])
         if others:
             groups.append(StripGroup(name="Other", strips=others))

@@ -163,10 +163,10 @@ class _Rows:
             for value in (band.low, band.high):
                 if math.isfinite(value):
                     self._line(rows, offset - gain * value, line, band.border, plain)
-        keys = np.column_stack((rows, plain))
-        different, inverse = np.unique(keys, axis=0, return_inverse=True)
-        self.kinds = inverse.reshape(-1)
-        self.shades = _shades(different[:, :3], different[:, 3] > 0, backdrop, color)
+        # One number for all that makes a row what it is; numpy is slow to compare rows.
+        keys = rows @ np.array([65536.0, 256.0, 1.0]) + plain * 16777216.0
+        _, example, self.kinds = np.unique(keys, return_index=True, return_inverse=True)
+        self.shades = _shades(rows[example], plain[example], backdrop, color)
 
     @staticmethod
     def _line(

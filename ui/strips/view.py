@@ -135,7 +135,7 @@ class StripView:
         self._window = min(max(seconds, WINDOWS[0]), WINDOWS[-1])
         self._rescale()
         if place is not None and anchor is not None and self._held is not None:
-            self._hold(anchor + (1.0 - place) * self.seconds)
+            self._hold(anchor + self._scale.time((1.0 - place) * self._width - 1.0))
 
     def zoom(self, steps: int, anchor: float | None = None) -> None:
         """Go up (in) or down (out) the list of windows, passing over those that change nothing."""
@@ -185,7 +185,7 @@ class StripView:
     def go_to_start(self) -> None:
         """Show the beginning of the flight."""
         if self.start is not None:
-            self._hold(self.start + self.seconds)
+            self._hold(self._earliest(self.start))
 
     def set_cursor(self, name: str, time: float | None) -> None:
         """Set one of `CURSORS` to a time (s), or take it away with None."""
@@ -203,11 +203,15 @@ class StripView:
             return
         if self.start is not None:
             # The beginning may be drawn into sight, not out of it.
-            latest = max(latest, min(self.start + self.seconds, now))
+            latest = max(latest, min(self._earliest(self.start), now))
         if latest >= now:
             self._held = now
             return
         self._held = latest
+
+    def _earliest(self, start: float) -> float:
+        """Return the right edge (s) at which the flight's start is at the left one."""
+        return self._scale.time(self._scale.column(start) + self._width - 1)
 
     def _rescale(self) -> None:
         self._scale = choose_scale(self._window, self._width, self._rate)

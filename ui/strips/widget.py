@@ -320,7 +320,9 @@ class StripChart(QWidget):
         density = self._density()
         ratio = self._zoom * density
         width, height = round(self.width() * density), round(self.height() * density)
-        self._pen = pen = Pen(self._theme, ratio)
+        if self._pen.theme is not self._theme or self._pen.ratio != ratio:
+            self._pen = Pen(self._theme, ratio)
+        pen = self._pen
         self._make_charts()
         strips = self._layout.strips
         groups = [

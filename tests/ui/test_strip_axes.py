@@ -1,0 +1,120 @@
+"""Columns, round numbers and steady ranges."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.quantities import Block
+from gsapp.session.history import History
+from ui.strips.columns import ColumnScale, choose_scale, column_extremes
+from ui.strips.ranges import SteadyRange
+from ui.strips.ticks import clock, number, round_range, step_decimals, time_step, value_ticks
+
+
+@given(
+    window=st.floats(0.01, 10_000.0),
+    width=st.integers(10, 4000),
+    rate=st.sampled_from([20.0, 50.0, 100.0, 200.0, 1000.0]),
+)
+@settings(max_examples=50, deadline=None)
+def test_the_window_asked_for_fits_into_the_columns(window, width, rate):
+    """Proves that a scale shows at least the window, and wastes no factor of two or more."""
+    scale = choose_scale(window, width, rate)
+    seen = width * scale.seconds
+    assert min(scale.samples, scale.stretch) == 1
+    assert seen >= window * (1.0 - 1e-9)
+    if scale.stretch < 64:
+        assert seen <= 2.0 * window * (1.0 + 2.0 / width) + 1e-9
+
+
+def test_a_time_on_the_grid_lies_in_its_own_column():
+    """Proves that floating point takes no sample into the column before, even after days."""
+    for scale in (ColumnScale(rate=100.0), ColumnScale(rate=1000.0, samples=7)):
+        for index in (0, 1, 29, 57, 10**6 + 3, 3 * 10**8 + 1, -5):
+            assert scale.column(index / scale.rate) == index // scale.samples
+
+
+def test_a_sample_several_columns_wide_is_joined_by_straight_lines():
+    """Proves interpolation between samples, and that a gap is neither bridged nor extended."""
+    history = History(("q",), 100.0)
+    values = np.array([0.0, 4.0, math.nan, 2.0, math.nan, 8.0])
+    history.append(Block(channels=("q",), times=np.arange(6) / 100.0, values=values[:, None]))
+    low, high = column_extremes(history, "q", ColumnScale(rate=100.0, stretch=4), 0, 24)
+    assert low[:4] == pytest.approx([0.0, 1.0, 2.0, 3.0])
+    assert high[:4] == pytest.approx([1.0, 2.0, 3.0, 4.0])
+    there = np.flatnonzero(~np.isnan(low)).tolist()
+    assert there == [0, 1, 2, 3, 4, 12, 20]
+    assert low[[4, 12, 20]] == pytest.approx([4.0, 2.0, 8.0])
+
+
+@given(
+    low=st.floats(-1e4, 1e4),
+    span=st.floats(1e-3, 1e5),
+    length=st.integers(12, 900),
+    scale=st.sampled_from([1.0, 1.25, 2.0, 2.5]),
+)
+@settings(max_examples=50, deadline=None)
+def test_labels_of_a_value_axis_never_touch(low, span, length, scale):
+    """Proves that labels, once moved inwards at the edges, stay apart and within the range."""
+    low, high = round_range(low, low + span)
+    apart, pad = 13.5 * scale, 2.0 * scale
+    length = length * scale
+    ticks = value_ticks(low, high, length, pad, apart)
+    assert ticks
+    assert all(low - 1e-6 * span <= tick <= high + 1e-6 * span for tick in ticks)
+    gain = (length - 2 * pad) / (high - low)
+    half = 0.42 * 11 * scale
+    places = [min(max(pad + gain * (t - low), half), length - half) for t in ticks]
+    assert all(b - a >= 8.0 * scale for a, b in itertools.pairwise(places))
+
+
+def test_numbers_and_times_read_as_they_should():
+    """Proves signs, digits and the clock."""
+    assert number(-0.04, 1) == "0.0"
+    assert number(-2.5, 1) == "\N{MINUS SIGN}2.5"
+    assert clock(247.0) == "04:07"
+    assert clock(3847.25, 2) == "1:04:07.25"
+    assert clock(59.999, 1) == "01:00.0"
+    assert clock(-3.0) == "\N{MINUS SIGN}00:03"
+    assert step_decimals(0.25) == 2
+    assert step_decimals(20.0) == 0
+    assert time_step(60.0, 8) == 10.0
+    assert time_step(600.0, 8) == 120.0
+
+
+def test_a_range_is_steady_and_still_follows():
+    """Proves hysteresis: widens at once, narrows only after seconds, never flickers."""
+    steady = SteadyRange(1.0)
+    assert steady.update(-4.0, 4.0, 0.0)
+    first = (steady.low, steady.high)
+    assert first[0] <= -4.0
+    assert first[1] >= 4.0
+    # Values wander below the edge: nothing changes.
+    rng = np.random.default_rng(1)
+    for step in range(200):
+        wobble = rng.uniform(0.8, 1.0)
+        assert not steady.update(-4.0 * wobble, 4.0 * wobble, step * 0.1)
+    assert steady.update(-4.0, 30.0, 21.0)
+    assert steady.high >= 30.0
+    # Small again: not at once, but after a few seconds.
+    assert not steady.update(-4.0, 4.0, 22.0)
+    assert not steady.update(-4.0, 4.0, 25.0)
+    assert steady.update(-4.0, 4.0, 26.5)
+    assert steady.high <= 10.0
+    # A short burst within the patience starts the wait anew.
+    assert steady.update(-4.0, 30.0, 27.0)
+    assert not steady.update(-4.0, 4.0, 28.0)
+    assert not steady.update(-4.0, 25.0, 31.0)
+    assert not steady.update(-4.0, 4.0, 32.5)
+    assert not steady.update(math.nan, math.nan, 40.0)
+
+
+def test_noise_of_the_sensor_does_not_fill_a_chart():
+    """Proves the least span of the automatic range."""
+    steady = SteadyRange(2.0)
+    steady.update(5.0, 5.05, 0.0)
+    assert steady.high - steady.low >= 2.0

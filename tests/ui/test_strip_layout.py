@@ -1,0 +1,114 @@
+"""Layouts: what they hold, what their files say, what is wrong with a file."""
+
+import json
+import math
+
+import pytest
+
+from gsapp.foundation import FileProblemsError
+from ui.strips.layout import (
+    Strip,
+    StripGroup,
+    StripLayout,
+    Trace,
+    default_layout,
+    load_layout,
+    save_layout,
+)
+
+LAYOUT = StripLayout(
+    name="Stalls",
+    window=120.0,
+    groups=(
+        StripGroup(
+            name="Pitch",
+            strips=(
+                Strip(
+                    traces=(
+                        Trace(channel="elevator_left"),
+                        Trace(channel="elevator_right", style="computed", color="rust"),
+                    ),
+                    height=2.0,
+                ),
+                Strip(
+                    traces=(Trace(channel="alpha"),),
+                    range="fixed",
+                    low=math.radians(-5.0),
+                    high=math.radians(20.0),
+                ),
+            ),
+        ),
+        StripGroup(
+            name="Air",
+            strips=(
+                Strip(traces=(Trace(channel="V"),), range="limits"),
+                Strip(traces=(Trace(channel="temperature"),), range="fixed", low=270.0, high=300.0),
+            ),
+        ),
+    ),
+)
+
+
+def test_a_layout_survives_its_file(tmp_path):
+    """Proves that TOML and JSON give back the same layout, with units in the file."""
+    path = save_layout(tmp_path / "stalls.toml", LAYOUT)
+    text = path.read_text(encoding="utf-8")
+    assert 'low = "-5 deg"' in text
+    read = load_layout(path)
+    again = StripLayout.model_validate(json.loads(json.dumps(LAYOUT.content())))
+    for found in (read, again):
+        assert found.channels == LAYOUT.channels
+        for one, other in zip(found.strips, LAYOUT.strips, strict=True):
+            assert one.traces == other.traces
+            assert (one.range, one.height) == (other.range, other.height)
+            if other.low is not None:
+                assert one.low == pytest.approx(other.low)
+                assert one.high == pytest.approx(other.high)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[[groups]]\n[[groups.strips]]\nchannel = "alfa"\n', "alpha"),
+        ('[[groups]]\n[[groups.strips]]\nchannel = "q"\nrange = "fixed"\n', "low and high"),
+        (
+            '[[groups]]\n[[groups.strips]]\nchannel = "q"\nrange = "fixed"\n'
+            'low = "1 ft"\nhigh = "2 ft"\n',
+            "unit of angular rate",
+        ),
+        ('[[groups]]\n[[groups.strips]]\nchannel = "q"\ncolor = "green"\n', "trace color"),
+        (
+            '[[groups]]\n[[groups.strips]]\ntraces = [{channel = "q"}, {channel = "alpha"}]\n',
+            "own chart",
+        ),
+        ("[[groups]]\nstripes = []\n", "strips"),
+    ],
+)
+def test_a_mistake_in_a_file_is_named(tmp_path, text, words):
+    """Proves that a bad layout gets a clear sentence."""
+    path = tmp_path / "bad.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(FileProblemsError, match=words):
+        load_layout(path)
+
+
+def test_charts_move_within_groups_and_across_them():
+    """Proves ordering: nothing is lost, groups are crossed at their ends."""
+    moved = LAYOUT.moved(0, 1)
+    assert [strip.channel for strip in moved.groups[0].strips] == ["alpha", "elevator_left"]
+    crossed = LAYOUT.moved(1, 1)
+    assert [strip.channel for strip in crossed.groups[1].strips] == ["alpha", "V", "temperature"]
+    back = crossed.moved(1, -1)
+    assert back == LAYOUT
+    assert LAYOUT.moved(0, -1) == LAYOUT
+    assert LAYOUT.moved(3, 1) == LAYOUT
+
+
+def test_sixteen_charts_by_default_for_what_the_flight_has():
+    """Proves the default choice, with and without knowing the flight's channels."""
+    assert len(default_layout().strips) == 16
+    thin = default_layout(("elevator_left", "alpha", "q", "qbar", "throttle", "alpha_volts"))
+    shown = {strip.channel for strip in thin.strips}
+    assert shown == {"elevator_left", "alpha", "q", "qbar", "throttle"}
+    volts = default_layout(("alpha_volts", "q_volts"))
+    assert {strip.channel for strip in volts.strips} == {"alpha_volts", "q_volts"}
