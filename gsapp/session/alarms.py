@@ -503,16 +503,15 @@ class PresenceMonitor:
             return
         ticks = np.floor_divide(block.times + 1e-6, self.TICK).astype(np.int64)
         present: npt.NDArray[np.bool_] = np.logical_not(np.isnan(block.values))
-        some = present.any(axis=0)
-        if not some.any():
+        columns = np.flatnonzero(np.any(present, axis=0)).tolist()
+        if not columns:
             return
-        every = present.all()
+        every = bool(np.all(present))
         whole = np.unique(ticks)
-        for column, channel_id in enumerate(block.channels):
-            if some[column]:
-                seen = whole if every else np.unique(ticks[present[:, column]])
-                self._coming.setdefault(channel_id, []).append(seen)
-        newest = int(ticks[np.flatnonzero(present.any(axis=1))[-1]])
+        for column in columns:
+            seen = whole if every else np.unique(ticks[present[:, column]])
+            self._coming.setdefault(block.channels[column], []).append(seen)
+        newest = int(ticks[np.flatnonzero(np.any(present, axis=1))[-1]])
         self._front = newest if self._front is None else max(self._front, newest)
         if self._judged is None:
             self._judged = int(ticks[0]) - 1

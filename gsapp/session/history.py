@@ -442,10 +442,15 @@ class History:
     def block(self, channel_ids: Sequence[str], start: float, stop: float) -> Block:
         """Return the rows with ``start <= time < stop`` (s) of some channels."""
         first = math.ceil(start * self.rate - 1e-6)
-        last = max(math.ceil(stop * self.rate - 1e-6), first)
-        columns = [self.samples(channel_id, first, last) for channel_id in channel_ids]
+        return self.rows(first, math.ceil(stop * self.rate - 1e-6), channel_ids)
+
+    def rows(self, first: int, last: int, channel_ids: Sequence[str] | None = None) -> Block:
+        """Return the rows ``first <= k < last`` of some channels, or of all."""
+        names = self.channels if channel_ids is None else tuple(channel_ids)
+        last = max(first, last)
+        columns = [self.samples(channel_id, first, last) for channel_id in names]
         return Block(
-            channels=tuple(channel_ids),
+            channels=names,
             times=np.arange(first, last) / self.rate,
             values=np.column_stack(columns) if columns else np.empty((last - first, 0)),
         )

@@ -1,0 +1,284 @@
+"""Driving a flight: a playhead over a record, and the end of a record that grows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.quantities import Block
+from gsapp.session.feeds import MAX_SPEED, LiveFeed, ReplayFeed, Step
+from gsapp.session.history import History
+
+RATE = 100.0
+
+
+def block(first: int, values: dict[str, np.ndarray]) -> Block:
+    count = len(next(iter(values.values())))
+    return Block(
+        channels=tuple(values),
+        times=np.arange(first, first + count) / RATE,
+        values=np.column_stack(list(values.values())),
+    )
+
+
+class ListReader:
+    """Blocks from a list, as if decoded from records."""
+
+    def __init__(self, blocks: Sequence[Block], tail: Sequence[Block] = ()) -> None:
+        self.blocks = list(blocks)
+        self.tail = list(tail)
+        self.position = 0
+        self.per_read = 3
+
+    def read(self, limit: int) -> Step:
+        given = self.blocks[self.position : self.position + min(self.per_read, limit)]
+        self.position += len(given)
+        return Step(given, self.position < len(self.blocks))
+
+    def finish(self) -> Sequence[Block]:
+        given, self.tail = self.tail, []
+        return given
+
+    @property
+    def progress(self) -> float:
+        return self.position / max(len(self.blocks), 1)
+
+
+class Watcher:
+    """Remembers the samples it was given since the last reset."""
+
+    def __init__(self) -> None:
+        self.resets = 0
+        self.seen: dict[str, list[float]] = {}
+        self.times: dict[str, list[float]] = {}
+
+    def feed(self, given: Block) -> None:
+        for column, name in enumerate(given.channels):
+            self.seen.setdefault(name, []).extend(given.values[:, column].tolist())
+            self.times.setdefault(name, []).extend(given.times.tolist())
+
+    def settle(self) -> None:
+        pass
+
+    def reset(self) -> None:
+        self.resets += 1
+        self.seen.clear()
+        self.times.clear()
+
+
+class Clock:
+    """A clock that the test sets; each look at it may take some time."""
+
+    def __init__(self, each: float = 0.0) -> None:
+        self.time = 100.0
+        self.each = each
+
+    def __call__(self) -> float:
+        self.time += self.each
+        return self.time
+
+
+def flight(seconds: int = 40, start: int = 500) -> list[Block]:
+    """Return a fast channel in short blocks, and a slow one that comes two seconds late."""
+    blocks = []
+    for second in range(seconds):
+        for part in range(0, 100, 10):
+            k = start + second * 100 + part
+            blocks.append(block(k, {"q": np.arange(k, k + 10.0)}))
+        if second >= 2:
+            k = start + (second - 2) * 100
+            blocks.append(block(k, {"battery": np.arange(k, k + 100.0)}))
+    return blocks
+
+
+def run(feed: ReplayFeed, clock: Clock, seconds: float, step: float = 0.02) -> None:
+    for _ in range(round(seconds / step)):
+        feed.advance(clock.time + 0.008)
+        clock.time += step
+
+
+def replay(
+    blocks: Sequence[Block], *, each: float = 0.0, speed: float = 1.0
+) -> tuple[ReplayFeed, History, Watcher, Clock]:
+    clock = Clock(each)
+    history = History(["q", "battery"], RATE)
+    watcher = Watcher()
+    feed = ReplayFeed(ListReader(blocks), history, [watcher], clock, speed=speed)
+    return feed, history, watcher, clock
+
+
+def test_the_playhead_runs_at_its_speed_and_the_charts_see_no_further() -> None:
+    """1x, 10x and pause, to the end, where it stops."""
+    feed, history, watcher, clock = replay(flight())
+    run(feed, clock, 2.0)
+    assert feed.now == pytest.approx(5.0 + 1.98)
+    assert history.end == pytest.approx(feed.now, abs=0.01)
+    assert history.last("q")[0] <= feed.now + 1e-6
+    assert watcher.seen["q"] == np.arange(500.0, history.index(history.end) + 1).tolist()
+    feed.speed = 10.0
+    run(feed, clock, 1.0)
+    assert feed.now == pytest.approx(6.98 + 10.0)
+    feed.pause()
+    run(feed, clock, 5.0)
+    assert feed.now == pytest.approx(16.98)
+    feed.play()
+    feed.speed = 1000.0
+    assert feed.speed == 50.0
+    feed.speed = 0.001
+    assert feed.speed == 0.1
+    feed.speed = MAX_SPEED
+    run(feed, clock, 1.0)
+    assert (feed.now, feed.at_end, feed.playing) == (44.99, True, False)
+    assert watcher.seen["q"] == np.arange(500.0, 4500.0).tolist()
+    assert watcher.resets == 1  # the beginning
+    feed.play()
+    assert feed.now == 5.0
+    assert watcher.resets == 2
+
+
+def test_going_back_feeds_everything_up_to_there_again() -> None:
+    """After a jump back consumers hold what they would hold had the flight just come to here."""
+    feed, history, watcher, clock = replay(flight(), speed=50.0)
+    run(feed, clock, 0.5)
+    assert feed.now == pytest.approx(5.0 + 24.0)
+    revision = history.revision
+    feed.seek(12.0)
+    assert history.end == 12.0
+    assert history.revision > revision
+    assert np.isnan(history.samples("q", 1201, 1300)).all()
+    feed.pause()
+    run(feed, clock, 0.1)
+    assert feed.caught_up
+    assert watcher.seen["q"] == np.arange(500.0, 1201.0).tolist()
+    assert watcher.seen["battery"] == np.arange(500.0, 1201.0).tolist()
+    feed.seek(20.0)
+    run(feed, clock, 0.1)
+    assert watcher.resets == 2
+    assert watcher.seen["q"] == np.arange(500.0, 2001.0).tolist()
+    feed.seek(1e9)
+    assert feed.now == 44.99
+    feed.seek(-5.0)
+    assert feed.now == 5.0
+
+
+def test_single_steps() -> None:
+    """One sample on, one back; a step pauses."""
+    feed, history, watcher, clock = replay(flight())
+    run(feed, clock, 1.0)
+    place = history.index(history.end)
+    feed.step(1)
+    assert history.last("q") == ((place + 1) / RATE, place + 1.0)
+    feed.step(-2)
+    assert history.last("q") == ((place - 1) / RATE, place - 1.0)
+    assert not feed.playing
+    run(feed, clock, 0.1)
+    assert watcher.seen["q"][-1] == place - 1.0
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    each=st.sampled_from([0.0, 0.001, 0.02]),
+    moves=st.lists(
+        st.tuples(st.sampled_from(["seek", "step", "speed", "pause", "play"]), st.floats(0.0, 1.0)),
+        max_size=8,
+    ),
+)
+def test_whatever_the_user_does_consumers_see_a_flight_in_order(
+    each: float, moves: list[tuple[str, float]]
+) -> None:
+    """Any controls, however slow the machine: no sample twice, none missing, none ahead."""
+    feed, _, watcher, clock = replay(flight(20), each=each)
+    for what, share in moves:
+        run(feed, clock, 0.2)
+        if what == "seek":
+            feed.seek(5.0 + 22.0 * share)
+        elif what == "step":
+            feed.step(round(40 * share) - 20)
+        elif what == "speed":
+            feed.speed = 50.0 * share + 0.1 if share < 0.8 else MAX_SPEED
+        elif what == "pause":
+            feed.pause()
+        else:
+            feed.play()
+        for name, seen in watcher.seen.items():
+            count = len(seen)
+            expected = np.arange(500.0, 500.0 + count)
+            if name == "battery":
+                expected[expected >= 2300.0] = np.nan
+            np.testing.assert_array_equal(seen, expected)
+            assert not count or watcher.times[name][-1] <= feed.now + 1e-6
+    feed.play()
+    feed.speed = MAX_SPEED
+    run(feed, clock, 200.0, 1.0)
+    assert feed.at_end
+    assert watcher.seen["q"] == np.arange(500.0, 2500.0).tolist()
+
+
+def test_a_long_pause_between_two_flights_is_skipped() -> None:
+    """Three hours on the ground are not waited through; half a minute is."""
+    first = [block(k, {"q": np.zeros(100)}) for k in range(0, 1000, 100)]
+    hours = 3 * 3600 * 100
+    second = [block(hours + k, {"q": np.ones(100)}) for k in range(0, 1000, 100)]
+    third = [block(hours + 4000 + k, {"q": np.ones(100)}) for k in range(0, 1000, 100)]
+    feed, _, watcher, clock = replay([*first, *second, *third])
+    run(feed, clock, 9.5)
+    assert feed.now < 10.0
+    run(feed, clock, 1.5)
+    assert 10800.0 <= feed.now <= 10802.0
+    run(feed, clock, 20.0)
+    assert 10810.0 < feed.now < 10840.0
+    run(feed, clock, 60.0)
+    assert feed.at_end
+    assert np.nansum(watcher.seen["q"]) == 2000.0
+    assert len(watcher.seen["q"]) == 1000 + 5000
+
+
+def test_a_slow_machine_keeps_its_deadline_and_gets_there() -> None:
+    """However long a piece takes, a call ends soon after its deadline and the work goes on."""
+    feed, _, watcher, clock = replay(flight(), each=0.003, speed=MAX_SPEED)
+    calls = 0
+    while not feed.at_end:
+        begin = clock.time
+        feed.advance(begin + 0.008)
+        assert clock.time - begin < 0.008 + 8 * 0.003
+        calls += 1
+    assert calls > 10
+    assert watcher.seen["q"] == np.arange(500.0, 4500.0).tolist()
+
+
+def test_live_everything_read_has_happened_at_once() -> None:
+    """History and consumers have it after the same call; the end of the record comes last."""
+    history = History(["q"], RATE)
+    watcher = Watcher()
+    blocks = flight(5)
+    tail = [block(1000, {"q": np.arange(1000.0, 1002.0)})]
+    feed = LiveFeed(ListReader(blocks, tail), history, [watcher], Clock())
+    feed.advance(math.inf)
+    assert feed.caught_up
+    assert feed.now == 9.99
+    assert watcher.seen["q"] == np.arange(500.0, 1000.0).tolist()
+    feed.finish()
+    assert watcher.seen["q"] == np.arange(500.0, 1002.0).tolist()
+    assert history.last("q") == (10.01, 1001.0)
+
+
+def test_live_a_long_past_is_taken_in_over_several_calls() -> None:
+    """Opening a window late: each call keeps its deadline, and progress is told."""
+    history = History(["q"], RATE)
+    clock = Clock(each=0.001)
+    feed = LiveFeed(ListReader(flight(30)), history, [], clock)
+    told = []
+    while not feed.caught_up:
+        begin = clock.time
+        feed.advance(begin + 0.008)
+        assert clock.time - begin < 0.012
+        told.append(feed.progress)
+    assert told == sorted(told)
+    assert told[0] < 0.5
+    assert told[-1] == 1.0
+    assert history.end == 34.99
