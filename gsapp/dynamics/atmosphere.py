@@ -1,0 +1,219 @@
+"""Standard atmosphere, wind, and Dryden turbulence.
+
+The atmosphere follows the day: ground temperature and pressure read at the field replace the
+standard ones, the lapse rate stays. SI throughout.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gsapp.dynamics.arithmetic import Value, functions
+from gsapp.quantities import FloatArray
+
+GRAVITY = 9.80665
+SEA_LEVEL_DENSITY = 1.225
+SEA_LEVEL_PRESSURE = 101325.0
+SEA_LEVEL_TEMPERATURE = 288.15
+LAPSE_RATE = 0.0065
+GAS_CONSTANT = 287.05287
+HEAT_RATIO = 1.4
+
+_EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
+_FT = 0.3048
+
+
+class Air(NamedTuple):
+    """State of the air at one height, or at many.
+
+    Attributes
+    ----------
+    density : float or ndarray
+        kg/m^3.
+    pressure : float or ndarray
+        Pa.
+    temperature : float or ndarray
+        K.
+    sound_speed : float or ndarray
+        m/s.
+    """
+
+    density: Value
+    pressure: Value
+    temperature: Value
+    sound_speed: Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Atmosphere:
+    """The troposphere of the day, below 11 km.
+
+    Attributes
+    ----------
+    ground_altitude : float
+        Height of the field above sea level, m.
+    ground_temperature : float or None
+        Read at the field, K; None takes the standard one for that height.
+    ground_pressure : float or None
+        Read at the field (not reduced to sea level), Pa; None takes the standard one.
+    """
+
+    ground_altitude: float = 0.0
+    ground_temperature: float | None = None
+    ground_pressure: float | None = None
+
+    def temperature(self, altitude: Value) -> Value:
+        """Return the temperature (K) at a geometric altitude above sea level (m)."""
+        ground = self.ground_temperature
+        if ground is None:
+            ground = SEA_LEVEL_TEMPERATURE - LAPSE_RATE * self.ground_altitude
+        return ground - LAPSE_RATE * (altitude - self.ground_altitude)
+
+    def pressure(self, altitude: Value) -> Value:
+        """Return the pressure (Pa) at a geometric altitude above sea level (m)."""
+        pressure = self.ground_pressure
+        if pressure is None:
+            pressure = float(pressure_at(self.ground_altitude))
+        ground = self.temperature(self.ground_altitude)
+        ratio = self.temperature(altitude) / ground
+        return pressure * ratio**_EXPONENT
+
+    def density(self, altitude: Value) -> Value:
+        """Return the density (kg/m^3) at a geometric altitude above sea level (m)."""
+        return self.pressure(altitude) / (GAS_CONSTANT * self.temperature(altitude))
+
+    def at(self, altitude: Value) -> Air:
+        """Return density, pressure, temperature and speed of sound at an altitude (m)."""
+        temperature = self.temperature(altitude)
+        pressure = self.pressure(altitude)
+        root = functions(temperature).sqrt
+        return Air(
+            density=pressure / (GAS_CONSTANT * temperature),
+            pressure=pressure,
+            temperature=temperature,
+            sound_speed=root(HEAT_RATIO * GAS_CONSTANT * temperature),
+        )
+
+
+def pressure_at(altitude: Value) -> Value:
+    """Return the pressure (Pa) of the standard day at a pressure altitude (m)."""
+    return SEA_LEVEL_PRESSURE * (1.0 - LAPSE_RATE * altitude / SEA_LEVEL_TEMPERATURE) ** _EXPONENT
+
+
+def pressure_altitude(pressure: Value) -> Value:
+    """Return the pressure altitude (m) at a static pressure (Pa): inverse of `pressure_at`."""
+    ratio = (pressure / SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT)
+    return SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - ratio)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wind:
+    """Steady wind, as the velocity of the air over the ground.
+
+    Attributes
+    ----------
+    north, east, down : float
+        Velocity of the air at `reference_height`, m/s. A wind *from* the north has north < 0.
+    shear : float
+        Exponent of the power law with height; 0 is the same wind at every height, 0.14 is
+        usual over grass.
+    reference_height : float
+        m above the ground.
+    """
+
+    north: float = 0.0
+    east: float = 0.0
+    down: float = 0.0
+    shear: float = 0.0
+    reference_height: float = 10.0
+
+    def at(self, height: float) -> tuple[float, float, float]:
+        """Return the velocity of the air (north, east, down; m/s) at a height (m) above ground."""
+        if self.shear == 0.0:
+            return self.north, self.east, self.down
+        factor = (max(height, 0.5) / self.reference_height) ** self.shear
+        return factor * self.north, factor * self.east, self.down
+
+
+class Turbulence:
+    """Dryden turbulence along the flight path, stepped exactly for any step and speed.
+
+    The longitudinal gust is a first-order process with the time constant L/V, the lateral and
+    vertical ones have the Dryden second-order shape (1 + sqrt(3) T s)/(1 + T s)^2, T = L/V. Each
+    is discretized with its exact transition and covariance, so that the variance is sigma^2 at
+    every step length and stays so while the speed changes.
+
+    Parameters
+    ----------
+    sigma : tuple of float
+        Standard deviations (u, v, w), m/s.
+    scale : tuple of float
+        Scale lengths (u, v, w), m. The default is that of low flight over a field.
+    seed : int
+        Of the random numbers.
+    """
+
+    def __init__(
+        self,
+        sigma: tuple[float, float, float] | float,
+        *,
+        scale: tuple[float, float, float] = (500.0 * _FT, 250.0 * _FT, 100.0 * _FT),
+        seed: int = 0,
+    ) -> None:
+        self.sigma = (sigma, sigma, sigma) if isinstance(sigma, (int, float)) else tuple(sigma)
+        self.scale = tuple(scale)
+        self._random = np.random.default_rng(seed)
+        start = self._random.standard_normal(5)
+        # Stationary covariance of both second-order states is 1/4.
+        self._u = float(start[0])
+        self._v = (0.5 * float(start[1]), 0.5 * float(start[2]))
+        self._w = (0.5 * float(start[3]), 0.5 * float(start[4]))
+
+    @property
+    def gust(self) -> tuple[float, float, float]:
+        """Return the gust now: velocity of the air along body x, y, z, m/s."""
+        root3 = math.sqrt(3.0)
+        return (
+            self.sigma[0] * self._u,
+            self.sigma[1] * (self._v[0] + root3 * self._v[1]),
+            self.sigma[2] * (self._w[0] + root3 * self._w[1]),
+        )
+
+    def advance(self, dt: float, V: float) -> tuple[float, float, float]:
+        """Go on by `dt` (s) at the airspeed `V` (m/s) and return the gust there."""
+        distance = max(V, 1.0) * dt
+        noise = self._random.standard_normal(5)
+        decay = math.exp(-distance / self.scale[0])
+        self._u = decay * self._u + math.sqrt(1.0 - decay * decay) * float(noise[0])
+        self._v = _second_order(self._v, distance / self.scale[1], noise[1], noise[2])
+        self._w = _second_order(self._w, distance / self.scale[2], noise[3], noise[4])
+        return self.gust
+
+    def series(self, count: int, dt: float, V: float) -> FloatArray:
+        """Return `count` successive gusts, shape (count, 3), m/s."""
+        return np.array([self.advance(dt, V) for _ in range(count)]).reshape(count, 3)
+
+
+def _second_order(
+    state: tuple[float, float], a: float, one: float, two: float
+) -> tuple[float, float]:
+    """Advance x'' + 2 x' + x = white noise by `a` time constants (x, x'), covariance I/4."""
+    decay = math.exp(-a)
+    f11, f12 = decay * (1.0 + a), decay * a
+    f21, f22 = -decay * a, decay * (1.0 - a)
+    q11 = 0.25 * (1.0 - f11 * f11 - f12 * f12)
+    q12 = -0.25 * (f11 * f21 + f12 * f22)
+    q22 = 0.25 * (1.0 - f21 * f21 - f22 * f22)
+    # q11 is of third order in a: for small steps the rounding may leave it below zero.
+    l22 = math.sqrt(max(q22, 0.0))
+    l12 = q12 / l22 if l22 > 0.0 else 0.0
+    l11 = math.sqrt(max(q11 - l12 * l12, 0.0))
+    x, y = state
+    return (
+        f11 * x + f12 * y + l12 * float(one) + l11 * float(two),
+        f21 * x + f22 * y + l22 * float(one),
+    )

@@ -1,0 +1,61 @@
+"""The linear build-up (4.2.1)-(4.2.6): six coefficients, thirty derivatives."""
+
+from __future__ import annotations
+
+from gsapp.dynamics.terms import COEFFICIENTS, LinearTerm, Parameter
+
+LONGITUDINAL_READS = {"alpha": "alpha", "q": "q_hat", "de": "de"}
+LATERAL_READS = {"beta": "beta", "p": "p_hat", "r": "r_hat", "da": "da", "dr": "dr"}
+"""Suffix of the derivative: variable that it multiplies."""
+
+COEFFICIENT_TITLES = {
+    "CN": "normal force",
+    "CA": "axial force",
+    "CY": "side force",
+    "Cl": "rolling moment",
+    "Cm": "pitching moment",
+    "Cn": "yawing moment",
+}
+
+
+def reads_of(coefficient: str) -> dict[str, str]:
+    """Return suffix -> variable of the linear terms of one coefficient."""
+    return LONGITUDINAL_READS if coefficient in ("CN", "CA", "Cm") else LATERAL_READS
+
+
+def derivative_names() -> tuple[str, ...]:
+    """Return the names of all derivatives, coefficient by coefficient."""
+    return tuple(
+        f"{coefficient}_{suffix}"
+        for coefficient in COEFFICIENTS
+        for suffix in ("0", *reads_of(coefficient))
+    )
+
+
+def linear_build_up() -> tuple[LinearTerm, ...]:
+    """Return the six linear terms, each with the derivatives of one coefficient."""
+    terms = []
+    for coefficient in COEFFICIENTS:
+        reads = reads_of(coefficient)
+        names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads)]
+        products = [f"{coefficient}_{suffix} {variable}" for suffix, variable in reads.items()]
+        terms.append(
+            LinearTerm(
+                id=f"linear.{coefficient}",
+                title=f"Linear {COEFFICIENT_TITLES[coefficient]}",
+                equation=f"{coefficient} = {names[0]} + {' + '.join(products)}",
+                target=coefficient,
+                reads=tuple(reads.values()),
+                parameters=tuple(
+                    Parameter(
+                        name=name,
+                        unit="",
+                        default=0.0,
+                        bounds=(-100.0, 100.0),
+                        description="per radian, rates as q c/2V, p b/2V, r b/2V",
+                    )
+                    for name in names
+                ),
+            )
+        )
+    return tuple(terms)

@@ -1,0 +1,317 @@
+"""The one interface of all model terms: values and Jacobians, for numbers and for arrays.
+
+A *term* reads named variables and adds to one named target. It may own parameters, and states of
+its own whose rates it gives. Everything that a linear build-up leaves out (an effect) is a term;
+so are the linear build-up itself, the lag of a servo and the scale error of a vane. Estimation,
+simulation and the search for a missing effect all run on these functions:
+
+    value(reads, states, parameters)     what is added to the target
+    rates(reads, states, parameters)     of its own states
+    jacobian(reads, states, parameters)  of both, by reads, states and parameters
+
+``reads``, ``states`` and ``parameters`` are tuples in the order of the term's own lists. An
+element is a float, or an array of shape (n,) with one number for each sample.
+
+Targets
+    ``CN CA CY Cl Cm Cn CX CZ``    coefficients (about the aircraft file's CG)
+    ``X Y Z L M N``                forces (N) and moments (N m) in body axes
+    ``thrust``                     force along x (N)
+    ``mass ixx iyy izz ixz cg.x cg.y cg.z``   offsets of the file's values (kg, kg m^2, m)
+    ``control.<surface>``          the path of a control signal, see `gsapp.dynamics.signals`
+    ``sensor.<channel>``           the path of a measured signal
+"""
+
+from __future__ import annotations
+
+import difflib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.arithmetic import Value
+from gsapp.foundation import UnknownNameError
+
+Values = Sequence[Value]
+
+VARIABLES: Mapping[str, str] = {
+    "V": "true airspeed, m/s",
+    "alpha": "angle of attack at the CG, rad",
+    "beta": "angle of sideslip at the CG, rad",
+    "p": "roll rate, rad/s",
+    "q": "pitch rate, rad/s",
+    "r": "yaw rate, rad/s",
+    "p_hat": "p b/(2V)",
+    "q_hat": "q c/(2V)",
+    "r_hat": "r b/(2V)",
+    "de": "elevator, rad",
+    "da": "aileron, rad",
+    "dr": "rudder, rad",
+    "flap": "flap, rad",
+    "throttle": "throttle as the engines follow it, mean of both, 0 to 1",
+    "throttle_difference": "half the left throttle minus the right",
+    "rho": "air density, kg/m^3",
+    "qbar": "dynamic pressure, Pa",
+    "thrust": "all engines, N; for terms that do not add to the thrust",
+    "alpha_dot_hat": "alpha' c/(2V); for terms that add to moments only",
+    "beta_dot_hat": "beta' b/(2V); for terms that add to moments only",
+}
+"""What a term of the equations may read."""
+
+COEFFICIENTS = ("CN", "CA", "CY", "Cl", "Cm", "Cn")
+TARGETS = (
+    *COEFFICIENTS,
+    "CX",
+    "CZ",
+    "X",
+    "Y",
+    "Z",
+    "L",
+    "M",
+    "N",
+    "thrust",
+    "mass",
+    "ixx",
+    "iyy",
+    "izz",
+    "ixz",
+    "cg.x",
+    "cg.y",
+    "cg.z",
+)
+"""What a term of the equations may add to."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A number in a term that may be given, held, or estimated.
+
+    Attributes
+    ----------
+    name : str
+        Unique within its term; derivatives keep their usual name (``Cm_alpha2``).
+    unit : str
+        SI unit as text; empty for pure numbers.
+    default : float
+        A plausible size: what is taken where a file or command names the effect alone.
+    bounds : tuple of float
+        Outside is not physical.
+    description : str
+        In words.
+    neutral : float
+        The value at which the term does nothing.
+    free : bool
+        Whether estimation may move it. A reference speed is not free.
+    """
+
+    name: str
+    unit: str
+    default: float
+    bounds: tuple[float, float]
+    description: str
+    neutral: float = 0.0
+    free: bool = True
+
+
+class TermJacobian(NamedTuple):
+    """Partial derivatives of a term, each element a float or an array of shape (n,).
+
+    Attributes
+    ----------
+    reads, states, parameters : tuple
+        Of the value.
+    rate_reads, rate_states, rate_parameters : tuple of tuples
+        Of the rates: one inner tuple for each state of the term.
+    """
+
+    reads: tuple[Value, ...]
+    states: tuple[Value, ...] = ()
+    parameters: tuple[Value, ...] = ()
+    rate_reads: tuple[tuple[Value, ...], ...] = ()
+    rate_states: tuple[tuple[Value, ...], ...] = ()
+    rate_parameters: tuple[tuple[Value, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Term(ABC):
+    """Base of all terms.
+
+    Attributes
+    ----------
+    id : str
+        ``group.target.kind``, such as ``aero.Cm.alpha2``.
+    title : str
+        In a field engineer's words.
+    equation : str
+        The physics, as text.
+    target : str
+        What it adds to.
+    reads : tuple of str
+        Names of the variables read.
+    parameters : tuple of Parameter
+    states : tuple of str
+        Names of its own states; empty for a static term.
+    """
+
+    id: str
+    title: str
+    equation: str
+    target: str
+    reads: tuple[str, ...]
+    parameters: tuple[Parameter, ...] = ()
+    states: tuple[str, ...] = ()
+
+    @abstractmethod
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return what the term adds to its target."""
+
+    @abstractmethod
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the exact partial derivatives of value and rates."""
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the rates of the term's own states (none for a static term)."""
+        del reads, states, parameters
+        return ()
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the states at which their rates vanish for constant `reads`."""
+        del reads, parameters
+        return ()
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """Return the plausible value of every parameter by its name."""
+        return {parameter.name: parameter.default for parameter in self.parameters}
+
+    @property
+    def neutrals(self) -> dict[str, float]:
+        """Return, by name, the values at which the term does nothing."""
+        return {parameter.name: parameter.neutral for parameter in self.parameters}
+
+    def values_for(self, given: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the parameters in order: those given, the defaults for the rest.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is not a parameter of this term.
+        """
+        known = self.defaults
+        for name in given:
+            if name not in known:
+                raise UnknownNameError(unknown_parameter(self, name))
+        return tuple(float(given.get(name, default)) for name, default in known.items())
+
+
+def unknown_parameter(term: Term, name: str) -> str:
+    """Return the sentence for a parameter that a term does not have."""
+    names = [parameter.name for parameter in term.parameters]
+    if not names:
+        return f"the effect '{term.id}' has no parameters, so '{name}' cannot be set; leave it out"
+    near = difflib.get_close_matches(name, names, n=1)
+    hint = f"did you mean '{near[0]}'? " if near else ""
+    return (
+        f"the effect '{term.id}' has no parameter '{name}'; {hint}it has {', '.join(names)}"
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinearTerm(Term):
+    """Bias and linear terms of one coefficient: sum of parameter times variable.
+
+    The first parameter stands alone, the others each multiply the variable at the same place.
+    """
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return bias + sum of products."""
+        del states
+        total = parameters[0]
+        for variable, parameter in zip(reads, parameters[1:], strict=True):
+            total = total + variable * parameter
+        return total
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the parameters by variable, the variables by parameter."""
+        del states
+        return TermJacobian(reads=tuple(parameters[1:]), parameters=(1.0, *reads))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Monomial(Term):
+    """One parameter times a product of whole powers of variables.
+
+    Attributes
+    ----------
+    powers : tuple of int
+        One for each variable read, 1 or more.
+    scale : float
+        A fixed factor, such as a length of the aircraft.
+    """
+
+    powers: tuple[int, ...]
+    scale: float = 1.0
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return scale * parameter * x1^n1 * x2^n2 ..."""
+        del states
+        total = self.scale * parameters[0]
+        for variable, power in zip(reads, self.powers, strict=True):
+            total = total * variable**power
+        return total
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the derivatives of the product, factor by factor."""
+        del states
+        by_read = []
+        for index, power in enumerate(self.powers):
+            slope = self.scale * parameters[0] * power * reads[index] ** (power - 1)
+            for other, exponent in enumerate(self.powers):
+                if other != index:
+                    slope = slope * reads[other] ** exponent
+            by_read.append(slope)
+        product: Value = self.scale
+        for variable, power in zip(reads, self.powers, strict=True):
+            product = product * variable**power
+        return TermJacobian(reads=tuple(by_read), parameters=(product,))
+
+
+TermFactory = Callable[[Aircraft], Term]
+"""Makes a term for an aircraft; its geometry may enter."""
+
+_REGISTRY: dict[str, TermFactory] = {}
+
+
+def register(term_id: str, factory: TermFactory) -> None:
+    """Enter an effect under its id.
+
+    Raises
+    ------
+    ValueError
+        If the id is taken.
+    """
+    if term_id in _REGISTRY:
+        raise ValueError(f"the effect '{term_id}' is registered twice")
+    _REGISTRY[term_id] = factory
+
+
+def effect_ids() -> tuple[str, ...]:
+    """Return the ids of all registered effects, sorted."""
+    return tuple(sorted(_REGISTRY))
+
+
+def make_term(term_id: str, aircraft: Aircraft) -> Term:
+    """Return the term with that id for an aircraft.
+
+    Raises
+    ------
+    UnknownNameError
+        If no effect has that id; the nearest are named.
+    """
+    factory = _REGISTRY.get(term_id)
+    if factory is None:
+        near = difflib.get_close_matches(term_id, _REGISTRY, n=3)
+        hint = f"did you mean {' or '.join(near)}?" if near else "see gsapp discrepancy --catalog"
+        raise UnknownNameError(f"no effect is called '{term_id}'; {hint}")
+    return factory(aircraft)
