@@ -81,9 +81,7 @@ class StickInput:
         self.duration = 0.0
         self.high_rate = maneuver.rate == "high"
         whole = 1.0 + human.size_error * float(random.standard_normal())
-        for number, (surface, size) in enumerate(
-            zip(maneuver.inputs, maneuver.stick, strict=True)
-        ):
+        for number, (surface, size) in enumerate(zip(maneuver.inputs, maneuver.stick, strict=True)):
             time = number * maneuver.stagger * _around_one(human.timing_error, random)
             starts, values = [time], []
             for unit in SHAPES[maneuver.shape]:

@@ -92,9 +92,7 @@ class HumanPilot:
         scale = (1.0, 1.0, 1.0) if high_rate else self._feel.low_rate
         sign = self._runway.sign
         return Sticks(
-            pitch=self._hands["pitch"].move(
-                pitch / scale[0] + inputs["de"], resting=intent.quiet
-            ),
+            pitch=self._hands["pitch"].move(pitch / scale[0] + inputs["de"], resting=intent.quiet),
             roll=self._hands["roll"].move(
                 sign * roll / scale[1] + inputs["da"], resting=intent.quiet
             ),

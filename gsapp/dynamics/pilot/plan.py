@@ -6,6 +6,7 @@ lies, which inputs are flown with how much stick. How well it is flown is the pi
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Literal
 
@@ -94,13 +95,13 @@ class Engines(StrictModel):
     @field_validator("run_ups")
     @classmethod
     def _in_order(cls, value: tuple[RunUp, ...]) -> tuple[RunUp, ...]:
-        if any(later.at <= earlier.at for earlier, later in zip(value, value[1:], strict=False)):
+        if any(later.at <= earlier.at for earlier, later in itertools.pairwise(value)):
             raise ValueError("the run-ups must follow each other in time; sort them by 'at'")
         return value
 
 
 class RangeCheck(StrictModel):
-    """Large stick pulses on the ground: is the radio alive?
+    """Large stick pulses on the ground: to show that the radio is alive.
 
     Attributes
     ----------

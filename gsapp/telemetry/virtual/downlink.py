@@ -24,9 +24,12 @@ class Packet:
         Frames for the on-board log; empty where there is none.
     phase : str
         What the pilot is doing.
+    stamp_us : int
+        The box's time of day, microseconds since 1970.
     """
 
     time: float
+    stamp_us: int
     live: tuple[bytes, ...]
     kept: tuple[bytes, ...]
     phase: str
@@ -97,7 +100,13 @@ class Downlink:
                 live.append(self._live.text(text))
                 if self._kept:
                     kept.append(self._kept.text(text))
-        return Packet(time=tick.micros * 1e-6, live=tuple(live), kept=tuple(kept), phase=phase)
+        return Packet(
+            time=tick.micros * 1e-6,
+            stamp_us=tick.unix_us,
+            live=tuple(live),
+            kept=tuple(kept),
+            phase=phase,
+        )
 
 
 _ANNOUNCEMENTS = {

@@ -33,8 +33,8 @@ class LogServer:
         self._started = started
         self._pending: Iterator[Message] = iter(())
 
-    def ask(self, message: Message) -> None:
-        """Take a message from the ground; anything but a request for logs is ignored."""
+    def ask(self, message: Message) -> bool:
+        """Take a message from the ground; return whether it was a request that is obeyed."""
         kind = message.get_msgId()
         if kind == dialect.MAVLINK_MSG_ID_LOG_REQUEST_LIST:
             self._pending = self._entries(message.start, message.end)
@@ -42,6 +42,9 @@ class LogServer:
             self._pending = self._chunks(message.ofs, message.count)
         elif kind == dialect.MAVLINK_MSG_ID_LOG_REQUEST_END:
             self._pending = iter(())
+        else:
+            return False
+        return True
 
     def answers(self, budget: int) -> Iterator[Message]:
         """Yield answers that are due, until about `budget` bytes are spent."""

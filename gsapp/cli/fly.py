@@ -1,0 +1,262 @@
+"""``gsapp fly``: the virtual aircraft, over a link or straight into a flight folder."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import FlightError, LinkError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.quantities import Block
+    from gsapp.telemetry.sources import Source
+    from gsapp.telemetry.virtual.settings import FlightSettings
+    from gsapp.telemetry.virtual.transmit import Progress
+
+_STAY = 300.0
+"""Seconds without a request after which a thin box, landed, stops offering its log."""
+
+
+def run(
+    *,
+    to: str | None = None,
+    out: Path | None = None,
+    plan: str = "default",
+    hide: tuple[str, ...] = (),
+    seed: int = 0,
+    speed: float = 1.0,
+    thin: bool = False,
+    aircraft: str = "b777",
+    model: str = "b777",
+    attitude: bool = True,
+    position: bool = False,
+    turbulence: float | None = None,
+    onboard: Path | None = None,
+    truth: Path | None = None,
+) -> None:
+    """Fly the virtual aircraft.
+
+    Parameters
+    ----------
+    to : str or None
+        LINK over which the box sends.
+    out : Path or None
+        Flight folder to write instead, as fast as it goes.
+    plan, aircraft, model : str
+        Files, or names of shipped ones.
+    hide : tuple of str
+        Effects that the aircraft has and the model lacks, ``ID[:PARAM=VALUE,..]``.
+    seed : int
+        Same seed, same flight.
+    speed : float
+        Times real time; counts for `to`.
+    thin : bool
+        For a 57,600-baud radio, with the full record kept on board.
+    attitude, position : bool
+        Whether the board knows and sends them.
+    turbulence : float or None
+        Standard deviation of the gusts, m/s; None leaves it to the plan.
+    onboard : Path or None
+        Where the on-board log of a thin flight goes; a file beside the work by default.
+    truth : Path or None
+        Where the true motion goes, as a Flight CSV.
+
+    Raises
+    ------
+    GroundStationError
+        If a file holds mistakes, the link cannot be opened, or the place is taken.
+    """
+    from rich.console import Console
+
+    from gsapp.telemetry.virtual.settings import FlightSettings
+
+    console = Console(stderr=True)
+    settings = FlightSettings(
+        plan=plan,
+        aircraft=aircraft,
+        model=model,
+        hide=hide,
+        seed=seed,
+        turbulence=turbulence,
+        thin=thin,
+        attitude=attitude,
+        position=position,
+    )
+    if out is not None:
+        write_folder(settings, out, truth=truth, console=console)
+    elif to is not None:
+        send(settings, to, speed=speed, onboard=onboard, truth=truth, console=console)
+    else:
+        raise LinkError("nothing says where to fly to; give a link or a flight folder")
+
+
+def send(
+    settings: FlightSettings,
+    to: str,
+    *,
+    speed: float,
+    onboard: Path | None,
+    truth: Path | None,
+    console: Console,
+) -> None:
+    """Fly over a link in real time, or `speed` times that."""
+    from gsapp.telemetry.address import parse_link
+    from gsapp.telemetry.clock import HostClock
+    from gsapp.telemetry.sources import LinkAwaitedError, open_source
+    from gsapp.telemetry.virtual.transmit import Transmitter
+
+    if not speed > 0.0:
+        raise LinkError(f"a speed of {speed} leads nowhere; choose one above 0")
+    address = parse_link(to)
+    if address.kind in ("virtual", "flight", "text"):
+        raise LinkError(
+            f"the virtual aircraft cannot send to '{to}'; give a network link or a serial port, "
+            "for example udpout:127.0.0.1:14550"
+        )
+    clock = HostClock()
+    source = open_source(address, clock=clock)
+    with contextlib.closing(source):
+        # A peer that is not there yet is waited for; anything else is for the user to mend.
+        with contextlib.suppress(LinkAwaitedError):
+            source.open()
+        started = clock.now_us()
+        place = onboard or Path(f"onboard-{time.strftime('%Y%m%d-%H%M%S')}.tlog")
+        downlink = settings.downlink(started)
+        log, server = settings.keep_log(place, started)
+        transmitter = Transmitter(
+            downlink,
+            _SourceLine(source),
+            clock=clock,
+            speed=speed,
+            thin=settings.thin,
+            log=log,
+            server=server,
+        )
+        try:
+            with _shown(console, f"Flying '{settings.plan}' over {address}") as show:
+                transmitter.fly(show)
+            console.print(
+                f"The flight is over: {transmitter.sent_bytes / 1e6:.2f} MB sent.", highlight=False
+            )
+            if log is not None:
+                console.print(
+                    f"The full record is in {place} and can be fetched over the link; Ctrl-C ends."
+                )
+                transmitter.stay(_STAY)
+        finally:
+            if log is not None:
+                log.close()
+            if truth is not None:
+                write_truth(truth, downlink.truth())
+
+
+def write_folder(
+    settings: FlightSettings, out: Path, *, truth: Path | None, console: Console
+) -> Path:
+    """Write a flight folder as if the flight had been recorded, as fast as it goes.
+
+    Nothing stands at `out` before all of it does.
+
+    Raises
+    ------
+    FlightError
+        If something is there already, or cannot be written.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise FlightError(f"{out} exists already; choose another name for the new flight")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    except OSError as error:
+        raise FlightError(
+            f"{out} cannot be made ({error.strerror}); choose a place where you may write"
+        ) from error
+    try:
+        true_motion = _fill(settings, part, name=out.name, console=console)
+        if truth is not None:
+            write_truth(truth, true_motion)
+        part.chmod(0o755)
+        if out.exists():
+            out.rmdir()
+        part.replace(out)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+    console.print(f"Wrote the flight {out}.", highlight=False)
+    return out
+
+
+def _fill(settings: FlightSettings, folder: Path, *, name: str, console: Console) -> Block:
+    """Write the record and the copies; return the true motion."""
+    from calibration.reading import FOLDER as CERTIFICATES
+    from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
+    from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
+    from gsapp.flight.folder import FlightFolder
+    from gsapp.flight.info import FlightInfo
+    from gsapp.telemetry.virtual.record import write_record
+
+    started = time.time_ns() // 1000
+    downlink = settings.downlink(started)
+    channel_map = "b777-thin" if settings.thin else "b777"
+    flight = FlightFolder.create(
+        folder,
+        FlightInfo(
+            name=name,
+            aircraft=settings.aircraft,
+            channel_map=channel_map,
+            source="virtual",
+            notes=_notes(settings),
+        ),
+    )
+    flight.keep_aircraft(AIRCRAFT.find(settings.aircraft))
+    flight.keep_channel_map(CHANNEL_MAPS.find(channel_map))
+    flight.keep_certificates(sorted((CERTIFICATES / settings.certificates).glob("*.toml")))
+    kept = folder / "onboard.tlog" if settings.thin else None
+    with _shown(console, f"Flying '{settings.plan}'") as show:
+        write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
+    if kept is not None:
+        flight.update_info(onboard_log=kept.name)
+    return downlink.truth()
+
+
+def _notes(settings: FlightSettings) -> str:
+    return f"Virtual flight: plan {settings.plan}, seed {settings.seed}."
+
+
+def write_truth(path: Path, block: Block) -> None:
+    """Write the true motion as a Flight CSV."""
+    from gsapp.flight.writers import write_flight_csv
+
+    write_flight_csv(path, block, "us")
+
+
+class _SourceLine:
+    """A source, as the transmitter needs it."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+
+    def send(self, data: bytes) -> None:
+        self._source.write(data)
+
+    def receive(self, timeout: float) -> bytes:
+        return b"".join(chunk.data for chunk in self._source.read(timeout))
+
+
+@contextlib.contextmanager
+def _shown(console: Console, title: str) -> Iterator[Callable[[Progress], None]]:
+    """Show flight time and phase on one line while the flight goes on."""
+    with console.status(title) as status:
+
+        def show(progress: Progress) -> None:
+            minutes, seconds = divmod(int(progress.time), 60)
+            status.update(f"{title}: {minutes}:{seconds:02d}  {progress.phase}")
+
+        yield show
