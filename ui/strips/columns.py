@@ -119,7 +119,7 @@ def column_extremes(
     history : Samples
         Where the samples are.
     channel_id : str
-        The channel; one that the history does not hold is empty.
+        The channel, which the history must hold.
     scale : ColumnScale
         How columns lie on the samples.
     first, last : int

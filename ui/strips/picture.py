@@ -180,7 +180,7 @@ class Picture:
             return None
         self._seen[channel_id] = latest[0]
         # Before the first sample seen, anything may have come with it.
-        begin = view.scale.column(seen) if seen is not None else view.columns[0]
+        begin = view.scale.column(seen) if seen is not None else view.columns[0] - self.raster.margin
         return begin, view.scale.column(latest[0]) + 1
 
     def follow_ranges(self, view: StripView, *, at_once: bool) -> bool:

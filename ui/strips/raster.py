@@ -338,12 +338,15 @@ class Raster:
         if last <= first:
             return
         pieces = _pieces(first, last, self._loaded)
+        known = set(history.channels)
         for layer, members in enumerate(self._layers):
             for number in members:
                 if charts is not None and number not in charts:
                     continue
                 trace = self.trace_number(number, layer)
                 channel_id = self.charts[number].traces[layer].channel
+                if channel_id not in known:
+                    continue
                 low, high = column_extremes(history, channel_id, scale, first, last)
                 for ring, part in pieces:
                     self.low[trace, ring] = low[part]

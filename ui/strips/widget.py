@@ -201,6 +201,27 @@ class StripChart(QWidget):
         self._rebuild()
         self.advance()
 
+    # What it shows
+
+    @property
+    def charts(self) -> Mapping[int, Chart]:
+        """Return the charts by number, with range and labels in force."""
+        return self._charts
+
+    @property
+    def geometry_in_pixels(self) -> Geometry | None:
+        """Return where everything stands, in pixels of the screen; None before it was shown."""
+        return self._geometry
+
+    @property
+    def picture(self) -> Picture | None:
+        """Return what is painted of the charts; None before it was shown."""
+        return self._picture
+
+    def readings(self, number_of_chart: int) -> tuple[Reading, ...]:
+        """Return the current values of a chart as they are shown."""
+        return self._readings.get(number_of_chart, ())
+
     # A frame
 
     def advance(self) -> None:
@@ -284,7 +305,12 @@ class StripChart(QWidget):
         index = round(time * history.rate)
         return float(history.samples(channel_id, index, index + 1)[0])
 
-    def _cursor_texts(self, chart: Chart) -> dict[str, list[str]]:
+    def cursor_texts(self, number_of_chart: int) -> dict[str, list[str]]:
+        """Return the values of a chart at the cursors as they are shown, by cursor.
+
+        ``delta`` is B less A; a chart of several lines has a text for each.
+        """
+        chart = self._charts[number_of_chart]
         texts: dict[str, list[str]] = {}
         values: dict[str, list[float]] = {}
         for name, time in self.view.cursors.items():
@@ -483,7 +509,12 @@ class StripChart(QWidget):
             drawing.draw_readings(painter, self._pen, geometry, chart, box, readings)
             if beside is not None and touched(beside):
                 drawing.draw_cursor_values(
-                    painter, self._pen, box, geometry.cursors, self._cursor_texts(chart), chart
+                    painter,
+                    self._pen,
+                    box,
+                    geometry.cursors,
+                    self.cursor_texts(number_of_chart),
+                    chart,
                 )
 
     def _paint_plot(self, painter: QPainter, geometry: Geometry) -> None:

@@ -1,0 +1,533 @@
+"""The strip charts as a widget: keys pressed, pixels read back."""
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QImage, QWheelEvent
+
+from gsapp.quantities import Block
+from gsapp.session.history import History
+from gsapp.session.limits import Bands
+from ui.strips import (
+    KEY_ACTIONS,
+    Mark,
+    Span,
+    Strip,
+    StripChart,
+    StripGroup,
+    StripLayout,
+    Trace,
+    default_layout,
+)
+from ui.strips.keys import ACTION_BY_KEY
+from ui.theme import DARK, DAYLIGHT, THEMES
+
+RATE = 100.0
+CHANNELS = ("de", "alpha", "q", "V")
+LAYOUT = StripLayout(
+    name="Test",
+    window=10.0,
+    groups=(
+        StripGroup(
+            name="Pitch",
+            strips=tuple(Strip(traces=(Trace(channel=name),)) for name in CHANNELS[:3]),
+        ),
+        StripGroup(name="Air", strips=(Strip(traces=(Trace(channel="V"),)),)),
+    ),
+)
+
+
+def rows(start, count):
+    t = start + np.arange(count) / RATE
+    values = np.column_stack(
+        (0.1 * np.sign(np.sin(t)), 0.05 * np.sin(t), 0.2 * np.cos(t), 40.0 + np.sin(0.3 * t))
+    )
+    return Block(channels=CHANNELS, times=t, values=values)
+
+
+@pytest.fixture
+def history():
+    found = History(CHANNELS, RATE)
+    found.append(rows(0.0, 6000))
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def strips(qtbot, history):
+    widget = StripChart(timed=False)
+    qtbot.addWidget(widget)
+    widget.resize(900, 500)
+    widget.set_layout(LAYOUT)
+    widget.show()
+    widget.set_history(history)
+    widget.setFocus()
+    settle(qtbot, widget)
+    return widget
+
+
+def settle(qtbot, widget):
+    widget.advance()
+    qtbot.wait(1)
+    widget.advance()
+    qtbot.wait(1)
+
+
+def image_of(widget):
+    return widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+
+
+def pixels_of(image):
+    array = np.frombuffer(image.constBits(), dtype=np.uint32)
+    return array.reshape(image.height(), image.bytesPerLine() // 4)[:, : image.width()].copy()
+
+
+def raster_of(widget):
+    """Return the pixels of the plot as they belong on screen, and where they begin."""
+    geometry = widget.geometry_in_pixels
+    raster = widget.picture.raster
+    seam = widget.view.columns[0] % raster.width
+    shown = np.concatenate((raster.pixels[:, seam:], raster.pixels[:, :seam]), axis=1)
+    return shown, geometry.plot
+
+
+def count(pixels, color):
+    return int((pixels == (QColor(color).rgb() & 0xFFFFFFFF)).sum())
+
+
+def press(qtbot, widget, key, modifier=Qt.KeyboardModifier.NoModifier):
+    qtbot.keyClick(widget, key, modifier)
+    settle(qtbot, widget)
+
+
+def test_the_screen_shows_the_raster_to_the_pixel(qtbot, strips):
+    """Proves that what was painted is what is seen, wherever the ring's seam is."""
+    for second in range(7):
+        strips._history.append(rows(60.0 + second, 100))
+        settle(qtbot, strips)
+        shown, plot = raster_of(strips)
+        screen = pixels_of(image_of(strips))
+        part = screen[plot.y : plot.bottom, plot.x : plot.right]
+        assert np.array_equal(part, shown)
+
+
+def test_partial_repaints_equal_a_full_repaint(qtbot, strips):
+    """Proves that repainting only parts leaves nothing stale on the screen."""
+    screen = QImage(strips.size(), QImage.Format.Format_RGB32)
+    for second in range(5):
+        strips._history.append(rows(60.0 + second, 100))
+        strips._read_at = -math.inf
+        settle(qtbot, strips)
+    strips.render(screen)
+    kept = strips.screen().grabWindow(strips.winId()).toImage()
+    if kept.isNull() or kept.size() != screen.size():
+        pytest.skip("this platform cannot read its own screen")
+    assert kept.convertToFormat(QImage.Format.Format_RGB32) == screen
+
+
+def test_space_pauses_says_so_and_recording_goes_on(qtbot, strips, history):
+    """Proves the pause: picture still, banner with seconds, history still growing."""
+    with qtbot.waitSignal(strips.view_changed):
+        qtbot.keyClick(strips, Qt.Key.Key_Space)
+    settle(qtbot, strips)
+    before, _ = raster_of(strips)
+    banner = pixels_of(image_of(strips))[:20]
+    assert count(banner, DAYLIGHT.banner) > 5000
+    history.append(rows(60.0, 250))
+    settle(qtbot, strips)
+    # The last columns now know what came after them; nothing else may move.
+    assert np.array_equal(raster_of(strips)[0][:, :-4], before[:, :-4])
+    assert strips.view.seconds_behind == pytest.approx(2.5, abs=0.02)
+    assert history.end == pytest.approx(62.49)
+    assert not np.array_equal(pixels_of(image_of(strips))[:20], banner)
+    press(qtbot, strips, Qt.Key.Key_Home)
+    assert not strips.view.paused
+    assert count(pixels_of(image_of(strips))[:20], DAYLIGHT.banner) < 500
+    assert strips.view.x(history.end) == strips.view.width - 1
+
+
+def test_arrows_scroll_back_while_the_stream_goes_on(qtbot, strips, history):
+    """Proves that scrolled back the same columns show the same pixels as live before."""
+    live, _ = raster_of(strips)
+    columns = strips.view.columns
+    history.append(rows(60.0, 1500))
+    settle(qtbot, strips)
+    for _ in range(3):
+        press(qtbot, strips, Qt.Key.Key_Left)
+    press(qtbot, strips, Qt.Key.Key_PageUp)
+    assert strips.view.paused
+    strips.view.scroll(strips.view.scale.time(columns[1] - strips.view.columns[1]))
+    settle(qtbot, strips)
+    assert strips.view.columns == columns
+    back, _ = raster_of(strips)
+    # The last columns now know what came after them.
+    assert np.array_equal(back[:, :-4], live[:, :-4])
+
+
+def test_plus_and_minus_zoom(qtbot, strips):
+    """Proves zoom by keys, and that the time axis changes with it."""
+    seconds = strips.view.seconds
+    press(qtbot, strips, Qt.Key.Key_Plus)
+    assert strips.view.seconds < seconds
+    axis = strips.geometry_in_pixels.axis
+    near = pixels_of(image_of(strips))[axis.y :]
+    press(qtbot, strips, Qt.Key.Key_Minus)
+    press(qtbot, strips, Qt.Key.Key_Minus)
+    assert strips.view.seconds > seconds
+    assert not np.array_equal(pixels_of(image_of(strips))[axis.y :], near)
+
+
+def test_the_wheel_zooms_about_the_pointer(qtbot, strips):
+    """Proves that the time under the pointer stays there."""
+    press(qtbot, strips, Qt.Key.Key_PageUp)
+    plot = strips.geometry_in_pixels.plot
+    x = plot.x + 200
+    before = strips.view.time(200)
+    wheel(strips, x, plot.y + 50, 120)
+    settle(qtbot, strips)
+    place = strips.geometry_in_pixels.plot
+    assert strips.view.x(before) + place.x == pytest.approx(x, abs=2)
+
+
+def wheel(widget, x, y, turn):
+    point = QPointF(x, y)
+    widget.wheelEvent(
+        QWheelEvent(
+            point,
+            widget.mapToGlobal(point),
+            QPoint(0, 0),
+            QPoint(0, turn),
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+    )
+
+
+def test_the_cursor_stands_in_all_charts_and_reads_every_value(qtbot, strips, history):
+    """Proves cursor line, its time, and the values at that time."""
+    moved = []
+    strips.cursor_moved.connect(lambda name, time: moved.append((name, time)))
+    press(qtbot, strips, Qt.Key.Key_C)
+    time = strips.view.cursors["cursor"]
+    assert moved == [("cursor", time)]
+    plot = strips.geometry_in_pixels.plot
+    x = plot.x + strips.view.x(time)
+    screen = pixels_of(image_of(strips))
+    column = screen[plot.y : plot.bottom, x]
+    assert count(column, DAYLIGHT.cursor) == plot.height
+    expected = history.samples("V", round(time * RATE), round(time * RATE) + 1)[0]
+    assert strips.value_at("V", time) == expected
+    texts = strips.cursor_texts(3)["cursor"]
+    assert texts == [f"{expected / 0.3048:.1f}"]
+    press(qtbot, strips, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    later = strips.view.cursors["cursor"]
+    assert later > time
+    assert strips.view.x(later) - strips.view.x(time) == max(1, strips.view.scale.stretch)
+    press(qtbot, strips, Qt.Key.Key_C)
+    assert not strips.view.cursors
+
+
+def test_a_and_b_give_differences(qtbot, strips):
+    """Proves A and B: delta t, and the difference of every value in displayed digits."""
+    press(qtbot, strips, Qt.Key.Key_C)
+    press(qtbot, strips, Qt.Key.Key_A)
+    for _ in range(3):
+        press(
+            qtbot,
+            strips,
+            Qt.Key.Key_Right,
+            Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier,
+        )
+    press(qtbot, strips, Qt.Key.Key_B)
+    a, b = strips.view.cursors["a"], strips.view.cursors["b"]
+    assert b > a
+    difference = (strips.value_at("q", b) - strips.value_at("q", a)) * 180.0 / math.pi
+    text = strips.cursor_texts(2)["delta"][0].replace("\N{MINUS SIGN}", "-")
+    assert float(text) == pytest.approx(difference, abs=0.051)
+    shown = [name for name, _ in strips.geometry_in_pixels.cursors]
+    assert "delta" in shown
+    press(qtbot, strips, Qt.Key.Key_Escape)
+    assert not strips.view.cursors
+    assert not strips.geometry_in_pixels.cursors
+
+
+def test_charts_are_chosen_enlarged_and_moved_by_keys(qtbot, strips):
+    """Proves that the charts need no mouse, and that the change is announced."""
+    press(qtbot, strips, Qt.Key.Key_Down)
+    press(qtbot, strips, Qt.Key.Key_Down)
+    assert strips.view.selected == 2
+    assert "Pitch rate" in strips.accessibleDescription()
+    press(qtbot, strips, Qt.Key.Key_Return)
+    assert strips.geometry_in_pixels.numbers == (2,)
+    press(qtbot, strips, Qt.Key.Key_Up)
+    assert strips.geometry_in_pixels.numbers == (1,)
+    press(qtbot, strips, Qt.Key.Key_Escape)
+    assert strips.geometry_in_pixels.numbers == (0, 1, 2, 3)
+    with qtbot.waitSignal(strips.layout_changed) as caught:
+        qtbot.keyClick(strips, Qt.Key.Key_Down, Qt.KeyboardModifier.AltModifier)
+    assert [strip.channel for strip in caught.args[0].strips] == ["de", "q", "alpha", "V"]
+    assert strips.view.selected == 2
+    with qtbot.waitSignal(strips.layout_changed) as caught:
+        qtbot.keyClick(strips, Qt.Key.Key_Y)
+    assert caught.args[0].strips[2].range == "limits"
+
+
+def test_m_asks_for_a_mark_at_the_newest_sample_or_at_the_cursor(qtbot, strips, history):
+    """Proves the mark: now while live, at the cursor while paused."""
+    with qtbot.waitSignal(strips.mark_requested) as caught:
+        qtbot.keyClick(strips, Qt.Key.Key_M)
+    assert caught.args == [history.end]
+    press(qtbot, strips, Qt.Key.Key_PageUp)
+    press(qtbot, strips, Qt.Key.Key_C)
+    with qtbot.waitSignal(strips.mark_requested) as caught:
+        qtbot.keyClick(strips, Qt.Key.Key_M)
+    assert caught.args == [strips.view.cursors["cursor"]]
+
+
+def test_every_key_of_the_table_does_something_known(qtbot, strips):
+    """Proves that table and widget agree, and no key is given twice."""
+    keys = [key for action in KEY_ACTIONS for key in action.keys]
+    assert len(keys) == len(set(keys))
+    for action in KEY_ACTIONS:
+        assert action.text
+        strips.perform(action.id)
+        settle(qtbot, strips)
+    assert set(ACTION_BY_KEY.values()) == {action.id for action in KEY_ACTIONS}
+
+
+def test_a_stale_value_becomes_a_dash(qtbot, strips, history):
+    """Proves that the last value is never left standing when nothing comes any more."""
+    settle(qtbot, strips)
+    assert strips.readings(3)[0].text.startswith("1")
+    strips.set_now(history.end + 10.0)
+    strips._read_at = -math.inf
+    settle(qtbot, strips)
+    for number in range(4):
+        assert strips.readings(number)[0].stale
+        assert strips.readings(number)[0].text == "\N{EN DASH}"
+
+
+def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
+    """Proves that a missing channel is absent, not zero, and breaks nothing."""
+    strips.set_layout(default_layout())
+    settle(qtbot, strips)
+    place = [strip.channel for strip in default_layout().strips].index("beta")
+    assert strips.readings(place)[0].stale
+
+
+class Origin:
+    def __init__(self, kind, calibrated):
+        self.kind = kind
+        self.calibrated = calibrated
+
+
+def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbot, strips):
+    """Proves that state is a word as well as a color."""
+    plain = image_of(strips)
+    strips.set_sources({"q": Origin("estimated", True), "alpha": Origin("measured", False)})
+    strips.set_limits({"V": Bands(warning_high=30.0, caution_high=20.0)})
+    settle(qtbot, strips)
+    assert strips.readings(2)[0].estimated
+    assert strips.readings(1)[0].uncalibrated
+    assert (strips.readings(3)[0].state, strips.readings(3)[0].word) == ("warning", "HIGH")
+    box = strips.geometry_in_pixels.charts[3]
+    values = strips.geometry_in_pixels.values
+    cell = pixels_of(image_of(strips))[box.y : box.bottom, values.x : values.right]
+    assert count(cell, DAYLIGHT.warning_fill) > 100
+    assert image_of(strips) != plain
+
+
+def test_units_change_the_numbers_and_not_the_line(qtbot, strips):
+    """Proves US and SI: another number, another axis, the same samples."""
+    us = strips.readings(3)[0].text
+    strips.set_units("SI")
+    settle(qtbot, strips)
+    si = strips.readings(3)[0].text
+    assert float(us) == pytest.approx(float(si) / 0.3048, rel=0.01)
+    assert strips.charts[3].low < 40.0 < strips.charts[3].high < 60.0
+
+
+@pytest.mark.parametrize("theme", THEMES.values(), ids=lambda theme: theme.name)
+def test_every_theme_paints_its_own_colors(qtbot, strips, theme):
+    """Proves that a theme reaches lines, plot and background."""
+    strips.set_theme(theme)
+    settle(qtbot, strips)
+    screen = pixels_of(image_of(strips))
+    assert count(screen, theme.background) > 10_000
+    assert count(screen, theme.plot) > 10_000
+    assert count(screen, theme.trace("blue")) > 500
+    if theme is not DARK:
+        assert count(screen, DARK.plot) < 100
+
+
+def test_spans_and_marks_are_labeled_across_all_charts(qtbot, strips):
+    """Proves that a maneuver reaches from the lane through the last chart."""
+    strips.set_spans([Span(label="doublet 1", start=55.0, stop=57.0)])
+    strips.set_marks([Mark(label="gust", time=53.0)])
+    settle(qtbot, strips)
+    geometry = strips.geometry_in_pixels
+    screen = pixels_of(image_of(strips))
+    for time in (53.0, 55.0, 57.0):
+        column = screen[
+            geometry.plot.y : geometry.plot.bottom, geometry.plot.x + strips.view.x(time)
+        ]
+        # Only the lines themselves lie over it.
+        assert count(column, DAYLIGHT.span_edge) > 0.9 * geometry.plot.height
+        assert column[0] == column[-1]
+    lane = screen[geometry.lane.y : geometry.lane.bottom]
+    dark = ((lane >> 16) & 0xFF) < 110
+    assert dark[:, geometry.plot.x :].sum() > 60
+
+
+def test_at_200_percent_everything_is_twice_as_large(qtbot, strips):
+    """Proves the scale: thicker lines, larger type, and no chart lost."""
+    strips.resize(1280, 800)
+    settle(qtbot, strips)
+    small = strips.geometry_in_pixels
+    reach = strips.picture.raster.reach
+    strips.set_scale(2.0)
+    settle(qtbot, strips)
+    large = strips.geometry_in_pixels
+    assert large.header.height == 2 * small.header.height
+    assert strips.picture.raster.reach > reach
+    assert large.numbers == small.numbers
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.5])
+def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
+    """Proves that charts, columns and lanes have places of their own at 1280 by 800."""
+    strips.resize(1280, 800)
+    strips.set_layout(default_layout())
+    strips.set_scale(scale)
+    for name, time in (("cursor", 51.0), ("a", 52.0), ("b", 53.0)):
+        strips.set_cursor(name, time)
+    settle(qtbot, strips)
+    geometry = strips.geometry_in_pixels
+    assert geometry.plot.width > 0.29 * 1280
+    for above, below in zip(geometry.charts, geometry.charts[1:], strict=False):
+        assert above.bottom < below.y
+        assert above.height >= 16
+    rights = [geometry.plot.right, *(box.right for _, box in geometry.cursors)]
+    lefts = [*(box.x for _, box in geometry.cursors), geometry.values.x]
+    assert all(right <= left for right, left in zip(rights, lefts, strict=True))
+    assert geometry.values.right <= 1280
+    assert len(geometry.charts) + geometry.hidden == 16
+
+
+def test_charts_that_find_no_room_come_into_sight_when_chosen(qtbot, strips):
+    """Proves that on a small window every chart can still be reached by keys."""
+    strips.set_layout(default_layout())
+    strips.resize(700, 200)
+    settle(qtbot, strips)
+    assert strips.geometry_in_pixels.hidden > 0
+    for _ in range(15):
+        press(qtbot, strips, Qt.Key.Key_Down)
+    assert 15 in strips.geometry_in_pixels.numbers
+
+
+def test_nothing_yet_is_said(qtbot):
+    """Proves that an empty display explains itself and does not fail."""
+    widget = StripChart(timed=False)
+    qtbot.addWidget(widget)
+    widget.resize(600, 400)
+    widget.show()
+    settle(qtbot, widget)
+    widget.set_history(History(("q",), RATE))
+    settle(qtbot, widget)
+    assert not widget.view.paused
+    for action in KEY_ACTIONS:
+        widget.perform(action.id)
+    assert not image_of(widget).isNull()
+
+
+def test_the_widget_follows_by_itself_and_rests_while_hidden(qtbot, history):
+    """Proves the timer: what is appended appears without any signal per sample."""
+    widget = StripChart()
+    qtbot.addWidget(widget)
+    widget.resize(600, 400)
+    widget.set_layout(LAYOUT)
+    widget.set_history(history)
+    widget.show()
+    qtbot.waitUntil(lambda: widget.view.now == history.end, timeout=3000)
+    history.append(rows(60.0, 10))
+    qtbot.waitUntil(lambda: widget.view.now == history.end, timeout=3000)
+    widget.hide()
+    history.append(rows(60.1, 10))
+    qtbot.wait(60)
+    assert widget.view.now == pytest.approx(60.09)
+    widget.show()
+    qtbot.waitUntil(lambda: widget.view.now == history.end, timeout=3000)
+
+
+DENSITY_SCRIPT = """
+import math, sys
+import numpy as np
+from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtGui import QImage
+from gsapp.quantities import Block
+from gsapp.session.history import History
+from ui.strips import StripChart, default_layout
+
+app = QApplication([])
+t = np.arange(3000) / 100.0
+history = History(("alpha", "q"), 100.0)
+history.append(Block(channels=("alpha", "q"), times=t,
+    values=np.column_stack((0.1 * np.sin(t), 0.1 * np.sign(np.sin(3 * t))))))
+parent = QWidget()
+parent.resize(701, 461)
+chart = StripChart(parent, timed=False)
+chart.setGeometry(37, 23, 651, 421)
+chart.set_layout(default_layout(("alpha", "q")))
+parent.show()
+chart.set_history(history)
+for number in range(4):
+    app.processEvents()
+    history.append(Block(channels=("alpha", "q"), times=30.0 + 0.1 * number + np.arange(10) / 100.0,
+        values=np.full((10, 2), 0.02 * number)))
+    chart.advance()
+app.processEvents()
+image = parent.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+density = chart.devicePixelRatioF()
+pixels = np.frombuffer(image.constBits(), dtype=np.uint32)
+pixels = pixels.reshape(image.height(), image.bytesPerLine() // 4)[:, : image.width()]
+raster, plot = chart.picture.raster, chart.geometry_in_pixels.plot
+seam = chart.view.columns[0] % raster.width
+shown = np.concatenate((raster.pixels[:, seam:], raster.pixels[:, :seam]), axis=1)
+left, top = round(37 * density) + plot.x, round(23 * density) + plot.y
+part = pixels[top : top + plot.height, left : left + plot.width]
+print(density, raster.width, int((part != shown).sum()), raster.reach)
+"""
+
+
+@pytest.mark.parametrize(("density", "reach"), [(1.25, 1), (2.0, 2), (3.0, 3)])
+def test_screens_of_any_density_show_every_pixel_exactly(density, reach):
+    """Proves that on dense screens the raster has the screen's own pixels, unscaled."""
+    root = Path(__file__).parents[2]
+    found = subprocess.run(
+        [sys.executable, "-c", DENSITY_SCRIPT],
+        env={
+            **os.environ,
+            "QT_QPA_PLATFORM": "offscreen",
+            "QT_SCALE_FACTOR": str(density),
+            "QT_SCALE_FACTOR_ROUNDING_POLICY": "PassThrough",
+            "PYTHONPATH": str(root),
+        },
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert found.returncode == 0, found.stderr
+    shown, width, wrong, found_reach = found.stdout.split()
+    assert float(shown) == pytest.approx(density)
+    assert int(width) > 300 * density
+    assert int(wrong) == 0
+    assert int(found_reach) == reach
