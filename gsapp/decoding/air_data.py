@@ -20,8 +20,12 @@ from gsapp.quantities import FloatArray
 
 
 def density(static_pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-    """Return the density (kg/m^3) of air at a pressure (Pa) and temperature (K)."""
-    return static_pressure / (GAS_CONSTANT * temperature)
+    """Return the density (kg/m^3) of air at a pressure (Pa) and temperature (K).
+
+    NaN where either is not positive, as an open input of a converter may read.
+    """
+    sound = (static_pressure > 0.0) & (temperature > 0.0)
+    return static_pressure / (GAS_CONSTANT * np.where(sound, temperature, np.nan))
 
 
 def standard_density(static_pressure: FloatArray) -> FloatArray:

@@ -187,7 +187,27 @@ class Gridder:
             return []
         if len(kept) < len(times):
             values = values[kept]
+        if len(kept) == 1 and self.last is not None:
+            found = self._single(stamps[0], values)
+            if found is not None:
+                return found
         return self._rows(stamps, gaps, silences, values)
+
+    def _single(self, time: int, values: FloatArray) -> list[Rows] | None:
+        """Take the usual sample of a live link: it completes no row, or the one it stands on.
+
+        Returns None where `_rows` must see to it; where both could, both give the same.
+        """
+        step = self._grid.step
+        row, rest = divmod(time * self._grid.numerator, step)
+        if row >= self._next and (row > self._next or rest):
+            return None
+        self.last = time
+        self._value = values
+        if row < self._next:
+            return []
+        self._next = row + 1
+        return [Rows(row, self._wrapped(values))]
 
     def _is_gap(self, interval: int) -> bool:
         """Take note of an interval, and return whether it is too long to bridge."""

@@ -140,7 +140,9 @@ class Stream:
         self._offset = np.array([offset for _, offset in factors])
         self._arrays: list[tuple[str, list[int], list[int]]] = []
         self._singles: list[tuple[int, MapEntry]] = []
-        self._missing = [(i, np.array(e.missing)) for i, e in enumerate(entries) if e.missing]
+        missing = [(i, value) for i, entry in enumerate(entries) for value in entry.missing]
+        self._missing_places = np.array([place for place, _ in missing], dtype=np.intp)
+        self._missing_values = np.array([value for _, value in missing])
         self._valid = [(i, FieldRef(field=e.valid)) for i, e in enumerate(entries) if e.valid]
         self._plan_fields()
         outputs, picked, calibrated = [], [], []
@@ -207,16 +209,21 @@ class Stream:
             raw[:, places] = columns[name][:, elements]
         for place, entry in self._singles:
             if entry.convert is None:
-                raw[:, place] = number_of(columns, entry.inputs[0])
+                raw[:, place] = columns[entry.inputs[0].field]
             else:
                 inputs = tuple(number_of(columns, ref) for ref in entry.inputs)
                 raw[:, place] = CONVERSIONS[entry.convert].compute(inputs)
-        for place, missing in self._missing:
-            raw[np.isin(raw[:, place], missing), place] = np.nan
+        if self._missing_places.size:
+            unknown = raw[:, self._missing_places] == self._missing_values
+            if unknown.any():
+                rows, found = np.nonzero(unknown)
+                raw[rows, self._missing_places[found]] = np.nan
         for place, flag in self._valid:
             raw[number_of(columns, flag) == 0.0, place] = np.nan
         si = raw * self._factor + self._offset
-        si[~np.isfinite(si)] = np.nan
+        finite = np.isfinite(si)
+        if not finite.all():
+            si[~finite] = np.nan
         values: FloatArray = si[:, self._picked]
         if self._calibrations is not None:
             supply = None if self._supply is None else si[:, self._supply]

@@ -1,0 +1,456 @@
+"""The decoder: the same rows however the record is cut, and honest about all that goes wrong."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from calibration import load_certificates
+from gsapp.aircraft import load_aircraft
+from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.decoding.decoder import Decoder
+from gsapp.flight.records import RawRecord
+from gsapp.foundation import FlightError
+
+DEG = math.pi / 180.0
+FALLBACK_MAP = """
+name = "test"
+fallback = "0.4 s"
+certificates = "b777"
+{head}
+[[channels]]
+id = "q"
+source = "DEBUG_FLOAT_ARRAY[daq].data[0]"
+unit = "V"
+calibration = "q"
+[[channels]]
+id = "q"
+source = "ATTITUDE.pitchspeed"
+unit = "rad/s"
+priority = 2
+kind = "estimated"
+[[channels]]
+id = "psi"
+source = "ATTITUDE.yaw"
+unit = "rad"
+kind = "estimated"
+[[channels]]
+id = "dynamic_pressure"
+source = "DEBUG_FLOAT_ARRAY[daq].data[1]"
+unit = "hPa"
+[[channels]]
+id = "static_pressure"
+source = "SCALED_PRESSURE.press_abs"
+unit = "hPa"
+[[channels]]
+id = "temperature"
+source = "SCALED_PRESSURE.temperature"
+unit = "degC"
+scale = 0.01
+[[channels]]
+id = "rpm_left"
+source = "RAW_RPM[0].frequency"
+unit = "rpm"
+[[channels]]
+id = "elevator_left"
+source = "DEBUG_FLOAT_ARRAY[daq].data[2]"
+unit = "deg"
+[[channels]]
+id = "elevator_right"
+source = "SERVO_OUTPUT_RAW.servo1_raw"
+unit = "deg"
+scale = 0.05
+offset = -75
+"""
+
+
+def channel_map(cases: SimpleNamespace, folder: Path, text: str = FALLBACK_MAP) -> ChannelMap:
+    return load_channel_map(cases.write_map(folder, text.format(head="")))
+
+
+def troubled_record(cases: SimpleNamespace, seed: int) -> list[RawRecord]:
+    """Return records with losses, delays, silence, duplicates, an outlier, a restart, a pause."""
+    generator = random.Random(seed)
+    send = cases.Sender()
+    events: list[tuple[float, Callable[[int], RawRecord]]] = []
+    boot = 20.0
+
+    def add(time: float, make: Callable[[int, float], RawRecord]) -> None:
+        delay = 0.01 + generator.expovariate(100.0)
+        if generator.random() < 0.01:
+            delay += 1.5 * generator.random()
+        stamp = time
+        events.append((time + delay, lambda host: make(host, stamp)))
+        if generator.random() < 0.02:
+            events.append((time + delay + 0.003, lambda host: make(host, stamp)))
+
+    restart, pause = 10.013, 13.0
+    for k in range(1600):
+        true = k / 100.0
+        if true > pause:
+            true += 100.0
+        vehicle = true + boot if true < restart else true - restart + 0.05
+        silent = 6.0 < true < 8.2 or generator.random() < 0.1
+        if not silent:
+            stamp = round(vehicle * 1e6) + generator.randrange(300)
+            if k == 400:
+                stamp += 77_000_000
+            volts = [2.5 + math.sin(true), 3.0 + math.cos(3 * true), 10 * math.sin(true)]
+            add(true, lambda host, _t, s=stamp, v=volts: send.daq(host, s, v))
+        if k % 4 == 0:
+            ms = round(vehicle * 1000)
+            add(
+                true,
+                lambda host, t, ms=ms: send(
+                    host, "attitude", ms, 0.1, 0.2, math.remainder(t, 2 * math.pi), 0, 0.3 * t, 0
+                ),
+            )
+        if k % 10 == 0:
+            ms = round(vehicle * 1000)
+            add(
+                true,
+                lambda host, t, ms=ms: send(
+                    host, "scaled_pressure", ms, 1000 - 0.1 * t, 0.0, 2000 + round(10 * t)
+                ),
+            )
+            add(true, lambda host, t: send(host, "raw_rpm", 0, 9000 + 10 * t))
+            add(true, lambda host, _t: send(host, "raw_rpm", 1, 100.0))
+        if k % 5 == 0:
+            us = round(vehicle * 1e6) & 0xFFFFFFFF
+            add(
+                true,
+                lambda host, t, us=us: send(
+                    host, "servo_output_raw", us, 0, round(1500 + 100 * math.sin(t)), *[1500] * 7
+                ),
+            )
+    events.sort(key=lambda event: event[0])
+    return [make(round(at * 1e6)) for at, make in events]
+
+
+@pytest.fixture(scope="module")
+def troubled(cases: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    chosen = channel_map(cases, tmp_path_factory.mktemp("map"))
+    certificates = load_certificates("b777")
+
+    def make() -> Decoder:
+        return Decoder(chosen, certificates=certificates)
+
+    @cache
+    def whole(seed: int) -> tuple[list[RawRecord], dict[str, tuple[np.ndarray, np.ndarray]]]:
+        records = troubled_record(cases, seed)
+        return records, cases.decode_in_chunks(make, records, [len(records)])[0]
+
+    return SimpleNamespace(make=make, whole=whole)
+
+
+@given(
+    seed=st.integers(0, 3),
+    sizes=st.lists(st.one_of(st.integers(1, 3), st.integers(1, 400)), min_size=1, max_size=20),
+)
+@settings(max_examples=12, deadline=None)
+def test_chunking_changes_nothing(
+    cases: SimpleNamespace, troubled: SimpleNamespace, seed: int, sizes: list[int]
+) -> None:
+    """A troubled record gives bit-identical rows for every channel, however it is cut."""
+    records, expected = troubled.whole(seed)
+    found, _ = cases.decode_in_chunks(troubled.make, records, sizes)
+    cases.assert_same(found, expected)
+
+
+def test_the_troubled_record_exercises_everything(
+    cases: SimpleNamespace, troubled: SimpleNamespace
+) -> None:
+    """That record really holds what it claims: restart, outlier, fallback, derived, duplicates."""
+    records, expected = troubled.whole(0)
+    _, decoder = cases.decode_in_chunks(troubled.make, records, [97])
+    assert {"restart", "outlier"} <= {notice.kind for notice in decoder.notices}
+    assert decoder.duplicates > 10
+    assert decoder.overtaken > 0
+    assert {"qbar", "V", "Vc", "density", "altitude", "de", "rpm_left", "q_volts"} <= set(expected)
+    index, q = expected["q"]
+    # While the volts were silent (6 to 8.2 s after the start at 20) the estimate stood in.
+    estimate = q[(index > 2650) & (index < 2800)]
+    assert np.all(np.isfinite(estimate))
+    volts_index, volts = expected["q_volts"]
+    assert np.all(np.isnan(volts[(volts_index > 2650) & (volts_index < 2800)]))
+    # The pause of 100 s is not filled.
+    assert np.max(np.diff(index)) > 6000
+
+
+def test_rows_come_as_soon_as_the_next_sample(cases: SimpleNamespace) -> None:
+    """Each 100 Hz sample of the box hands out its own row at once; slow messages hold nothing."""
+    decoder = Decoder(load_channel_map("b777"))
+    send = cases.Sender()
+    seen = []
+    for k in range(100):
+        records = [send.daq(10_000 * k + 500, 10_000 * k, [2.5] * 20)]
+        if k == 50:
+            records.append(send.attitude(10_000 * k + 600, 10 * k, 0.1))
+        blocks = decoder.feed(records)
+        seen += [(k, block.times.tolist()) for block in blocks if "alpha" in block]
+    # The first sample waits for a second one that confirms the clock.
+    assert seen[0] == (1, [0.0, 0.01])
+    assert seen[1:] == [(k, [k / 100]) for k in range(2, 100)]
+
+
+def test_the_box_is_read_right(cases: SimpleNamespace) -> None:
+    """Volts made from known values by the certificates come back as these values, and derived."""
+    certificates = load_certificates("b777")
+    truth = {
+        "elevator_left": -4 * DEG, "elevator_right": -6 * DEG, "aileron_left": 3 * DEG,
+        "aileron_right": 5 * DEG, "rudder": 2 * DEG, "alpha": 5 * DEG, "beta": -3 * DEG,
+        "p": 10 * DEG, "q": -20 * DEG, "r": 5 * DEG, "ax": 1.0, "ay": -2.0, "an": 9.80665,
+        "static_pressure": 98000.0, "dynamic_pressure": 500.0, "temperature": 293.0,
+        "throttle": 0.6, "flap": 10 * DEG,
+    }  # fmt: skip
+    volts = [float(certificates[name].volts(value)) for name, value in truth.items()]
+    volts += [5.0, 2.4]
+    decoder = Decoder(load_channel_map("b777"), aircraft=load_aircraft("b777"))
+    send = cases.Sender()
+    records = [send.daq(10_000 * k, 10_000 * k, volts) for k in range(10)]
+    found = cases.gather(decoder.feed(records) + decoder.finish())
+    for name, value in truth.items():
+        # MAVLink carries the volts in single precision.
+        assert found[name][1] == pytest.approx(value, rel=2e-6, abs=2e-6), name
+    assert found["battery"][1] == pytest.approx(12.0)
+    assert found["excitation"][1] == pytest.approx(5.0)
+    assert found["elevator_left_volts"][1] == pytest.approx(volts[0], rel=1e-6)
+    rho = 98000.0 / (287.05287 * 293.0)
+    expected = {
+        "de": -5 * DEG, "da": 4 * DEG, "dr": 2 * DEG, "qbar": 500.0, "density": rho,
+        "V": math.sqrt(1000.0 / rho), "Vc": math.sqrt(1000.0 / 1.225),
+        "altitude": 288.15 / 0.0065 * (1 - (98000 / 101325) ** (287.05287 * 0.0065 / 9.80665)),
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert found[name][1] == pytest.approx(value, rel=1e-5, abs=1e-5), name
+        assert decoder.sources[name].kind == "derived"
+        assert decoder.sources[name].calibrated
+    assert decoder.sources["alpha"].calibrated
+    assert decoder.sources["alpha"].kind == "measured"
+    assert not decoder.sources["alpha_volts"].calibrated
+    assert decoder.sources["phi"].kind == "estimated"
+    assert decoder.sources["rpm_left"].timing == "arrival"
+    assert decoder.clipped == {}
+
+
+def test_calibration_of_the_decoder_is_the_certificates(cases: SimpleNamespace) -> None:
+    """Values are bit-equal to Certificate.evaluate, sagging supply and extrapolation included."""
+    certificates = load_certificates("b777")
+    generator = np.random.default_rng(3)
+    rows = generator.uniform(0.0, 5.0, (50, 20)).astype(np.float32).astype(np.float64)
+    rows[:, 18] = np.float32(4.7)
+    rows[7, 18] = 0.0
+    send = cases.Sender()
+    records = [send.daq(10_000 * k, 10_000 * k, row.tolist()) for k, row in enumerate(rows)]
+    decoder = Decoder(load_channel_map("b777"), certificates=certificates)
+    found = cases.gather(decoder.feed(records) + decoder.finish())
+    for column, name in enumerate(list(certificates_in_order())):
+        expected = certificates[name].evaluate(rows[:, column], rows[:, 18])
+        np.testing.assert_array_equal(found[name][1], expected, err_msg=name)
+        outside = certificates[name].extrapolated(rows[:, column], rows[:, 18])
+        assert decoder.clipped.get(name, 0) == np.count_nonzero(outside), name
+
+
+def certificates_in_order() -> list[str]:
+    chosen = load_channel_map("b777")
+    return [entry.channel for entry in chosen.entries if entry.calibration]
+
+
+def test_without_certificates_there_are_volts_only(cases: SimpleNamespace) -> None:
+    """No calibration, no engineering units: the volts stay, and nothing is invented."""
+    decoder = Decoder(load_channel_map("b777"), certificates={})
+    assert "alpha_volts" in decoder.channels
+    assert not {"alpha", "de", "qbar", "V"} & set(decoder.channels)
+    send = cases.Sender()
+    found = cases.gather(
+        decoder.feed([send.daq(0, 0, [1.25] * 20), send.daq(9, 10_000, [1.25] * 20)])
+    )
+    assert found["alpha_volts"][1].tolist() == [1.25, 1.25]
+
+
+def test_clipped_gyros_are_counted(cases: SimpleNamespace) -> None:
+    """Samples at the rail of a gyro, and beyond its certificate, are counted by channel."""
+    decoder = Decoder(load_channel_map("b777"), aircraft=load_aircraft("b777"))
+    send = cases.Sender()
+    volts = [2.5] * 20
+    volts[8] = 4.75
+    records = [send.daq(10_000 * k, 10_000 * k, volts) for k in range(5)]
+    decoder.feed(records)
+    assert decoder.clipped["q"] >= 5
+    assert "p" not in decoder.clipped
+
+
+def test_a_second_aircraft_is_left_out_and_named(cases: SimpleNamespace) -> None:
+    """The map's system counts; without one the first heard. The other is named once."""
+    one, two = cases.Sender(system=1), cases.Sender(system=2)
+    for chosen, first in (("b777", 1), ("ardupilot-plane", 2)):
+        decoder = Decoder(load_channel_map(chosen))
+        records = []
+        for k in range(20):
+            records.append(two.attitude(50_000 * k, 50 * k, 0.2))
+            records.append(one.attitude(50_000 * k + 10, 50 * k, 0.1))
+        found = cases.gather(decoder.feed(records))
+        assert decoder.system == first
+        assert np.allclose(found["phi"][1], 0.1 * first)
+        others = [notice for notice in decoder.notices if notice.kind == "other-system"]
+        assert len(others) == 1
+        assert f"system = {3 - first}" in others[0].text
+
+
+def test_a_second_component_is_left_out_and_named(cases: SimpleNamespace) -> None:
+    """A gimbal that sends ATTITUDE too does not mix into the autopilot's."""
+    autopilot, gimbal = cases.Sender(component=1), cases.Sender(component=154)
+    decoder = Decoder(load_channel_map("ardupilot-plane"))
+    records = []
+    for k in range(10):
+        records.append(autopilot.attitude(50_000 * k, 50 * k, 0.1))
+        records.append(gimbal.attitude(50_000 * k + 10, 50 * k + 1, 0.9))
+    found = cases.gather(decoder.feed(records))
+    assert np.allclose(found["phi"][1], 0.1)
+    assert [notice.component for notice in decoder.notices] == [154]
+
+
+def test_unknown_messages_are_counted_and_named(cases: SimpleNamespace) -> None:
+    """A message outside the dialect is counted by id and named once; nothing else is hurt."""
+    body = bytes([4, 0, 0, 0, 1, 1]) + (54_321).to_bytes(3, "little") + b"abcd"
+    stranger = RawRecord(cases.HOST, "frame", b"\xfd" + body + b"\0\0")
+    decoder = Decoder(load_channel_map("b777"))
+    assert decoder.feed([stranger] * 3) == []
+    assert decoder.unknown == {54_321: 3}
+    assert [notice.kind for notice in decoder.notices] == ["unknown-message"]
+    assert "54321" in decoder.notices[0].text
+    assert decoder.health.unknown == 3
+
+
+def test_mavlink_1_and_2_mixed(cases: SimpleNamespace) -> None:
+    """Both versions of one message give one channel."""
+    send = cases.Sender()
+    decoder = Decoder(load_channel_map("ardupilot-plane"))
+    records = [
+        send(10_000 * k, "attitude", 10 * k, 0.01 * k, 0, 0, 0, 0, 0, v1=k % 2 == 0)
+        for k in range(20)
+    ]
+    found = cases.gather(decoder.feed(records))
+    np.testing.assert_allclose(found["phi"][1], 0.01 * np.arange(20), rtol=1e-6)
+
+
+def test_status_texts(cases: SimpleNamespace) -> None:
+    """What the vehicle says comes out with its time; a long text is put together."""
+    send = cases.Sender()
+    decoder = Decoder(load_channel_map("b777"))
+    decoder.feed(
+        [
+            send.daq(0, 5_000_000, [0.0] * 20),
+            send.daq(10_000, 5_010_000, [0.0] * 20),
+            send(20_000, "statustext", 4, b"Engine out"),
+            send(30_000, "statustext", 6, b"x" * 50, 7, 0),
+            send(31_000, "statustext", 6, b"yz", 7, 1),
+        ]
+    )
+    assert [(m.text, m.severity) for m in decoder.messages] == [
+        ("Engine out", 4),
+        ("x" * 50 + "yz", 6),
+    ]
+    assert decoder.messages[0].time == pytest.approx(5.02)
+
+
+def test_lines_of_text(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """Comma-separated lines with their own time: units, blanks, damaged lines, calibration."""
+    text = """
+name = "text box"
+certificates = "b777"
+[text]
+columns = ["time [s]", "alpha [deg]", "", "throttle [%]"]
+[[channels]]
+id = "q"
+source = "line[4]"
+unit = "V"
+calibration = "q"
+"""
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
+    lines = ["time,alpha,note,throttle,q"]
+    lines += [f"{k / 100:.2f},{k},9,{k / 2},{2.5 + k / 45}" for k in range(10)]
+    lines[5] = "0.04,4,9,,2.5"
+    lines[7] = "0.06,gar#bage"
+    records = [
+        RawRecord(cases.HOST + 10_000 * k, "line", line.encode()) for k, line in enumerate(lines)
+    ]
+    found = cases.gather(decoder.feed(records))
+    assert found["alpha"][1] == pytest.approx(DEG * np.arange(10))
+    assert found["q"][1][3] == pytest.approx(3 * DEG, abs=1e-9)
+    assert np.isnan(found["throttle"][1][4])
+    assert found["throttle"][1][8] == pytest.approx(0.04)
+    assert decoder.bad_lines == 2
+    assert [notice.kind for notice in decoder.notices] == ["bad-line"]
+
+
+def test_lines_without_time_are_timed_by_arrival(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """A text link without a clock: flight time counts from the first line, and this is said."""
+    text = 'name = "t"\n[text]\ncolumns = ["alpha [deg]"]\n'
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
+    records = [RawRecord(cases.HOST + 10_000 * k, "line", str(k).encode()) for k in range(5)]
+    found = cases.gather(decoder.feed(records) + decoder.finish())
+    assert found["alpha"][0].tolist() == [0, 1, 2, 3, 4]
+    assert decoder.sources["alpha"].timing == "arrival"
+    assert [notice.kind for notice in decoder.notices] == ["no-clock"]
+
+
+def test_arrival_times_follow_the_quickest_message(cases: SimpleNamespace) -> None:
+    """RAW_RPM has no stamp: it is placed where a stamped message arriving with it would be."""
+    decoder = Decoder(load_channel_map("b777"))
+    send = cases.Sender()
+    records = []
+    for k in range(500):
+        delay = 3000 + (k * 7919) % 20_000
+        records.append(send.daq(10_000 * k + delay, 10_000 * k, [2.5] * 20))
+        if k % 10 == 0:
+            records.append(send(10_000 * k + 3000, "raw_rpm", 0, 9000.0 + k))
+    records.sort(key=lambda record: record.stamp_us)
+    index, rpm = cases.gather(decoder.feed(records))["rpm_left"]
+    truth = 9000.0 + index
+    late = index > 300
+    np.testing.assert_allclose(rpm[late] * 30 / math.pi, truth[late], atol=0.2)
+
+
+def test_a_map_for_files_is_refused(cases: SimpleNamespace) -> None:
+    """A map of a log says so when it is given to a link."""
+    with pytest.raises(FlightError, match="ardupilot-plane"):
+        Decoder(load_channel_map("px4-log"))
+
+
+def test_residue_and_nothing(cases: SimpleNamespace) -> None:
+    """Residue passes through the counts only; nothing in, nothing out."""
+    decoder = Decoder(load_channel_map("b777"))
+    assert decoder.feed([]) == []
+    assert decoder.feed([RawRecord(cases.HOST, "residue", b"\xfd\x01garbage")]) == []
+    assert decoder.health.residue_bytes == 9
+    assert decoder.grid_start is None
+    assert decoder.finish() == []
+
+
+def test_invalid_readings_are_missing(cases: SimpleNamespace) -> None:
+    """A vane that says it is not valid, a raw value that means unknown, and NaN give NaN."""
+    decoder = Decoder(load_channel_map("ardupilot-plane"))
+    send = cases.Sender()
+    records = []
+    for k in range(5):
+        us = 10_000 * k
+        records.append(send(us, "sensor_airflow_angles", us, 5.0, int(k != 2), 3.0, 1))
+        pulses = [1500, 0 if k == 1 else 1600, 1500, 1500, *[0] * 14]
+        records.append(send(us, "rc_channels", 10 * k, 4, *pulses, 255))
+        records.append(send.attitude(us, 10 * k, math.nan if k == 3 else 0.5))
+    found = cases.gather(decoder.feed(records) + decoder.finish())
+    assert np.isnan(found["alpha"][1]).tolist() == [False, False, True, False, False]
+    assert found["beta"][1] == pytest.approx(3 * DEG)
+    assert np.isnan(found["stick_pitch"][1]).tolist() == [False, True, False, False, False]
+    assert np.isnan(found["phi"][1]).tolist() == [False, False, False, True, False]
+    assert np.isnan(found["rc_rssi"][1]).all()
