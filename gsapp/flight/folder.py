@@ -27,21 +27,19 @@ from tomlkit.exceptions import TOMLKitError
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.events import EventLog
 from gsapp.flight.info import FlightInfo, current_versions, now
+from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError, read_toml, write_atomically
 from gsapp.foundation.toml import validate
 
 INFO_NAME = "flight.toml"
-TLOG_NAME = "raw.tlog"
-TEXT_NAME = "raw.txt"
-RESIDUE_NAME = "residue.bin"
 AIRCRAFT_NAME = "aircraft.toml"
 CHANNEL_MAP_NAME = "channel_map.toml"
 CALIBRATION_NAME = "calibration"
 EVENTS_NAME = "events.jsonl"
 CACHE_NAME = "cache"
 
-_SIGNS_OF_A_FLIGHT = (INFO_NAME, TLOG_NAME, TEXT_NAME, RESIDUE_NAME, EVENTS_NAME)
+_SIGNS_OF_A_FLIGHT = (INFO_NAME, FRAMES_FILE, LINES_FILE, RESIDUE_FILE, EVENTS_NAME)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,12 +119,12 @@ class FlightFolder:
     @property
     def tlog_file(self) -> Path:
         """Return the path of the frames."""
-        return self.path / TLOG_NAME
+        return self.path / FRAMES_FILE
 
     @property
     def raw_files(self) -> tuple[Path, ...]:
         """Return the raw files that are there."""
-        names = (TLOG_NAME, TEXT_NAME, RESIDUE_NAME)
+        names = (FRAMES_FILE, LINES_FILE, RESIDUE_FILE)
         return tuple(self.path / name for name in names if (self.path / name).is_file())
 
     @property

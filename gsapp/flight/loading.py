@@ -25,7 +25,7 @@ from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
 from gsapp.flight.readers.dataflash import read_dataflash
 from gsapp.flight.readers.flight_csv import read_flight_csv
 from gsapp.flight.readers.log_table import Log
-from gsapp.flight.readers.mapped import lay_on_grid, map_log
+from gsapp.flight.readers.mapped import clipped_remarks, lay_on_grid, map_log
 from gsapp.flight.readers.matlab import read_mat_columns
 from gsapp.flight.readers.parquet import read_parquet_columns
 from gsapp.flight.readers.tables import read_table
@@ -345,7 +345,7 @@ def _decode_records(batches: Iterator[list[RawRecord]], setting: _Setting, path:
             yield from decoder.feed(batch)
         yield from decoder.finish()
 
-    block = union(blocks(), setting.rate or DEFAULT_RATE)
+    block = union(blocks(), decoder.rate)
     health = decoder.health
     said = [
         Event(
@@ -364,7 +364,7 @@ def _decode_records(batches: Iterator[list[RawRecord]], setting: _Setting, path:
             good=health.good, damaged=health.damaged, unknown=health.unknown, lost=health.lost
         ),
         said=tuple(said),
-        remarks=health.report().sentences,
+        remarks=(*health.report().sentences, *clipped_remarks(decoder.clipped)),
     )
 
 

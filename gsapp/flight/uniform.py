@@ -62,18 +62,21 @@ def union(blocks: Iterable[Block], rate: float) -> Block:
     Returns
     -------
     Block
-        Every channel met, in the order met, NaN where a channel has no sample.
+        Every channel with a sample, in the order met, NaN where it has none.
     """
     channels: dict[str, int] = {}
     pieces: list[tuple[list[int], IndexArray, FloatArray]] = []
     for block in blocks:
-        columns = [channels.setdefault(name, len(channels)) for name in block.channels]
-        filled = ~np.isnan(block.values).all(axis=1)
-        if filled.any():
-            index = np.rint(block.times[filled] * rate).astype(np.int64)
-            pieces.append((columns, index, block.values[filled]))
-    present = [index for _, index, _ in pieces]
-    rows = rows_for(np.concatenate(present) if present else np.empty(0, np.int64), rate)
+        present = ~np.isnan(block.values)
+        used = np.flatnonzero(present.any(axis=0)).tolist()
+        if not used:
+            continue
+        columns = [channels.setdefault(block.channels[place], len(channels)) for place in used]
+        filled = present.any(axis=1)
+        index = np.rint(block.times[filled] * rate).astype(np.int64)
+        pieces.append((columns, index, block.values[filled][:, used]))
+    indices = [index for _, index, _ in pieces]
+    rows = rows_for(np.concatenate(indices) if indices else np.empty(0, np.int64), rate)
     values = np.full((rows.size, len(channels)), np.nan)
     for columns, index, samples in pieces:
         values[np.searchsorted(rows, index)[:, np.newaxis], columns] = samples

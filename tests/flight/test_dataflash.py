@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pymavlink import DFReader
 
+from gsapp.flight import load_flight
 from gsapp.flight.readers.dataflash import read_dataflash
 from gsapp.foundation import FlightError
 
@@ -263,3 +264,32 @@ def test_random_damage_never_crashes(tmp_path):
         with contextlib.suppress(FlightError):
             for table in read_dataflash(path).tables.values():
                 assert np.all(np.diff(table.times) > 0)
+
+
+def test_log_becomes_a_flight(bin_file):
+    """The shipped map lays the log on the grid: both IMUs, z turned up, in SI."""
+    flight = load_flight(bin_file)
+    table = read_dataflash(bin_file).tables["IMU", "0"]
+    assert flight.rate == pytest.approx(100.0)
+    np.testing.assert_allclose(flight.block["q"], table.fields["GyrY"])
+    np.testing.assert_allclose(flight.block["an"], -table.fields["AccZ"])
+    assert "q.2" in flight.block
+    assert flight.sources["an"].source == "IMU[0].AccZ"
+    assert flight.block["phi"].max() < np.pi
+    assert any("ArduPlane" in event.text for event in flight.events)
+
+
+def test_the_unit_of_the_log_is_believed(bin_file, tmp_path):
+    """Where the map names another unit than the log states, the log is believed, and that told."""
+    path = tmp_path / "map.toml"
+    path.write_text(
+        'name = "mine"\nformat = "ardupilot-log"\n[[channels]]\nid = "q"\n'
+        'source = "IMU[1].GyrY"\nunit = "deg/s"\n'
+    )
+    flight = load_flight(bin_file, channel_map=path)
+    table = read_dataflash(bin_file).tables["IMU", "1"]
+    np.testing.assert_allclose(flight.block["q"], table.fields["GyrY"])
+    assert any("believed" in remark for remark in flight.remarks)
+    path.write_text(path.read_text().replace("IMU[1].GyrY", "XYZ.Q"))
+    with pytest.raises(FlightError, match=r"holds nothing.*--map.*ATT, BARO, IMU"):
+        load_flight(bin_file, channel_map=path)

@@ -127,7 +127,15 @@ def map_log(
     return MappedLog(
         block=block,
         sources={name: pipeline.sources[name] for name in block.channels},
-        remarks=tuple(dict.fromkeys(remarks)),
+        remarks=(*dict.fromkeys(remarks), *clipped_remarks(pipeline.clipped)),
+    )
+
+
+def clipped_remarks(clipped: Mapping[str, int]) -> tuple[str, ...]:
+    """Return in words how many samples lay outside calibration or instrument range."""
+    return tuple(
+        f"{count} samples of {name} lie outside what its calibration or its instrument covers"
+        for name, count in sorted(clipped.items())
     )
 
 
