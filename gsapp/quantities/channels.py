@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 from dataclasses import dataclass, replace
+from functools import cache
 
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import units
@@ -496,6 +497,7 @@ def base_id(channel_id: str) -> str:
     return match["base"] if match else channel_id
 
 
+@cache
 def channel(channel_id: str) -> ChannelSpec:
     """Return the spec of a channel, redundant ones included.
 
