@@ -14,6 +14,8 @@ from gsapp.decoding.dialect import TimeField, dialect, time_fields, wire_formats
 
 # Frames behind the newest by up to this many sequence numbers are late or doubled, not new.
 _WINDOW = 128
+# Frames that leap or lag by more than this do not belong to one undisturbed sequence.
+_FAR = 16
 _RATE_SPAN_US = 2_000_000
 _OFFSET_SPAN_US = 60_000_000
 _HEARTBEAT = 0
@@ -172,7 +174,7 @@ class _Message:
 class _Sender:
     last: int
     rate: _Rate
-    expected: int
+    expected: int  # the next number, not wrapped at 256; `missing` likewise
     recent: list[bytes] = field(default_factory=lambda: [b""] * 256)
     missing: set[int] = field(default_factory=set)
     messages: dict[int, _Message] = field(default_factory=dict)
@@ -306,8 +308,7 @@ class LinkHealth:
         if gap and not self._resolve_gap(sender, stamp, sequence, gap, data):
             return
         if not gap:
-            sender.expected = (sequence + 1) & 0xFF
-            sender.missing.discard(sequence)
+            sender.expected += 1
         sender.recent[sequence] = data
         if sender.span >= _MIXED_FRAMES:
             sender.mixed = sender.strays > _MIXED_SHARE * sender.span
@@ -336,33 +337,40 @@ class LinkHealth:
         """Settle a sequence number other than the next; return False for a duplicate."""
         silent = (stamp - sender.last) / 1e6
         usual = sender.rate.value * silent
-        if usual < _WINDOW / 2:
-            if gap >= 256 - _WINDOW:
-                if sequence in sender.missing:
-                    sender.missing.discard(sequence)
-                    sender.lost -= 1
-                    sender.reordered += 1
-                elif sender.recent[sequence] == data:
-                    sender.duplicates += 1
-                    return False
-                else:
-                    # The sender counts anew, or two senders share one number.
-                    sender.strays += 1
-                    sender.missing.clear()
-                    sender.expected = (sequence + 1) & 0xFF
-                return True
-            if gap > _WINDOW // 4:
-                sender.strays += 1
-            if len(sender.missing) > _WINDOW:
-                sender.missing.clear()
-            for step in range(gap):
-                sender.missing.add((sender.expected + step) & 0xFF)
-            sender.lost += gap
-        else:
+        if usual >= _WINDOW / 2:
             # Silent for so long that the counter may have gone round: the rate tells how often.
             sender.missing.clear()
-            sender.lost += gap + 256 * max(0, round((usual - gap) / 256))
-        sender.expected = (sequence + 1) & 0xFF
+            gap += 256 * max(0, round((usual - gap) / 256))
+            sender.lost += gap
+        elif gap >= 256 - _WINDOW:
+            return self._behind(sender, sequence, 256 - gap, data)
+        else:
+            if gap > _FAR:
+                sender.strays += 1
+            oldest = sender.expected - _WINDOW
+            sender.missing = {number for number in sender.missing if number >= oldest}
+            sender.missing.update(range(sender.expected, sender.expected + gap))
+            sender.lost += gap
+        sender.expected += gap + 1
+        return True
+
+    def _behind(self, sender: _Sender, sequence: int, behind: int, data: bytes) -> bool:
+        """Settle a number that lies behind the newest; return False for a duplicate."""
+        number = sender.expected - behind
+        if number in sender.missing:
+            sender.missing.discard(number)
+            sender.lost -= 1
+            sender.reordered += 1
+            if behind > _FAR:
+                sender.strays += 1
+        elif sender.recent[sequence] == data:
+            sender.duplicates += 1
+            return False
+        else:
+            # The sender counts anew, or two senders share one number.
+            sender.strays += 1
+            sender.missing.clear()
+            sender.expected = sequence + 1
         return True
 
     def _delay(

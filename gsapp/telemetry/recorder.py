@@ -28,7 +28,7 @@ from gsapp.telemetry.status import STATUS_FILE, STOP_FILE, RecorderStatus, write
 
 _READ_SECONDS: Final = 0.2
 _LOOK_SECONDS: Final = 0.05
-_PAUSE_SECONDS: Final = 0.05
+_PAUSE_SECONDS: Final = 0.02
 _STATUS_SECONDS: Final = 0.5
 _SYNC_SECONDS: Final = 1.0
 _RETRY_SECONDS: Final = 0.5
@@ -160,7 +160,8 @@ class Recorder:
         next_look = 0.0
         while not stop.is_set():
             with contextlib.suppress(queue.Empty):
-                self.take(self._arrived.get(timeout=_LOOK_SECONDS))
+                unsettled = any(not stream.settled for stream in self._streams.values())
+                self.take(self._arrived.get(timeout=_PAUSE_SECONDS if unsettled else _LOOK_SECONDS))
             now = time.monotonic()
             self.settle(now)
             self._tend(now)

@@ -1,0 +1,188 @@
+"""Link health: loss, rate, age and delay, counted right whatever comes twice or late."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.decoding.dialect import dialect
+from gsapp.decoding.health import LinkHealth
+
+START = 1_700_000_000_000_000
+
+
+def attitude(sequence: int, *, system: int = 1, component: int = 1, boot_ms: int = 0) -> bytes:
+    module = dialect()
+    packer = module.MAVLink(None, srcSystem=system, srcComponent=component)
+    packer.seq = sequence % 256
+    message = module.MAVLink_attitude_message(boot_ms or sequence * 10, 1, 2, 3, 4, 5, 6)
+    return bytes(message.pack(packer))
+
+
+def heartbeat(sequence: int, system: int, *, kind: int = 1, autopilot: int = 3) -> bytes:
+    module = dialect()
+    packer = module.MAVLink(None, srcSystem=system, srcComponent=1)
+    packer.seq = sequence % 256
+    return bytes(module.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3).pack(packer))
+
+
+def records(frames, period_us: int = 10_000):
+    return [(START + number * period_us, "frame", data) for number, data in enumerate(frames)]
+
+
+def fed(*items):
+    health = LinkHealth()
+    for item in items:
+        health.feed(item)
+    return health
+
+
+def test_nothing_is_lost_when_nothing_is_lost() -> None:
+    health = fed(records([attitude(number) for number in range(1000)]))
+    report = health.report()
+    assert (report.good, report.lost, report.duplicates, report.reordered) == (1000, 0, 0, 0)
+    assert report.rate == pytest.approx(100.0, rel=0.01)
+    assert report.messages[0].rate == pytest.approx(100.0, rel=0.01)
+    assert report.messages[0].name == "ATTITUDE"
+    assert report.sentences == ()
+
+
+def test_gaps_in_the_sequence_are_losses_across_its_wrap() -> None:
+    frames = [attitude(number) for number in range(1000) if number % 10]
+    assert fed(records(frames)).lost == 99  # the first of all is not known to be missing
+
+
+def test_each_component_counts_for_itself() -> None:
+    both = itertools.chain.from_iterable(
+        (attitude(number, component=1), attitude(2 * number, component=2)) for number in range(200)
+    )
+    report = fed(records(both)).report()
+    assert {sender.component: sender.lost for sender in report.senders} == {1: 0, 2: 199}
+
+
+def test_duplicates_are_no_losses() -> None:
+    frames = [attitude(number) for number in range(300)]
+    doubled = list(itertools.chain.from_iterable((frame, frame) for frame in frames))
+    report = fed(records(doubled)).report()
+    assert (report.good, report.lost, report.duplicates) == (600, 0, 300)
+    assert report.messages[0].count == 300
+
+
+def test_a_late_frame_takes_its_loss_back() -> None:
+    frames = [attitude(number) for number in range(300)]
+    frames[100], frames[103] = frames[103], frames[100]
+    report = fed(records(frames)).report()
+    assert (report.good, report.lost, report.duplicates) == (300, 0, 0)
+    assert report.reordered == 3
+
+
+def test_two_paths_with_loss_on_each_count_only_what_neither_brought() -> None:
+    frames = [attitude(number) for number in range(2000)]
+    arrived = []
+    for number, frame in enumerate(frames):
+        if number % 5:
+            arrived.append(frame)
+        if number >= 3 and (number - 3) % 7:  # the other path is three frames later
+            arrived.append(frames[number - 3])
+    report = fed(records(arrived)).report()
+    missing = sum(number % 5 == 0 and number % 7 == 0 for number in range(1, 1997))
+    assert abs(report.lost - missing) <= 1
+    assert report.sentences == ()
+
+
+def test_a_long_silence_counts_the_rounds_of_the_sequence() -> None:
+    before = records([attitude(number) for number in range(500)])
+    after = [
+        (stamp + 25_000_000, kind, data)
+        for stamp, kind, data in records([attitude(number) for number in range(2500, 2600)])
+    ]
+    assert fed(before, after).lost == pytest.approx(2000, abs=1)
+
+
+def test_a_restarted_sender_is_no_storm_of_losses() -> None:
+    frames = [attitude(number) for number in range(200)] + [attitude(n) for n in range(100)]
+    health = fed(records(frames))
+    assert health.lost < 128
+    assert health.sentences() == ()
+
+
+def test_two_aircraft_on_one_link_are_named() -> None:
+    frames = [heartbeat(0, 1), heartbeat(0, 7), heartbeat(0, 255, kind=6, autopilot=8)]
+    (sentence,) = fed(records(frames)).sentences()
+    assert "Two aircraft" in sentence
+    assert "systems 1 and 7" in sentence
+
+
+def test_two_aircraft_of_the_same_number_are_noticed() -> None:
+    both = itertools.chain.from_iterable(
+        (attitude(number), attitude(number + 90, boot_ms=number * 10 + 7)) for number in range(600)
+    )
+    (sentence,) = fed(records(both)).sentences()
+    assert "same number" in sentence
+
+
+def test_what_a_log_holds_of_a_ground_station_is_no_loss_of_the_link() -> None:
+    frames = [heartbeat(3 * number, 255, kind=6, autopilot=8) for number in range(100)]
+    assert fed(records(frames)).lost == 0
+
+
+def test_delay_is_measured_against_the_fastest() -> None:
+    frames = []
+    for number in range(500):
+        late = 80_000 if 200 <= number < 210 else 2_000
+        stamp = START + number * 10_000 + late
+        frames.append((stamp, "frame", attitude(number, boot_ms=1000 + number * 10)))
+    health = LinkHealth()
+    health.feed(frames[:205])
+    assert health.report().messages[0].delay == pytest.approx(0.078)
+    health.feed(frames[205:])
+    assert health.report().messages[0].delay == pytest.approx(0.0, abs=1e-6)
+
+
+def test_age_and_rate_of_a_message_that_stopped() -> None:
+    health = fed(records([attitude(number) for number in range(500)]))
+    last = START + 499 * 10_000
+    report = health.report(last + 10_000_000)
+    assert report.age == pytest.approx(10.0)
+    assert report.messages[0].age == pytest.approx(10.0)
+    assert report.messages[0].rate == 0.0
+    assert report.rate == 0.0
+
+
+def test_damage_is_counted_by_the_headers_in_the_residue() -> None:
+    good = attitude(1)
+    torn = [attitude(2)[:20], attitude(3)[:20]]
+    health = fed([(START, "frame", good), (START, "residue", torn[0] + torn[1])])
+    assert health.damaged == 2
+    pieces = fed(
+        [(START, "frame", good)],
+        [(START, "residue", bytes((byte,))) for byte in torn[0] + torn[1]],
+    )
+    assert pieces.damaged == 2
+    assert pieces.residue_bytes == 40
+
+
+def test_a_host_clock_that_runs_backwards_breaks_nothing() -> None:
+    frames = records([attitude(number) for number in range(300)])
+    jumped = [(stamp - 3_600_000_000, kind, data) for stamp, kind, data in frames[150:]]
+    report = fed(frames[:150], jumped).report()
+    assert (report.good, report.lost) == (300, 0)
+
+
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=10))
+@settings(max_examples=25, deadline=None)
+def test_the_report_does_not_depend_on_the_pieces(cuts) -> None:
+    frames = [attitude(number, system=1 + number % 2) for number in range(150) if number % 7]
+    items = records(frames)
+    items.insert(40, (items[39][0], "residue", attitude(9)[:15]))
+    items.insert(41, (items[39][0], "residue", b"more"))
+    health, start = LinkHealth(), 0
+    for size in itertools.cycle(cuts):
+        if start >= len(items):
+            break
+        health.feed(items[start : start + size])
+        start += size
+    assert health.report() == fed(items).report()
