@@ -8,7 +8,7 @@ acknowledged it *and* its cause is gone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -130,6 +130,10 @@ class AlarmBoard:
                 key=lambda onset: (-math.inf if onset.time is None else onset.time, onset.key),
             )
         )
+
+    def log_of(self, keys: Collection[str]) -> tuple[Onset, ...]:
+        """Return the alarms of some keys, in the order in which they were raised."""
+        return tuple(onset for onset in self._log if onset.key in keys)
 
     @property
     def waiting(self) -> tuple[Alarm, ...]:
@@ -467,7 +471,10 @@ class LimitMonitor:
 
 
 class PresenceMonitor:
-    """Raises an alarm for an instrument that falls silent while others still report.
+    """Raises an alarm for a message that stays away while others still come.
+
+    Instruments are watched by the message that carries them: one alarm for a box that falls
+    silent, not one for each of its channels.
 
     Presence is kept in ticks of a quarter of a second of flight time, each judged a second
     late, when all that belongs to it has arrived; so a replay judges as the live flight did.
@@ -476,16 +483,21 @@ class PresenceMonitor:
     ----------
     board : AlarmBoard
         Where the alarms go.
-    patience : callable
-        Seconds of silence after which a channel counts as lost, from its id.
+    group : callable
+        What carries a channel, from its id; None for a channel that is not watched.
+    patience : float
+        Seconds of silence after which it counts as lost.
     """
 
     TICK = 0.25
     _DELAY = 4  # ticks
 
-    def __init__(self, board: AlarmBoard, patience: Callable[[str], float]) -> None:
+    def __init__(
+        self, board: AlarmBoard, group: Callable[[str], str | None], patience: float = 3.0
+    ) -> None:
         self._board = board
-        self._patience = patience
+        self._group = group
+        self._patience = max(1, math.ceil(patience / self.TICK))
         self._front: int | None = None
         self._judged: int | None = None
         self._last: dict[str, int] = {}
@@ -508,15 +520,20 @@ class PresenceMonitor:
             return
         every = bool(np.all(present))
         whole = np.unique(ticks)
+        groups: dict[str, list[int]] = {}
         for column in columns:
-            seen = whole if every else np.unique(ticks[present[:, column]])
-            self._coming.setdefault(block.channels[column], []).append(seen)
+            name = self._group(block.channels[column])
+            if name is not None:
+                groups.setdefault(name, []).append(column)
+        for name, members in groups.items():
+            seen = whole if every else np.unique(ticks[np.any(present[:, members], axis=1)])
+            self._coming.setdefault(name, []).append(seen)
         newest = int(ticks[np.flatnonzero(np.any(present, axis=1))[-1]])
         self._front = newest if self._front is None else max(self._front, newest)
         if self._judged is None:
             self._judged = int(ticks[0]) - 1
 
-    def judge(self) -> None:
+    def settle(self) -> None:
         """Judge the ticks whose time has come; once after all blocks of a step."""
         if self._front is None or self._judged is None:
             return
@@ -524,27 +541,26 @@ class PresenceMonitor:
         if last <= self._judged:
             return
         lost: list[tuple[int, str, bool]] = []
-        for channel_id, parts in self._coming.items():
+        for name, parts in self._coming.items():
             seen = np.unique(np.concatenate(parts)) if parts else np.empty(0, np.int64)
             due = seen[seen <= last]
-            self._coming[channel_id] = [seen[seen > last]] if due.size < seen.size else []
-            lost += self._silences(channel_id, due, last)
-        for tick, channel_id, silent in sorted(lost):
-            key = f"{channel_id}:silent"
+            self._coming[name] = [seen[seen > last]] if due.size < seen.size else []
+            lost += self._silences(name, due, last)
+        for tick, name, silent in sorted(lost):
+            key = f"{name}:silent"
             if silent:
-                spec = channel(channel_id)
-                words = f"{spec.title} fell silent: check the instrument and its cable"
+                words = f"{name} stays away, while others come: check what sends it"
                 self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
                 self._board.clear(key)
         self._judged = last
 
     def _silences(
-        self, channel_id: str, due: npt.NDArray[np.int64], last: int
+        self, name: str, due: npt.NDArray[np.int64], last: int
     ) -> list[tuple[int, str, bool]]:
-        """Return where a channel fell silent (True) and where it spoke again (False)."""
-        patience = max(1, math.ceil(self._patience(channel_id) / self.TICK))
-        before = self._last.get(channel_id)
+        """Return where a message stayed away (True) and where it came again (False)."""
+        patience = self._patience
+        before = self._last.get(name)
         spoken = due if before is None else np.union1d(np.array([before]), due)
         if not spoken.size:
             return []
@@ -553,11 +569,53 @@ class PresenceMonitor:
         for place in np.flatnonzero(np.diff(spoken) > patience).tolist():
             falls = int(spoken[place]) + patience
             if falls > judged:
-                found.append((falls, channel_id, True))
-            found.append((int(spoken[place + 1]), channel_id, False))
+                found.append((falls, name, True))
+            found.append((int(spoken[place + 1]), name, False))
         newest = int(spoken[-1])
         falls = newest + patience
         if judged < falls <= last:
-            found.append((falls, channel_id, True))
-        self._last[channel_id] = newest
+            found.append((falls, name, True))
+        self._last[name] = newest
         return found
+
+
+class AlarmWatch:
+    """Watches the samples of a flight for alarms: limits and instruments that fall silent.
+
+    Parameters
+    ----------
+    board : AlarmBoard
+        Where alarms go.
+    limits : LimitSet
+        The rules.
+    rate : float
+        Of the grid, Hz.
+    group : callable
+        What carries a channel; see `PresenceMonitor`.
+    """
+
+    def __init__(
+        self,
+        board: AlarmBoard,
+        limits: LimitSet,
+        rate: float,
+        group: Callable[[str], str | None],
+    ) -> None:
+        self._board = board
+        self._limits = LimitMonitor(limits, board, rate)
+        self._presence = PresenceMonitor(board, group)
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        self._limits.feed(block)
+        self._presence.feed(block)
+
+    def settle(self) -> None:
+        """Judge what is due, after all blocks of a step."""
+        self._presence.settle()
+
+    def reset(self) -> None:
+        """Begin anew, as before the first sample."""
+        self._limits.reset()
+        self._presence.reset()
+        self._board.reset()

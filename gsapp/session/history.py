@@ -13,7 +13,7 @@ nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -261,6 +261,10 @@ class History:
         """Return the channels, in the order in which they came."""
         return tuple(self._tracks)
 
+    def has(self, channel_id: str) -> bool:
+        """Return whether anything is held of a channel."""
+        return channel_id in self._tracks
+
     @property
     def start(self) -> float:
         """Return the flight time at which the flight begins, s."""
@@ -454,6 +458,13 @@ class History:
             times=np.arange(first, last) / self.rate,
             values=np.column_stack(columns) if columns else np.empty((last - first, 0)),
         )
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield what is held of each channel, in stretches, channel after channel."""
+        for channel_id, track in self._tracks.items():
+            for segment in track.raw.segments:
+                first = segment * _RAW_SEGMENT
+                yield self.rows(first, first + _RAW_SEGMENT, (channel_id,))
 
     def extremes(
         self, channel_id: str, first_bin: int, last_bin: int, bin_size: int

@@ -74,6 +74,7 @@ class MarkBook:
         self._clock_us = clock_us
         self.revision = 0
         self.others: list[Event] = []
+        self._all: list[Event] = []
         self._events: list[tuple[str, Event]] = []
         self._own: list[str] = []
         self._marks: tuple[Mark, ...] = ()
@@ -85,6 +86,11 @@ class MarkBook:
         return self._marks
 
     @property
+    def events(self) -> tuple[Event, ...]:
+        """Return every event of the file, in the order in which they were written."""
+        return tuple(self._all)
+
+    @property
     def damaged(self) -> int:
         """Return the number of lines of the file that could not be read."""
         return self._log.damaged
@@ -94,6 +100,7 @@ class MarkBook:
         others = []
         fresh = False
         for event in self._log.poll():
+            self._all.append(event)
             if event.kind in (MARK, NOTE, EDIT, DELETE, UNDO):
                 self._events.append((self._id_of(event), event))
                 fresh = True

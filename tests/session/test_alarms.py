@@ -232,7 +232,7 @@ def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
     boards = []
     for places in ([0, 2000], [0, *sorted(set(cuts)), 2000]):
         board = AlarmBoard()
-        monitor = PresenceMonitor(board, lambda _: 2.0)
+        monitor = PresenceMonitor(board, lambda name: name, 2.0)
         for first, last in pairwise(places):
             # One channel runs ahead of the other, as messages do.
             begin, end = max(first - lead, 0), last if last == 2000 else max(last - lead, 0)
@@ -240,7 +240,7 @@ def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
             monitor.feed(block(first, {"alpha": np.ones(last - first)}))
             if end > begin:
                 monitor.feed(block(begin, {"p": p[begin:end]}))
-            monitor.judge()
+            monitor.settle()
         boards.append(board)
     assert boards[0].log == boards[1].log
     assert boards[0].standing == boards[1].standing
@@ -256,12 +256,25 @@ def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
 def test_when_everything_is_silent_no_instrument_is_blamed() -> None:
     """A lost link is an alarm of its own, not one of every instrument."""
     board = AlarmBoard()
-    monitor = PresenceMonitor(board, lambda _: 2.0)
+    monitor = PresenceMonitor(board, lambda name: name, 2.0)
     monitor.feed(block(0, {"q": np.ones(200)}))
-    monitor.judge()
+    monitor.settle()
     monitor.feed(block(200, {"q": np.full(1000, np.nan)}))
-    monitor.judge()
+    monitor.settle()
     assert board.standing == ()
+
+
+def test_a_box_that_falls_silent_is_one_alarm() -> None:
+    """All channels of a message are one alarm, named by the message; derived ones are none."""
+    board = AlarmBoard()
+    carriers = {"q": "daq", "r": "daq", "alpha": "ATTITUDE"}
+    monitor = PresenceMonitor(board, carriers.get)
+    gone = np.concatenate([np.ones(300), np.full(1500, np.nan)])
+    monitor.feed(block(0, {"q": gone, "r": gone, "V": gone, "alpha": np.ones(1800)}))
+    monitor.settle()
+    assert [alarm.sentence() for alarm in board.standing] == [
+        "daq stays away, while others come: check what sends it"
+    ]
 
 
 def test_limits_files_are_read_and_their_mistakes_are_named(tmp_path: Path) -> None:

@@ -1,0 +1,345 @@
+"""Link, recorder and disk of a live flight: what the bar says of them, and their alarms."""
+
+from __future__ import annotations
+
+import shutil
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from gsapp.decoding.health import LinkHealth, LinkReport
+from gsapp.session.alarms import AlarmBoard
+from gsapp.session.limits import Severity
+from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder
+from gsapp.telemetry.status import STATUS_FILE, RecorderStatus, read_status
+
+_LOOK = 0.5
+"""Seconds between looks at the recorder's state, which it writes as often."""
+
+_HANGS_US = 5_000_000
+_SILENT = 3.0
+_LOSS_SPAN = 10.0
+_MUCH_LOSS = 0.1
+_FEW_FRAMES = 50
+_LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
+_NO_TIME, _NO_ROOM = 600.0, 50e6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkView:
+    """The link as the bar shows it.
+
+    Attributes
+    ----------
+    words : str
+        ``ok``, ``waiting``, ``silent``, ``lost``, ``ended`` ...
+    severity : Severity
+        Whether that is as it should be.
+    rate : float
+        Messages per second.
+    age : float or None
+        Seconds since anything came; None before the first, and in a replay.
+    loss : float
+        Share of the frames lost in the last seconds (in a replay: in all), 0 to 1.
+    good, damaged, unknown, lost : int
+        Frames since the beginning.
+    remarks : tuple of str
+        What else the crew should know, in words.
+    """
+
+    words: str
+    severity: Severity = Severity.NORMAL
+    rate: float = 0.0
+    age: float | None = None
+    loss: float = 0.0
+    good: int = 0
+    damaged: int = 0
+    unknown: int = 0
+    lost: int = 0
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderView:
+    """The recorder as the bar shows it.
+
+    Attributes
+    ----------
+    words : str
+        ``recording``, ``stopped``, ``dead`` ...
+    severity : Severity
+        Whether that is as it should be.
+    pid : int or None
+        Its process, if one runs.
+    link : str
+        What it records.
+    source_state : str
+        How the link fares, in its words.
+    received_bytes : int
+        Since its start.
+    byte_rate : float
+        Bytes per second.
+    growing : bool
+        Whether what was written grew since the look before.
+    remarks : tuple of str
+        What was found in the folder at its start, and what is wrong.
+    """
+
+    words: str
+    severity: Severity = Severity.NORMAL
+    pid: int | None = None
+    link: str = ""
+    source_state: str = ""
+    received_bytes: int = 0
+    byte_rate: float = 0.0
+    growing: bool = False
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiskView:
+    """The room for recording.
+
+    Attributes
+    ----------
+    free_bytes : int or None
+        On the disk of the flight.
+    seconds_left : float or None
+        For how long it lasts at the present rate; None while nothing comes.
+    severity : Severity
+        Whether that is enough.
+    """
+
+    free_bytes: int | None = None
+    seconds_left: float | None = None
+    severity: Severity = Severity.NORMAL
+
+
+class EquipmentMonitor:
+    """Looks after the equipment of a live flight, and raises its alarms.
+
+    Parameters
+    ----------
+    folder : Path
+        The flight folder.
+    board : AlarmBoard
+        Where alarms go.
+    clock : callable
+        Seconds that never go back.
+    wall_us : callable
+        Host time, microseconds since 1970.
+
+    Attributes
+    ----------
+    link, recorder, disk
+        What to show.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        board: AlarmBoard,
+        clock: Callable[[], float],
+        wall_us: Callable[[], int],
+    ) -> None:
+        self._folder = folder
+        self._board = board
+        self._clock = clock
+        self._wall_us = wall_us
+        self._next_look = -1.0
+        self._handle: RecorderHandle | None = None
+        self._status: RecorderStatus | None = None
+        self._written: int | None = None
+        self._recent: deque[tuple[float, int, int]] = deque()
+        self.link = LinkView(words="waiting")
+        self.recorder = RecorderView(words="none")
+        self.disk = DiskView()
+
+    @property
+    def handle(self) -> RecorderHandle | None:
+        """Return the recorder that runs, for stopping it."""
+        return self._handle
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the record is complete: its recorder was told to stop, and did."""
+        return self._handle is None and self._status is not None and self._status.state == "stopped"
+
+    def look(self, health: LinkHealth | None, now: float | None) -> bool:
+        """Look at everything, if it is time; return whether it was.
+
+        Parameters
+        ----------
+        health : LinkHealth or None
+            Counts of the link.
+        now : float or None
+            Flight time, for alarms, s.
+        """
+        time = self._clock()
+        if time < self._next_look:
+            return False
+        self._next_look = time + _LOOK
+        self._handle = find_recorder(self._folder)
+        status = self._handle.status() if self._handle is not None else None
+        self._status = status or read_status(self._folder / STATUS_FILE)
+        self.recorder = self._look_at_recorder(now)
+        self.disk = self._look_at_disk(now)
+        self.link = self._look_at_link(health, time, now)
+        return True
+
+    def _say(
+        self, key: str, severity: Severity, now: float | None, words: str, former: Severity
+    ) -> None:
+        if severity is not Severity.NORMAL:
+            self._board.raise_(key, severity, now, words)
+        elif former is not Severity.NORMAL:
+            self._board.clear(key)
+
+    def _look_at_recorder(self, now: float | None) -> RecorderView:
+        former = self.recorder
+        status = self._status
+        words, severity, sentence = self._state_of_recorder()
+        self._say("recorder", severity, now, sentence, former.severity)
+        if status is None:
+            return RecorderView(words=words, severity=severity)
+        running = self._handle is not None
+        growing = self._written is not None and status.received_bytes > self._written
+        self._written = status.received_bytes
+        wrong = (status.error,) if status.error else ()
+        return RecorderView(
+            words=words,
+            severity=severity,
+            pid=status.pid if running else None,
+            link=status.link,
+            source_state=status.source_state if running else "",
+            received_bytes=status.received_bytes,
+            byte_rate=status.byte_rate if running else 0.0,
+            growing=running and growing,
+            remarks=(*wrong, *status.warnings, *status.notes),
+        )
+
+    def _state_of_recorder(self) -> tuple[str, Severity, str]:
+        """Return the state in one word, whether it is well, and the sentence of the alarm."""
+        status = self._status
+        if self._handle is None:
+            if status is None:
+                return "none", Severity.NORMAL, ""
+            if status.state == "stopped":
+                return "stopped", Severity.NORMAL, ""
+            return (
+                "dead",
+                Severity.WARNING,
+                "the recorder has died: nothing is recorded; start it again, it goes on in this "
+                "flight",
+            )
+        if status is None:
+            return "starting", Severity.NORMAL, ""
+        if self._wall_us() - status.updated_us > _HANGS_US:
+            return (
+                "hangs",
+                Severity.WARNING,
+                "the recorder has not spoken for more than 5 s: the computer is overloaded or "
+                "its disk hangs",
+            )
+        if status.error:
+            return "not writing", Severity.WARNING, status.error
+        return status.state, Severity.NORMAL, ""
+
+    def _look_at_disk(self, now: float | None) -> DiskView:
+        former = self.disk
+        status = self._status if self._handle is not None else None
+        if status is not None and status.disk_free_bytes is not None:
+            free: int | None = status.disk_free_bytes
+            left = status.seconds_until_full
+        else:
+            left = None
+            try:
+                free = shutil.disk_usage(self._folder).free
+            except OSError:
+                free = None
+        severity = Severity.NORMAL
+        lasts = float("inf") if left is None else left
+        if free is not None and self._handle is not None:
+            if free < _NO_ROOM or lasts < _NO_TIME:
+                severity = Severity.WARNING
+            elif free < _LITTLE_ROOM or lasts < _LITTLE_TIME:
+                severity = Severity.CAUTION
+        minutes = f", enough for {left / 60.0:.0f} min" if left is not None else ""
+        sentence = f"the disk has {(free or 0) / 1e6:.0f} MB left{minutes}: make room"
+        self._say("disk", severity, now, sentence, former.severity)
+        return DiskView(free_bytes=free, seconds_left=left, severity=severity)
+
+    def _look_at_link(self, health: LinkHealth | None, time: float, now: float | None) -> LinkView:
+        former = self.link
+        report = None if health is None else health.report(self._wall_us())
+        loss = self._recent_loss(report, time)
+        age = None if report is None else report.age
+        words, severity, sentence = self._state_of_link(age, loss)
+        self._say("link", severity, now, sentence, former.severity)
+        remarks = () if report is None else report.sentences
+        if remarks:
+            self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(remarks))
+        else:
+            self._board.clear("aircraft")
+        return link_view(report, words=words, severity=severity, loss=loss, age=age)
+
+    def _state_of_link(self, age: float | None, loss: float) -> tuple[str, Severity, str]:
+        status = self._status
+        if self._handle is None or status is None:
+            return ("ended" if self.ended else "none"), Severity.NORMAL, ""
+        if not status.connected:
+            state = status.source_state or "the port cannot be opened"
+            return "lost", Severity.WARNING, f"link lost: {state}"
+        if age is None:
+            return "waiting", Severity.NORMAL, ""
+        if age > _SILENT:
+            return (
+                "silent",
+                Severity.WARNING,
+                "the aircraft is silent: nothing received for more than 3 s",
+            )
+        if loss > _MUCH_LOSS:
+            return (
+                "weak",
+                Severity.CAUTION,
+                "the link is weak: more than a tenth of the frames are lost",
+            )
+        return "ok", Severity.NORMAL, ""
+
+    def _recent_loss(self, report: LinkReport | None, time: float) -> float:
+        """Return the share of frames lost over the last seconds."""
+        if report is None:
+            return 0.0
+        recent = self._recent
+        recent.append((time, report.good + report.unknown, report.lost))
+        while len(recent) > 2 and recent[1][0] <= time - _LOSS_SPAN:
+            recent.popleft()
+        came = recent[-1][1] - recent[0][1]
+        lost = max(recent[-1][2] - recent[0][2], 0)
+        return lost / (came + lost) if came + lost >= _FEW_FRAMES else 0.0
+
+
+def link_view(
+    report: LinkReport | None,
+    *,
+    words: str,
+    severity: Severity = Severity.NORMAL,
+    loss: float | None = None,
+    age: float | None = None,
+) -> LinkView:
+    """Return what to show of a report; without `loss` that since the beginning."""
+    if report is None:
+        return LinkView(words=words, severity=severity)
+    return LinkView(
+        words=words,
+        severity=severity,
+        rate=report.rate,
+        age=age,
+        loss=report.loss if loss is None else loss,
+        good=report.good,
+        damaged=report.damaged,
+        unknown=report.unknown,
+        lost=report.lost,
+        remarks=report.sentences,
+    )

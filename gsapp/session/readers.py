@@ -1,0 +1,200 @@
+"""Where a session's blocks come from: raw records through the decoder, or a flight read whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+
+from gsapp.decoding.decoder import Decoder
+from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.flight import Flight
+from gsapp.flight.loading import guess_map
+from gsapp.flight.raw import RawDamage, RawTail, read_tlog
+from gsapp.flight.records import RawRecord
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block
+from gsapp.session.feeds import Step
+from gsapp.session.setting import Setting
+
+_GUESS_US = 3_000_000
+_GUESS_RECORDS = 20_000
+_FLIGHT_ROWS = 4  # rows of a flight that weigh as much as one record
+
+
+class RecordReader:
+    """Decodes raw records as they come.
+
+    Without a channel map the first records are held until they tell which one fits.
+
+    Parameters
+    ----------
+    poll : callable
+        Gives at most so many of the next records; none where none are waiting.
+    progress : callable
+        Gives the share of the records read, 0 to 1.
+    setting : Setting
+        Map, certificates, aircraft and rate.
+    path : Path
+        For messages.
+    grows : bool
+        Whether further records may come.
+
+    Attributes
+    ----------
+    decoder : Decoder or None
+        None until a map is found.
+    problem : str
+        Why nothing is decoded, in words; empty otherwise.
+    """
+
+    def __init__(
+        self,
+        poll: Callable[[int], list[RawRecord]],
+        progress: Callable[[], float],
+        setting: Setting,
+        path: Path,
+        *,
+        grows: bool,
+    ) -> None:
+        self._poll = poll
+        self._progress = progress
+        self._setting = setting
+        self._path = path
+        self._grows = grows
+        self._held: list[RawRecord] = []
+        self.problem = ""
+        self.decoder: Decoder | None = None
+        if setting.channel_map is not None:
+            self._begin(setting)
+
+    @property
+    def sources(self) -> Mapping[str, ChannelSource]:
+        """Return every channel that may come, and from where."""
+        return self.decoder.sources if self.decoder is not None else {}
+
+    @property
+    def progress(self) -> float:
+        """Return the share of the record that was read, 0 to 1."""
+        return self._progress()
+
+    def read(self, limit: int) -> Step:
+        """Decode the next records."""
+        records = self._poll(limit)
+        more = len(records) >= limit
+        if self.decoder is None:
+            records = self._hold(records, more)
+        if self.decoder is None or not records:
+            return Step((), more)
+        return Step(self.decoder.feed(records), more)
+
+    def finish(self) -> Sequence[Block]:
+        """Give what the decoder held back; nothing more will come."""
+        if self.decoder is None and self._held:
+            records = self._decide()
+            if self.decoder is not None:
+                return [*self.decoder.feed(records), *self.decoder.finish()]
+        return self.decoder.finish() if self.decoder is not None else ()
+
+    def _hold(self, records: list[RawRecord], more: bool) -> list[RawRecord]:
+        """Keep records until they tell which map fits; then return all of them."""
+        self._held += records
+        if not self._held or self.problem:
+            return []
+        enough = len(self._held) >= _GUESS_RECORDS
+        if self._grows and not enough:
+            # A finished file is judged by as much as there is; a link by its first seconds.
+            enough = self._held[-1].stamp_us - self._held[0].stamp_us >= _GUESS_US
+        elif not more:
+            enough = True
+        return self._decide() if enough else []
+
+    def _decide(self) -> list[RawRecord]:
+        try:
+            channel_map = guess_map(self._held[:_GUESS_RECORDS], self._path)
+        except FlightError as error:
+            if self._grows and len(self._held) < _GUESS_RECORDS:
+                return []
+            if not self._grows:
+                raise
+            self.problem = str(error)
+            self._held.clear()
+            return []
+        setting = self._setting
+        self._begin(
+            Setting(
+                channel_map=channel_map,
+                certificates=setting.certificates,
+                aircraft=setting.aircraft,
+                rate=setting.rate,
+            )
+        )
+        held, self._held = self._held, []
+        return held
+
+    def _begin(self, setting: Setting) -> None:
+        if setting.channel_map is not None:
+            self.decoder = Decoder(
+                setting.channel_map,
+                certificates=setting.certificates_for(setting.channel_map),
+                aircraft=setting.aircraft,
+                rate=setting.rate,
+            )
+
+
+def folder_reader(folder: Path, setting: Setting, *, grows: bool) -> tuple[RecordReader, RawTail]:
+    """Return a reader of a flight folder's raw files, and the tail it reads with."""
+    tail = RawTail(folder)
+
+    def progress() -> float:
+        names = ("raw.tlog", "raw.txt", "residue.bin")
+        whole = sum(path.stat().st_size for name in names if (path := folder / name).is_file())
+        return min(sum(tail.position) / whole, 1.0) if whole else 0.0
+
+    return RecordReader(tail.poll, progress, setting, folder, grows=grows), tail
+
+
+def tlog_reader(path: Path, setting: Setting) -> tuple[RecordReader, RawDamage]:
+    """Return a reader of a ``.tlog`` of any ground station, and what it had to step over."""
+    damage = RawDamage(name=path.name)
+    records: Iterator[RawRecord] = read_tlog(path, damage)
+    whole = max(path.stat().st_size, 1)
+    read = 0
+
+    def poll(limit: int) -> list[RawRecord]:
+        nonlocal read
+        taken = list(islice(records, limit))
+        read += sum(len(record.data) + 8 for record in taken)
+        return taken
+
+    reader = RecordReader(poll, lambda: min(read / whole, 1.0), setting, path, grows=False)
+    return reader, damage
+
+
+class FlightReader:
+    """Gives a flight that was read whole, in time order, a stretch at a time."""
+
+    def __init__(self, flight: Flight) -> None:
+        self._block = flight.block
+        self._position = 0
+        self.sources: Mapping[str, ChannelSource] = flight.sources
+
+    @property
+    def progress(self) -> float:
+        """Return the share given, 0 to 1."""
+        return self._position / max(len(self._block), 1)
+
+    def read(self, limit: int) -> Step:
+        """Give the next rows."""
+        block = self._block
+        first = self._position
+        last = min(first + limit * _FLIGHT_ROWS, len(block))
+        self._position = last
+        part = Block(
+            channels=block.channels, times=block.times[first:last], values=block.values[first:last]
+        )
+        return Step((part,), last < len(block))
+
+    def finish(self) -> Sequence[Block]:
+        """Give nothing: everything was given."""
+        return ()

@@ -1,0 +1,736 @@
+"""One flight being watched, live or in a replay: everything a window or a command needs of it.
+
+`Session.update` is called by a timer, does what fits into a few milliseconds, and goes on in the
+next call. No threads, no Qt: what the session holds changes in `update` and in the user's own
+actions only.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from calibration import Certificate
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.channel_map import ChannelMap
+from gsapp.decoding.decoder import Decoder, Notice
+from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.events import Event, EventLog
+from gsapp.flight.flight import Flight, FrameCounts
+from gsapp.flight.folder import EVENTS_NAME, FlightFolder, is_flight_folder
+from gsapp.flight.loading import load_flight
+from gsapp.flight.raw import RawDamage, RawTail
+from gsapp.flight.uniform import union
+from gsapp.foundation import FlightError
+from gsapp.session.alarms import Alarm, AlarmBoard, AlarmWatch
+from gsapp.session.equipment import (
+    DiskView,
+    EquipmentMonitor,
+    LinkView,
+    RecorderView,
+    link_view,
+)
+from gsapp.session.feeds import MAX_SPEED, Consumer, LiveFeed, ReplayFeed
+from gsapp.session.history import History
+from gsapp.session.limits import LimitSet
+from gsapp.session.marks import Mark, MarkBook, MarkKind
+from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
+from gsapp.session.setting import Name, Setting, setting_for
+from gsapp.session.states import (
+    USUAL_PATIENCE,
+    ChannelState,
+    channel_state,
+    message_of,
+    patience_by_message,
+)
+from gsapp.telemetry.recorder_control import RecorderHandle
+
+_EVENTS_EVERY = 0.25
+_RELAX_EVERY = 10.0
+_SAME_ALARM_US = 10_000_000
+ACKNOWLEDGE = "acknowledge"
+ALARM = "alarm"
+_EQUIPMENT = ("link", "recorder", "disk")
+
+Mode = Literal["live", "replay"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Playhead:
+    """Where a replay is and how it runs; times are flight times, s.
+
+    Attributes
+    ----------
+    time, start, end : float
+        Of the playhead, and of the first and last sample known.
+    playing : bool
+        Whether it moves.
+    speed : float
+        Times real time; infinite for as fast as it goes.
+    complete : bool
+        Whether `end` is the end of the flight; the record is read ahead.
+    at_end : bool
+        Whether the playhead has arrived there.
+    """
+
+    time: float
+    start: float
+    end: float
+    playing: bool
+    speed: float
+    complete: bool
+    at_end: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionSnapshot:
+    """What the bar shows at one moment.
+
+    Attributes
+    ----------
+    name : str
+        Of the flight.
+    path : Path
+        Its folder or file.
+    mode : {"live", "replay"}
+        Whether it is happening.
+    now : float or None
+        Flight time, s; None before the first sample.
+    caught_up : bool
+        Whether all that was recorded, or played, is in the history and was watched.
+    progress : float
+        Share of the record that was read, 0 to 1.
+    link, recorder, disk
+        The equipment. In a replay only the counts of the link mean anything.
+    aircraft, channel_map : str
+        Names; empty where there is none.
+    calibration : tuple of str
+        Instruments with a certificate in force, sorted.
+    uncalibrated : tuple of str
+        Channels that want one, sorted.
+    alarms : tuple of Alarm
+        Those that stand, newest first.
+    waiting : int
+        How many of them nobody has acknowledged.
+    playhead : Playhead or None
+        None while live, and before the first sample of a replay was read.
+    problem : str
+        Why nothing is decoded, in words; empty otherwise.
+    marks_revision, alarms_revision : int
+        Grow with every change.
+    """
+
+    name: str
+    path: Path
+    mode: Mode
+    now: float | None
+    caught_up: bool
+    progress: float
+    link: LinkView
+    recorder: RecorderView
+    disk: DiskView
+    aircraft: str
+    channel_map: str
+    calibration: tuple[str, ...]
+    uncalibrated: tuple[str, ...]
+    alarms: tuple[Alarm, ...]
+    waiting: int
+    playhead: Playhead | None
+    problem: str
+    marks_revision: int
+    alarms_revision: int
+
+
+class Session:
+    """A flight being watched. Made by `Session.follow` or `Session.replay`.
+
+    Attributes
+    ----------
+    name : str
+        Of the flight.
+    path : Path
+        Its folder or file.
+    mode : {"live", "replay"}
+        Whether it is happening.
+    history : History
+        All samples so far; in a replay up to the playhead.
+    board : AlarmBoard
+        The alarms.
+    limits : LimitSet
+        The limits in force.
+    book : MarkBook
+        Marks and notes.
+    aircraft : Aircraft or None
+        From the flight folder, or as given.
+    feed : LiveFeed or ReplayFeed
+        What drives it. A window plays, pauses and jumps through `replaying`.
+    """
+
+    def __init__(
+        self,
+        *,
+        path: Path,
+        name: str,
+        mode: Mode,
+        reader: RecordReader | FlightReader,
+        setting: Setting,
+        flight: Flight | None = None,
+        damage: Callable[[], Sequence[RawDamage]] = tuple,
+        rate: float | None = None,
+        speed: float = 1.0,
+        playing: bool = True,
+        consumers: Sequence[Consumer] = (),
+        clock: Callable[[], float] = time.monotonic,
+        wall_us: Callable[[], int] = lambda: time.time_ns() // 1000,
+    ) -> None:
+        self.path = path
+        self.name = name
+        self.mode: Mode = mode
+        self.aircraft: Aircraft | None = setting.aircraft
+        self.limits = LimitSet(setting.aircraft, setting.limits)
+        self.board = AlarmBoard()
+        self.history = History((), rate or setting.rate)
+        events = (
+            path / EVENTS_NAME if path.is_dir() else path.with_name(f"{path.name}.{EVENTS_NAME}")
+        )
+        self.book = MarkBook(EventLog(events), wall_us)
+        self._reader = reader
+        self._setting = setting
+        self._flight = flight
+        self._damage = damage
+        self._clock = clock
+        self._wall_us = wall_us
+        self._messages: dict[str, str | None] = {}
+        self._next_events = self._next_relax = -math.inf
+        self._logged = 0
+        watch = AlarmWatch(self.board, self.limits, self.history.rate, self._carrier)
+        everyone = (watch, *consumers)
+        self.equipment: EquipmentMonitor | None = None
+        self.feed: LiveFeed | ReplayFeed
+        if mode == "live":
+            self.equipment = EquipmentMonitor(path, self.board, clock, wall_us)
+            self.feed = LiveFeed(reader, self.history, everyone, clock)
+        else:
+            self.feed = ReplayFeed(
+                reader, self.history, everyone, clock, speed=speed, playing=playing
+            )
+
+    # Making one
+
+    @classmethod
+    def follow(
+        cls,
+        folder: Path | str,
+        *,
+        channel_map: ChannelMap | Name | None = None,
+        certificates: Name | None = None,
+        aircraft: Aircraft | Name | None = None,
+        rate: float | None = None,
+        limits: Name | None = None,
+        consumers: Sequence[Consumer] = (),
+        clock: Callable[[], float] = time.monotonic,
+        wall_us: Callable[[], int] = lambda: time.time_ns() // 1000,
+    ) -> Session:
+        """Watch a flight that is being recorded, from its beginning.
+
+        Parameters
+        ----------
+        folder : Path or str
+            The flight folder, made by the recorder; it finds the recorder that runs there.
+        channel_map, certificates, aircraft, rate, limits
+            In place of what lies in the folder; see `gsapp.session.setting.setting_for`.
+        consumers : sequence of Consumer
+            Who else watches the samples.
+        clock, wall_us : callable
+            Seconds that never go back; host microseconds since 1970.
+
+        Raises
+        ------
+        FlightError
+            If it is no flight folder.
+        FileProblemsError, UnknownNameError
+            If a file holds mistakes or a name does not exist.
+        """
+        path = FlightFolder.open(folder).path
+        setting = setting_for(
+            path,
+            channel_map=channel_map,
+            certificates=certificates,
+            aircraft=aircraft,
+            rate=rate,
+            limits=limits,
+        )
+        reader, tail = folder_reader(path, setting, grows=True)
+        return cls(
+            path=path,
+            name=_name_of(path),
+            mode="live",
+            reader=reader,
+            setting=setting,
+            damage=lambda: tail.lost,
+            consumers=consumers,
+            clock=clock,
+            wall_us=wall_us,
+        )
+
+    @classmethod
+    def replay(
+        cls,
+        flight: Path | str,
+        *,
+        channel_map: ChannelMap | Name | None = None,
+        certificates: Name | None = None,
+        aircraft: Aircraft | Name | None = None,
+        rate: float | None = None,
+        limits: Name | None = None,
+        speed: float = 1.0,
+        playing: bool = True,
+        consumers: Sequence[Consumer] = (),
+        clock: Callable[[], float] = time.monotonic,
+        wall_us: Callable[[], int] = lambda: time.time_ns() // 1000,
+    ) -> Session:
+        """Play a flight that was recorded: a folder, or any file that `load_flight` opens.
+
+        Raw records go the road of a live flight, through the decoder; other files are read
+        whole and then released by the playhead.
+
+        Parameters
+        ----------
+        flight : Path or str
+            The flight.
+        speed : float
+            0.1 to 50 times real time, or `gsapp.session.feeds.MAX_SPEED`.
+        playing : bool
+            Whether it plays at once.
+        channel_map, certificates, aircraft, rate, limits, consumers, clock, wall_us
+            As in `follow`.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be read.
+        FileProblemsError, UnknownNameError
+            If a file holds mistakes or a name does not exist.
+        """
+        path = Path(flight)
+        setting = setting_for(
+            path,
+            channel_map=channel_map,
+            certificates=certificates,
+            aircraft=aircraft,
+            rate=rate,
+            limits=limits,
+        )
+        reader: RecordReader | FlightReader
+        whole: Flight | None = None
+        damage: Callable[[], Sequence[RawDamage]] = tuple
+        grid_rate = setting.rate
+        if path.is_dir() and _has_records(FlightFolder.open(path)):
+            reader, tail = folder_reader(path, setting, grows=False)
+            damage = _lost_of(tail)
+        elif path.is_file() and path.suffix.casefold() == ".tlog":
+            reader, stepped_over = tlog_reader(path, setting)
+            damage = _damage_of(stepped_over)
+        else:
+            whole = load_flight(
+                path,
+                channel_map=setting.channel_map,
+                rate=rate,
+                certificates=certificates,
+                aircraft=None if isinstance(aircraft, Aircraft) else aircraft,
+            )
+            reader = FlightReader(whole)
+            if math.isfinite(whole.rate):
+                grid_rate = whole.rate
+        return cls(
+            path=path,
+            name=_name_of(path),
+            mode="replay",
+            reader=reader,
+            setting=setting,
+            flight=whole,
+            damage=damage,
+            rate=grid_rate,
+            speed=speed,
+            playing=playing,
+            consumers=consumers,
+            clock=clock,
+            wall_us=wall_us,
+        )
+
+    # The timer
+
+    def update(self, budget: float = 0.008) -> None:
+        """Take in what came, as far as it fits into `budget` seconds; the rest comes next time."""
+        now = self._clock()
+        self.feed.advance(now + budget)
+        if now >= self._next_events:
+            self._next_events = now + _EVENTS_EVERY
+            self._read_events()
+        if now >= self._next_relax:
+            self._next_relax = now + _RELAX_EVERY
+            self.history.relax()
+        if self.equipment is not None:
+            decoder = self.decoder
+            health = None if decoder is None else decoder.health
+            if self.equipment.look(health, self.now):
+                self._log_equipment()
+
+    def finish(self) -> None:
+        """Take in the very last rows of a live flight whose record is complete."""
+        if isinstance(self.feed, LiveFeed):
+            self.feed.finish()
+
+    def close(self) -> None:
+        """Give back what the session holds. Recorder and record go on."""
+        self.history.close()
+
+    # What it shows
+
+    @property
+    def now(self) -> float | None:
+        """Return the flight time: of the newest sample, or of the playhead; s."""
+        return self.feed.now
+
+    @property
+    def replaying(self) -> ReplayFeed | None:
+        """Return the playhead's controls; None while live."""
+        return self.feed if isinstance(self.feed, ReplayFeed) else None
+
+    @property
+    def recorder(self) -> RecorderHandle | None:
+        """Return the recorder that runs for this flight, as of the last look."""
+        return None if self.equipment is None else self.equipment.handle
+
+    @property
+    def decoder(self) -> Decoder | None:
+        """Return the decoder; None before a map was found, and for flights read whole."""
+        return self._reader.decoder if isinstance(self._reader, RecordReader) else None
+
+    @property
+    def sources(self) -> Mapping[str, ChannelSource]:
+        """Return every channel that the flight can have, and from where."""
+        return self._reader.sources
+
+    @property
+    def certificates(self) -> Mapping[str, Certificate]:
+        """Return the certificates in force, by channel."""
+        decoder = self.decoder
+        if decoder is None:
+            return self._setting.certificates or {}
+        return self._setting.certificates_for(decoder.channel_map)
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """Return marks and notes, by flight time."""
+        return self.book.marks
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what was lost or left out on reading, in words."""
+        whole = () if self._flight is None else self._flight.remarks
+        decoder = self.decoder
+        said = () if decoder is None else decoder.health.sentences()
+        return (*(damage.sentence() for damage in self._damage()), *whole, *said)
+
+    def messages(self) -> tuple[Event, ...]:
+        """Return what the vehicle said, and what was noticed about it, up to now, by time."""
+        decoder = self.decoder
+        if decoder is not None:
+            said = [event_of(notice) for notice in (*decoder.messages, *decoder.notices)]
+        else:
+            said = (
+                []
+                if self._flight is None
+                else [event for event in self._flight.events if event.kind == "status"]
+            )
+        limit = self.now if self.replaying is not None else None
+        return tuple(
+            sorted(
+                (
+                    event
+                    for event in said
+                    if limit is None or event.time is None or event.time <= limit
+                ),
+                key=lambda event: (event.time is not None, event.time or 0.0),
+            )
+        )
+
+    def snapshot(self) -> SessionSnapshot:
+        """Return what the bar shows."""
+        decoder = self.decoder
+        equipment = self.equipment
+        standing = self.board.standing
+        problem = self._reader.problem if isinstance(self._reader, RecordReader) else ""
+        return SessionSnapshot(
+            name=self.name,
+            path=self.path,
+            mode=self.mode,
+            now=self.now,
+            caught_up=self.feed.caught_up,
+            progress=self.feed.progress,
+            link=self._replayed_link() if equipment is None else equipment.link,
+            recorder=RecorderView(words="none") if equipment is None else equipment.recorder,
+            disk=DiskView() if equipment is None else equipment.disk,
+            aircraft="" if self.aircraft is None else self.aircraft.name,
+            channel_map="" if decoder is None else decoder.channel_map.name,
+            calibration=tuple(sorted(self.certificates)),
+            uncalibrated=tuple(
+                sorted(name for name, source in self.sources.items() if not source.calibrated)
+            ),
+            alarms=standing,
+            waiting=sum(not alarm.acknowledged for alarm in standing),
+            playhead=self._playhead(),
+            problem=problem,
+            marks_revision=self.book.revision,
+            alarms_revision=self.board.revision,
+        )
+
+    def states(self, channel_ids: Sequence[str] | None = None) -> dict[str, ChannelState]:
+        """Return what can be said of each channel now; by default of all that there can be."""
+        names = channel_ids
+        if names is None:
+            names = list(dict.fromkeys((*self.sources, *self.history.channels)))
+        decoder = self.decoder
+        late = patience_by_message(None if decoder is None else decoder.health.report())
+        now = self._present()
+
+        def patience(channel_id: str) -> float:
+            message = self._carrier(channel_id) or ""
+            return late.get(message.partition("[")[0], USUAL_PATIENCE)
+
+        return {
+            name: channel_state(
+                name,
+                history=self.history,
+                sources=self.sources,
+                limits=self.limits,
+                board=self.board,
+                now=now,
+                patience=patience,
+            )
+            for name in names
+        }
+
+    def flight(self) -> Flight:
+        """Return everything up to now as one flight, as `load_flight` would.
+
+        Returns
+        -------
+        Flight
+            Its block holds the whole history in memory.
+        """
+        if self._flight is not None:
+            return self._flight
+        decoder = self.decoder
+        health = None if decoder is None else decoder.health
+        damage = list(self._damage())
+        block = union(self.history.blocks(), self.history.rate)
+        events = sorted(
+            (*self.book.events, *self.messages()),
+            key=lambda event: (event.time is None, event.time or 0.0),
+        )
+        # A log of another ground station has its damage in the file, not in a residue.
+        torn = sum(each.places for each in damage) if self.path.is_file() else 0
+        return Flight(
+            name=self.name,
+            path=self.path,
+            block=block,
+            sources={name: self.sources[name] for name in block.channels},
+            info=FlightFolder(path=self.path).info() if self.path.is_dir() else None,
+            frames=None
+            if health is None
+            else FrameCounts(
+                good=health.good,
+                damaged=health.damaged + torn,
+                unknown=health.unknown,
+                lost=health.lost,
+            ),
+            events=tuple(events),
+            remarks=self.remarks,
+        )
+
+    # What the user does
+
+    def mark(
+        self,
+        text: str = "",
+        *,
+        at: float | None = None,
+        end: float | None = None,
+        kind: MarkKind = "mark",
+    ) -> Mark:
+        """Make a mark or note, by default at the present flight time.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be written.
+        """
+        return self.book.add(self.now if at is None else at, text, end=end, kind=kind)
+
+    def acknowledge(self, key: str | None = None) -> bool:
+        """Take note of an alarm, by default of the newest that waits; return whether there was one.
+
+        It is written to the flight's events, so that other windows know.
+        """
+        alarm = self.board.get(key) if key is not None else next(iter(self.board.waiting), None)
+        if alarm is None or alarm.acknowledged:
+            return False
+        self.board.acknowledge(alarm.key, alarm.time)
+        # An alarm is over for the crew even where the disk refuses to remember it.
+        try:
+            self.book.write(
+                Event(
+                    kind=ACKNOWLEDGE,
+                    text=alarm.sentence(),
+                    time=self.now,
+                    data={"alarm": alarm.key, "raised": alarm.time},
+                )
+            )
+        except FlightError:
+            return True
+        return True
+
+    def acknowledge_all(self) -> int:
+        """Take note of all alarms that wait; return how many there were."""
+        return sum(self.acknowledge(alarm.key) for alarm in self.board.waiting)
+
+    # Inside
+
+    def _present(self) -> float | None:
+        """Return the flight time at this moment, from which ages count."""
+        now = self.now
+        decoder = self.decoder
+        if now is None or self.mode == "replay" or decoder is None:
+            return now
+        heard = decoder.health.last_stamp
+        silent = 0.0 if heard is None else max(self._wall_us() - heard, 0) / 1e6
+        return now + silent
+
+    def _carrier(self, channel_id: str) -> str | None:
+        """Return the message that carries a channel."""
+        found = self._messages.get(channel_id)
+        if found is None:
+            found = self._messages[channel_id] = message_of(self.sources.get(channel_id))
+        return found
+
+    def _playhead(self) -> Playhead | None:
+        feed = self.replaying
+        if feed is None or feed.now is None or feed.start is None or feed.end is None:
+            return None
+        return Playhead(
+            time=feed.now,
+            start=feed.start,
+            end=feed.end,
+            playing=feed.playing,
+            speed=feed.speed,
+            complete=feed.complete,
+            at_end=feed.at_end,
+        )
+
+    def _replayed_link(self) -> LinkView:
+        decoder = self.decoder
+        if decoder is not None:
+            return link_view(decoder.health.report(), words="replay")
+        return LinkView(words="replay")
+
+    def _read_events(self) -> None:
+        for event in self.book.poll():
+            if event.kind == ACKNOWLEDGE:
+                key, raised = event.data.get("alarm"), event.data.get("raised")
+                moment = float(raised) if isinstance(raised, (int, float)) else None
+                self.board.acknowledge(str(key), moment)
+
+    def _log_equipment(self) -> None:
+        """Write alarms that no record of samples can tell again, once for all windows."""
+        log = self.board.log_of(_EQUIPMENT)
+        fresh, self._logged = log[self._logged :], len(log)
+        if not fresh:
+            return
+        self._read_events()
+        stamp = self._wall_us()
+        known = {
+            event.data.get("alarm")
+            for event in self.book.others
+            if event.kind == ALARM and abs(event.host_time_us - stamp) < _SAME_ALARM_US
+        }
+        for onset in fresh:
+            if onset.key not in known:
+                try:
+                    self.book.write(
+                        Event(
+                            kind=ALARM,
+                            text=onset.words,
+                            time=onset.time,
+                            data={"alarm": onset.key, "severity": onset.severity.name.lower()},
+                        )
+                    )
+                except FlightError:
+                    return  # a full disk: the alarm itself says so
+
+
+def event_of(notice: Notice) -> Event:
+    """Return what the vehicle said, or was noticed about it, as an event."""
+    return Event(
+        kind="status" if notice.kind == "statustext" else notice.kind,
+        text=notice.text,
+        time=notice.time,
+        host_time_us=notice.stamp_us,
+        data={} if notice.severity is None else {"severity": notice.severity},
+    )
+
+
+def run_through(session: Session, tell: Callable[[float], None] = lambda _: None) -> None:
+    """Play a replay to its end, as fast as it goes or at its speed.
+
+    Parameters
+    ----------
+    session : Session
+        A replay that plays.
+    tell : callable
+        Called with the share done, 0 to 1.
+    """
+    feed = session.replaying
+    if feed is None:
+        raise ValueError("only a replay has an end to run to")
+    while True:
+        session.update(0.1)
+        if feed.complete and (feed.now is None or (feed.at_end and feed.caught_up)):
+            break
+        tell(_share(feed))
+        if feed.speed != MAX_SPEED:
+            time.sleep(0.01)
+    tell(1.0)
+
+
+def _share(feed: ReplayFeed) -> float:
+    """Return the share done: of reading ahead, and of the playhead's way."""
+    if feed.now is None or feed.start is None or feed.end is None or feed.end <= feed.start:
+        return 0.5 * feed.progress
+    return 0.5 * feed.progress + 0.5 * (feed.now - feed.start) / (feed.end - feed.start) * (
+        feed.progress
+    )
+
+
+def _name_of(path: Path) -> str:
+    if path.is_dir():
+        info = FlightFolder(path=path).info()
+        return (info.name if info else "") or path.resolve().name
+    return path.stem
+
+
+def _has_records(folder: FlightFolder) -> bool:
+    return is_flight_folder(folder.path) and any(path.stat().st_size for path in folder.raw_files)
+
+
+def _lost_of(tail: RawTail) -> Callable[[], Sequence[RawDamage]]:
+    return lambda: tail.lost
+
+
+def _damage_of(damage: RawDamage) -> Callable[[], Sequence[RawDamage]]:
+    return lambda: (damage,) if damage else ()
