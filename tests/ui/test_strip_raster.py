@@ -375,7 +375,9 @@ def test_a_frame_asks_for_new_columns_only():
         picture.advance(history, view)
         assert history.columns <= 3 * len(CHANNELS)
     history.columns = 0
-    assert not picture.advance(history, view).pixels
+    still = picture.advance(history, view)
+    assert not still.moved
+    assert still.first == still.last
     assert history.columns == 0
 
 

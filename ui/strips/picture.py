@@ -19,10 +19,19 @@ from ui.theme import Theme
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """What a frame changed: pixels of lines; which stretch of time is in sight."""
+    """What a frame changed.
 
-    pixels: bool = False
+    Attributes
+    ----------
+    moved : bool
+        Whether another stretch of time is in sight, so that every pixel is elsewhere.
+    first, last : int
+        Columns painted, ``first <= c < last``; none if equal.
+    """
+
     moved: bool = False
+    first: int = 0
+    last: int = 0
 
 
 class Picture:
@@ -101,11 +110,12 @@ class Picture:
         self._load(history, view, before, changed)
         if before is None:
             self.raster.paint(view.scale, first, last)
-            return Changes(pixels=True, moved=True)
+            return Changes(moved=True, first=first, last=last)
         self.raster.paint(view.scale, first, min(before[0], last))
-        self._paint_arrived(view, max(min(before[1], last), first), changed)
-        moved = before != (first, last)
-        return Changes(pixels=moved or bool(changed), moved=moved)
+        oldest = self._paint_arrived(view, max(min(before[1], last), first), changed)
+        if before != (first, last):
+            return Changes(moved=True, first=first, last=last)
+        return Changes(first=oldest, last=last)
 
     def _load(
         self,
@@ -136,8 +146,11 @@ class Picture:
         view: StripView,
         new: int,
         changed: Mapping[tuple[int, int], Sequence[int]],
-    ) -> None:
-        """Paint columns from `new` on, and those before in which samples arrived."""
+    ) -> int:
+        """Paint columns from `new` on, and those before in which samples arrived.
+
+        Returns the oldest column painted.
+        """
         first, last = view.columns
         reach = self.raster.reach
         stretches = [
@@ -151,19 +164,23 @@ class Picture:
         for begin, end, charts in stretches:
             self.raster.paint(view.scale, begin, min(end, new), charts)
         self.raster.paint(view.scale, new, last)
+        return min([new, *(begin for begin, end, _ in stretches if begin < end)])
 
     def _arrived(self, history: Samples, view: StripView) -> dict[tuple[int, int], list[int]]:
         """Return the columns in which samples arrived since the last call, with their charts."""
         known = history.channels
         stretches: dict[str, tuple[int, int] | None] = {}
+        # Most channels are in step; their columns need to be found only once.
+        same: dict[tuple[float | None, float], tuple[int, int]] = {}
         found: dict[tuple[int, int], list[int]] = {}
         for place, chart in enumerate(self._charts):
             begin, end = math.inf, -math.inf
             for spec in chart.specs:
-                if spec.id not in stretches:
-                    latest = history.last(spec.id) if spec.id in known else None
-                    stretches[spec.id] = self._new_stretch(spec.id, latest, view)
-                stretch = stretches[spec.id]
+                name = spec.id
+                if name not in stretches:
+                    latest = history.last(name) if name in known else None
+                    stretches[name] = self._new_stretch(name, latest, view, same)
+                stretch = stretches[name]
                 if stretch is not None:
                     begin, end = min(begin, stretch[0]), max(end, stretch[1])
             if begin < end:
@@ -171,17 +188,25 @@ class Picture:
         return found
 
     def _new_stretch(
-        self, channel_id: str, latest: tuple[float, float] | None, view: StripView
+        self,
+        channel_id: str,
+        latest: tuple[float, float] | None,
+        view: StripView,
+        same: dict[tuple[float | None, float], tuple[int, int]],
     ) -> tuple[int, int] | None:
         if latest is None:
             return None
-        seen = self._seen.get(channel_id)
-        if seen == latest[0]:
+        key = (self._seen.get(channel_id), latest[0])
+        seen, arrived = key
+        if seen == arrived:
             return None
-        self._seen[channel_id] = latest[0]
-        # Before the first sample seen, anything may have come with it.
-        begin = view.scale.column(seen) if seen is not None else view.columns[0] - self.raster.margin
-        return begin, view.scale.column(latest[0]) + 1
+        self._seen[channel_id] = arrived
+        if key not in same:
+            # Before the first sample seen, anything may have come with it.
+            unseen = view.columns[0] - self.raster.margin
+            begin = view.scale.column(seen) if seen is not None else unseen
+            same[key] = (begin, view.scale.column(arrived) + 1)
+        return same[key]
 
     def follow_ranges(self, view: StripView, *, at_once: bool) -> bool:
         """Let automatic y axes follow what is in sight; return whether one changed."""

@@ -279,6 +279,8 @@ class Raster:
         self._integer = np.int16 if (tallest + 2) * _LEVELS < 32000 else np.int32
         self._row_local = self._row_local.astype(self._integer)
         self._rows: list[_Rows] = [self._make_rows(chart) for chart in self.charts]
+        self._heights = np.array([float(chart.height) for chart in self.charts])
+        self._placed = np.array([value_rows(chart, self._pad) for chart in self.charts])
         self._gather_shades()
 
     # Set-up
@@ -296,6 +298,7 @@ class Raster:
         """Change the range, bands, grid or colors of a chart; it then needs to be painted."""
         self.charts[number] = chart
         self._rows[number] = self._make_rows(chart)
+        self._placed[number] = value_rows(chart, self._pad)
         self._gather_shades()
 
     def _number_traces(self) -> list[list[int]]:
@@ -414,24 +417,24 @@ class Raster:
         places = np.arange(first - margin, last + margin) % self._loaded
         low = self.low[traces][:, places]
         high = self.high[traces][:, places]
-        placed = [value_rows(self.charts[number], self._pad) for number in charts]
-        offset = np.array([pair[0] for pair in placed])[:, None]
-        gain = np.array([pair[1] for pair in placed])[:, None]
-        heights = np.array([self.charts[number].height for number in charts], dtype=np.float64)
+        members = np.array(charts, dtype=np.intp)
+        placed = self._placed[members] if charts else np.empty((0, 2))
+        offset, gain = placed[:, :1], placed[:, 1:]
+        heights = self._heights[members][:, None]
         # What lies off the scale stays at the edge, where half of its width can be seen.
-        above = np.clip(offset - gain * high, 0.0, heights[:, None])
-        below = np.clip(offset - gain * low, 0.0, heights[:, None])
+        above = np.minimum(np.maximum(offset - gain * high, 0.0), heights)
+        below = np.minimum(np.maximum(offset - gain * low, 0.0), heights)
         above, below = self._thicken(*_connect(above, below))
         above, below = above[:, margin:-margin], below[:, margin:-margin]
         missing = np.isnan(above)
-        columns = np.arange(first, last)
         for row, number in enumerate(charts):
             dash = self.charts[number].traces[layer].dash
             if dash:
-                missing[row] |= (columns // dash) % 3 == 2
+                missing[row] |= (np.arange(first, last) // dash) % 3 == 2
         edges = []
         for part in (above, below):
-            np.clip(part, -1.0, heights[:, None] + 1.0, out=part)
+            np.maximum(part, -1.0, out=part)
+            np.minimum(part, heights + 1.0, out=part)
             part[missing] = 0.0
             whole = np.zeros((len(charts) + 1, count), dtype=self._integer)
             whole[:-1] = np.rint(part * _LEVELS)

@@ -258,11 +258,14 @@ class StripChart(QWidget):
         if picture is None or geometry is None:
             return
         changes = picture.advance(history, self.view)
-        if changes.pixels:
-            self._expose(geometry.plot)
+        plot = geometry.plot
         if changes.moved:
+            self._expose(plot)
             self._expose(geometry.axis)
             self._expose(geometry.lane)
+        elif changes.first < changes.last:
+            x = plot.x + changes.first - self.view.columns[0]
+            self._expose(Box(x=x, y=plot.y, width=changes.last - changes.first, height=plot.height))
 
     def _follow_ranges(self, *, at_once: bool) -> None:
         picture, geometry = self._picture, self._geometry
