@@ -92,6 +92,22 @@ def fly(
     seed: Annotated[int, typer.Option(help="Same seed, same flight")] = 0,
     speed: Annotated[float, typer.Option(help="Times real time")] = 1.0,
     thin: Annotated[bool, typer.Option("--thin", help="Fit a 57,600-baud radio")] = False,
+    aircraft: Annotated[str, typer.Option(metavar="FILE", help="Aircraft")] = "b777",
+    model: Annotated[str, typer.Option(metavar="FILE", help="Aerodynamic model")] = "b777",
+    turbulence: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="M/S", help="Standard deviation of the gusts"),
+    ] = None,
+    attitude: Annotated[bool, typer.Option(help="Whether the box sends an attitude")] = True,
+    position: Annotated[bool, typer.Option(help="Whether the box sends a position")] = False,
+    onboard: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(metavar="FILE", help="Where a thin flight keeps its full record"),
+    ] = None,
+    truth: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(metavar="FILE", help="Write the true motion as a Flight CSV"),
+    ] = None,
 ) -> None:
     """Fly the virtual aircraft.
 
@@ -102,14 +118,25 @@ def fly(
     from gsapp.cli import fly as command
 
     command.run(
-        to=to, out=out, plan=plan, hide=tuple(hide or ()), seed=seed, speed=speed, thin=thin
-    )
+        to=to, out=out, plan=plan, hide=tuple(hide or ()), seed=seed, speed=speed, thin=thin,
+        aircraft=aircraft, model=model, turbulence=turbulence, attitude=attitude,
+        position=position, onboard=onboard, truth=truth,
+    )  # fmt: skip
 
 
 @app.command()
 def record(
     link: Annotated[str, typer.Argument(metavar="LINK")],
     out: Annotated[Path, typer.Option(metavar="FLIGHT", help="Flight folder to write")],
+    heartbeat: Annotated[
+        Optional[bool],  # noqa: UP045
+        typer.Option(help="Send a sign of life every second; without it over udpout only"),
+    ] = None,
+    speed: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT"),
+    ] = None,
+    json: JsonFile = None,
 ) -> None:
     """Record everything that comes over a link, until stopped with Ctrl-C.
 
@@ -120,7 +147,7 @@ def record(
     """
     from gsapp.cli import record as command
 
-    command.run(link=link, out=out)
+    command.run(link=link, out=out, heartbeat=heartbeat, speed=speed, json=json)
 
 
 @app.command()

@@ -46,7 +46,7 @@ def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (("record", "udpin:nowhere", "--out", "x"), "udpin:HOST:PORT"),
+        (("record", "udpin:nowhere", "--out", "x"), "lacks its port"),
         (("replay", "absent-flight", "--headless"), "absent-flight"),
         (("export", "absent.csv", "--to", "mat", "--out", "x.mat"), "absent.csv"),
         (("import", "absent.bin", "--map", "ardupilot-log", "--out", "x"), "absent.bin"),
