@@ -20,6 +20,7 @@ from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
 from gsapp.flight.events import Event, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import EVENTS_NAME, FlightFolder
+from gsapp.flight.onboard import with_onboard_log
 from gsapp.flight.raw import RawDamage, RawTail, read_tlog
 from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
 from gsapp.flight.readers.dataflash import read_dataflash
@@ -32,7 +33,7 @@ from gsapp.flight.readers.tables import read_table
 from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.records import RawRecord
 from gsapp.flight.uniform import even_grid, typical_step, union
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, GroundStationError
 from gsapp.quantities import Block
 
 DEFAULT_RATE = 100.0
@@ -42,6 +43,12 @@ _RECORDS_AT_ONCE = 20_000
 _USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
 _LOG_MAPS = {".bin": "ardupilot-log", ".ulg": "px4-log"}
 _TABLES = (".csv", ".txt", ".mat", ".parquet")
+_FORMATS = {
+    ".tlog": "mavlink",
+    ".bin": "ardupilot-log",
+    ".ulg": "px4-log",
+    **dict.fromkeys(_TABLES, "table"),
+}
 _HEARTBEAT = 0
 _AUTOPILOT = 5  # place in the payload of HEARTBEAT
 _MAP_OF_AUTOPILOT = {3: "ardupilot-plane", 12: "px4"}
@@ -168,7 +175,7 @@ def _map_of(folder: FlightFolder) -> ChannelMap | None:
 
 
 def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
-    """Decode the raw files, else the on-board log; from the cache where it still holds."""
+    """Decode raw files and on-board log; from the cache where it still holds."""
     raw = [file for file in folder.raw_files if file.stat().st_size]
     onboard = folder.onboard_log()
     if not raw and onboard is None:
@@ -177,17 +184,32 @@ def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
             sources={},
             remarks=("nothing has been recorded in this flight yet",),
         )
-    files = raw or [file for file in (onboard,) if file is not None]
+    files = [*raw, *(file for file in (onboard,) if file is not None)]
     key = _key(files, setting)
     cached = load_cached(folder.cache_folder, key)
     if cached is not None:
         return cached
     if raw:
         decoded = _decode_folder_records(folder.path, setting)
+        if onboard is not None:
+            decoded = _with_log(decoded, onboard, setting)
     else:
         decoded = _decode_file(files[0], setting)
     store_cached(folder.cache_folder, key, decoded)
     return decoded
+
+
+def _with_log(live: Decoded, onboard: Path, setting: _Setting) -> Decoded:
+    """Let the on-board log replace the live record, if it can be read."""
+    channel_map = setting.channel_map
+    if channel_map is not None and channel_map.format != _FORMATS.get(onboard.suffix.casefold()):
+        # The map in force is that of the link; the log is read by its own.
+        setting = replace(setting, channel_map=None)
+    try:
+        log = _decode_file(onboard, setting)
+    except GroundStationError as error:
+        return replace(live, remarks=(*live.remarks, f"the on-board log is left out: {error}"))
+    return with_onboard_log(live, log, setting.rate or DEFAULT_RATE)
 
 
 def _key(files: list[Path], setting: _Setting) -> str:
@@ -218,12 +240,14 @@ def default_map(path: Path) -> ChannelMap | None:
 
 def _decode_file(path: Path, setting: _Setting) -> Decoded:
     ending = path.suffix.casefold()
+    if setting.channel_map is not None and ending in _FORMATS:
+        _must_fit(path, setting.channel_map, _FORMATS[ending])
     if ending == ".tlog":
         return _decode_tlog(path, setting)
     if ending in _LOG_MAPS:
         channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
-        wanted = channel_map.messages
-        log = read_dataflash(path, None) if ending == ".bin" else read_ulog(path, wanted)
+        # All of a .bin: what old logs call IMU2 is what maps call IMU[1].
+        log = read_dataflash(path) if ending == ".bin" else read_ulog(path, channel_map.messages)
         return _decode_log(log, channel_map, setting)
     if ending not in _TABLES:
         raise FlightError(
@@ -240,6 +264,17 @@ def _decode_file(path: Path, setting: _Setting) -> Decoded:
     else:
         columns = read_flight_csv(path)
     return _decode_columns(path, columns, setting.rate)
+
+
+def _must_fit(path: Path, channel_map: ChannelMap, wanted: str) -> None:
+    if channel_map.format == wanted:
+        return
+    fitting = [name for name in shipped_channel_maps() if load_channel_map(name).format == wanted]
+    shipped = f"; shipped are: {', '.join(fitting)}" if fitting else ""
+    raise FlightError(
+        f"the channel map '{channel_map.name}' is of format {channel_map.format}, and {path.name} "
+        f"needs one of format {wanted}{shipped}"
+    )
 
 
 def _own_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFlight:

@@ -31,8 +31,8 @@ F16 = "f16_rc_px4.ulg"
 Q_PLACE, ALPHA_PLACE = 8, 5
 
 
-def box_tlog(seconds=3.0, *, start_s=10.0, lost=(), q=None):
-    """Return a .tlog as the B777 box sends it: q = 0.2 sin(t) rad/s, alpha = 3 deg."""
+def box_tlog(seconds=3.0, *, start_s=10.0, lost=(), every=1, motion=np.sin, clock_s=0.0):
+    """Return a .tlog as the B777 box sends it: q = 0.2 motion(t) rad/s, alpha = 3 deg."""
     certificates = load_certificates("b777")
     sender = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     data = bytearray()
@@ -48,13 +48,12 @@ def box_tlog(seconds=3.0, *, start_s=10.0, lost=(), q=None):
         ),
         0,
     )
-    for k in range(round(seconds * 100)):
+    for k in range(0, round(seconds * 100), every):
         time = start_s + k / 100
         volts = [2.5] * 20 + [0.0] * 38
-        rate = 0.2 * np.sin(time) if q is None else q
-        volts[Q_PLACE] = float(certificates["q"].volts(rate))
+        volts[Q_PLACE] = float(certificates["q"].volts(0.2 * motion(time)))
         volts[ALPHA_PLACE] = float(certificates["alpha"].volts(np.deg2rad(3.0)))
-        message = sender.debug_float_array_encode(round(time * 1e6), b"daq", 0, volts)
+        message = sender.debug_float_array_encode(round((time + clock_s) * 1e6), b"daq", 0, volts)
         if k in lost:
             message.pack(sender)
             sender.seq = (sender.seq + 1) % 256
@@ -271,6 +270,59 @@ def test_files_that_are_no_ulog(tmp_path):
     path.write_bytes(b"ULog\x01\x12\x35" + b"\xff" * 300)
     with pytest.raises(GroundStationError, match=r"x\.ulg"):
         load_flight(path)
+
+
+def wandering(time):
+    """Return a motion that never repeats, as a pilot's does not."""
+    return np.sin(time * (1.0 + 0.05 * time)) + 0.5 * np.sin(2.3 * time)
+
+
+@pytest.mark.parametrize("clock_s", [0.0, 37.0])
+def test_onboard_log_replaces_the_live_record(tmp_path, clock_s):
+    """At its full rate, in the live record's time, even if its own clock is another."""
+    folder = FlightFolder.create(tmp_path / "f")
+    folder.keep_channel_map(MAPS.find("b777"))
+    folder.tlog_file.write_bytes(box_tlog(20.0, every=5, motion=wandering, lost={500, 505, 510}))
+    thin = load_flight(folder.path)
+    log = tmp_path / "onboard.tlog"
+    log.write_bytes(box_tlog(15.0, start_s=12.0, motion=wandering, clock_s=clock_s))
+    folder.keep_onboard_log(log)
+    flight = load_flight(folder.path)
+
+    def error(each, start, stop):
+        part = each.block.between(start, stop)
+        return np.nanmax(np.abs(part["q"] - 0.2 * wandering(part.times)))
+
+    assert flight.block.times[0] == thin.block.times[0]
+    # The live record is 20 Hz, so between its samples it is off; the log is not.
+    assert error(thin, 13.0, 26.0) > 5e-4
+    assert error(flight, 13.0, 26.0) < 1e-5
+    assert not np.isnan(flight.block.between(13.0, 26.0)["q"]).any()
+    assert np.isnan(thin.block["q"]).any()
+    assert (~np.isnan(flight.block.between(10.0, 11.9)["q"])).all()
+    assert flight.sources["q"].source.startswith("on-board log: ")
+    assert any("clock differs by -37.00 s" in remark for remark in flight.remarks) == bool(clock_s)
+
+
+def test_onboard_log_of_another_flight_is_left_out(tmp_path):
+    """A log that moves otherwise, or cannot be read, does not replace anything, and is told."""
+    folder = FlightFolder.create(tmp_path / "f")
+    folder.keep_channel_map(MAPS.find("b777"))
+    folder.tlog_file.write_bytes(box_tlog(20.0, every=5, motion=wandering))
+    live = load_flight(folder.path)
+    other = np.random.default_rng(1).normal(size=3000)
+    log = tmp_path / "onboard.tlog"
+    log.write_bytes(box_tlog(15.0, motion=lambda time: other[int(time * 100)]))
+    folder.keep_onboard_log(log)
+    flight = load_flight(folder.path)
+    assert any("could not be aligned" in remark for remark in flight.remarks)
+    assert np.array_equal(flight.block.values, live.block.values, equal_nan=True)
+    log = tmp_path / "1.bin"
+    log.write_bytes(b"no log at all" * 30)
+    folder.keep_onboard_log(log)
+    flight = load_flight(folder.path)
+    assert any("left out" in remark and "1.bin" in remark for remark in flight.remarks)
+    assert np.array_equal(flight.block.values, live.block.values, equal_nan=True)
 
 
 # --- import and export ----------------------------------------------------------------------

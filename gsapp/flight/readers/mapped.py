@@ -93,10 +93,11 @@ def map_log(
         if (each := _find(log, entry, place, remarks)) is not None
     ]
     if not found:
-        messages = ", ".join(log.messages[:20]) + (" ..." if len(log.messages) > 20 else "")
+        listed = ", ".join(log.messages[:20]) + (" ..." if len(log.messages) > 20 else "")
+        holds = f". It holds: {listed}" if listed else ""
         raise FlightError(
             f"{log.path} holds nothing of what the channel map '{channel_map.name}' names; give "
-            f"another with --map. It holds: {messages or 'no messages'}"
+            f"another with --map{holds}"
         )
     lacking = sorted(
         {
