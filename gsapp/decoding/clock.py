@@ -35,6 +35,9 @@ SAME_CLOCK = 5_000_000
 LONGEST_STEP = 3_600_000_000
 """A clock that jumps ahead by less is a pause of the link; by more, it was set."""
 
+NARROW = 2**32
+"""32 bits of microseconds start over every 72 minutes."""
+
 UNIX = 10**15
 """Stamps from here on (September 2001) count from 1970, not from switching on."""
 
@@ -123,6 +126,7 @@ class FlightClock:
         self._unix_minus_boot: int | None = None
         self._envelope: float | None = None
         self._envelope_host = 0
+        self._stamped = False
         self._above: list[float] = []
         self._waiting: list[_Held] = []
         self._narrow: list[tuple[int, int, _Held]] = []
@@ -151,16 +155,14 @@ class FlightClock:
             Microseconds; None if the item waits, or was dropped.
         """
         line = self._lines.get((component, stamp >= UNIX))
-        if line is None:
-            if period and period < LONGEST_STEP * 24 and self._envelope is None:
-                # 32 bits of microseconds start over every 72 minutes: another stamp must tell
-                # how often they did.
+        last = None if line is None else line.last
+        if line is None or last is None:
+            if self._envelope is None and 0 < period <= NARROW:
+                # Another stamp must tell how often this one has started over.
                 self._narrow.append((component, period, _Held(stamp, host, item)))
                 self._give_up_waiting(host)
                 return None
-            line = self._lines[component, stamp >= UNIX] = _Line()
-        last = line.last
-        if last is None:
+            line = self._lines.setdefault((component, stamp >= UNIX), _Line())
             return self._begin(component, line, _Held(stamp, host, item), period)
         passed = host - line.host
         if passed < 0:
@@ -215,8 +217,13 @@ class FlightClock:
     def finish(self) -> None:
         """Release what still waits: no other stamp will come."""
         for key, line in list(self._lines.items()):
-            if line.last is None and line.held:
+            if line.last is not None or not line.held:
+                continue
+            if self._envelope is None:
                 self._settle_first(key[0], line)
+            else:
+                # A clock that told one time only, beside one that goes on, is not believed.
+                self._drop(line)
         if self._envelope is None and (self._waiting or self._narrow):
             self._begin_by_arrival()
 
@@ -318,6 +325,7 @@ class FlightClock:
     def _observe(self, time: int, host: int) -> None:
         """Take note of a stamp's delay: the lower envelope, which may rise as fast as drift."""
         delay = float(host - time)
+        self._stamped = True
         if self._envelope is None:
             self._envelope, self._envelope_host = delay, host
             self._pass(time)
@@ -337,6 +345,8 @@ class FlightClock:
         self._pass(time)
 
     def _risen(self, host: int) -> float:
+        if not self._stamped:
+            return self._envelope or 0.0
         elapsed = max(host - self._envelope_host, 0)
         return (self._envelope or 0.0) + DRIFT * elapsed
 

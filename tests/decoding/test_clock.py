@@ -1,0 +1,250 @@
+"""Flight time: unwrapped, continued over restarts, not led astray by one bad stamp."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from gsapp.decoding.clock import FlightClock
+
+HOST = 1_700_000_000_000_000
+MS_TURN = 2**32 * 1000
+US_TURN = 2**32
+
+
+class Case:
+    """A clock with what it placed, in order."""
+
+    def __init__(self) -> None:
+        self.clock = FlightClock()
+        self.placed: list[tuple[str, int]] = []
+
+    def stamp(self, stamp: int, host: int, *, component: int = 1, period: int = 0,
+              item: str = "") -> None:  # fmt: skip
+        time = self.clock.place(component, stamp, HOST + host, item, period=period)
+        self._take(item, time)
+
+    def arrive(self, host: int, item: str = "arrival") -> None:
+        self._take(item, self.clock.arrive(HOST + host, item))
+
+    def finish(self) -> None:
+        self.clock.finish()
+        self._take("", None)
+
+    def _take(self, item: str, time: int | None) -> None:
+        if time is not None:
+            self.placed.append((item, time))
+        self.placed += [(placed.item, placed.time) for placed in self.clock.released]
+        self.clock.released.clear()
+
+    @property
+    def times(self) -> list[int]:
+        return [time for _, time in self.placed]
+
+    @property
+    def kinds(self) -> list[str]:
+        return [event.kind for event in self.clock.events]
+
+
+def test_stamps_since_boot_are_flight_time() -> None:
+    """The vehicle's own count is kept, to the microsecond."""
+    case = Case()
+    for k in range(5):
+        case.stamp(7_000_000 + 10_000 * k, 10_000 * k)
+    assert case.times == [7_000_000 + 10_000 * k for k in range(5)]
+    assert case.kinds == []
+
+
+def test_32_bit_milliseconds_go_on_after_49_days() -> None:
+    """A count that starts over at 2^32 ms is unwrapped; nothing restarts."""
+    case = Case()
+    start = MS_TURN - 50_000
+    for k in range(20):
+        case.stamp((start + 10_000 * k) % MS_TURN, 10_000 * k, period=MS_TURN)
+    assert case.times == [start + 10_000 * k for k in range(20)]
+    assert case.kinds == []
+
+
+def test_32_bit_microseconds_take_their_turn_from_another_message() -> None:
+    """SERVO_OUTPUT_RAW starts over every 72 minutes; ATTITUDE tells how often it did."""
+    case = Case()
+    true = 3 * US_TURN + 5_000_000
+    for k in range(10):
+        case.stamp((true + 20_000 * k) % US_TURN, 20_000 * k, period=US_TURN, item="servo")
+        case.stamp(true + 20_000 * k, 20_000 * k + 10, period=MS_TURN, item="attitude")
+    servo = [time for item, time in case.placed if item == "servo"]
+    assert servo == [true + 20_000 * k for k in range(10)]
+    assert case.kinds == []
+
+
+def test_32_bit_microseconds_alone_still_count() -> None:
+    """With nothing else on the link they are taken as they are, when the record ends."""
+    case = Case()
+    for k in range(4):
+        case.stamp(20_000 * k, 20_000 * k, period=US_TURN, item="servo")
+    assert case.placed == []
+    case.finish()
+    assert case.times == [0, 20_000, 40_000, 60_000]
+
+
+def test_counting_from_1970_begins_at_its_own_first_second() -> None:
+    """A vehicle that only knows the date: flight time begins within the first second."""
+    case = Case()
+    unix = HOST + 123_456
+    for k in range(4):
+        case.stamp(unix + 10_000 * k, 10_000 * k)
+    assert case.times == [unix % 1_000_000 + 10_000 * k for k in range(4)]
+
+
+def test_both_ways_of_counting_agree_by_system_time() -> None:
+    """SYSTEM_TIME relates the count from 1970 to that since boot, to the microsecond."""
+    case = Case()
+    unix = HOST - 33_000_000_123
+    case.clock.relate(unix + 40_000_000, 40_000_000)
+    for k in range(5):
+        case.stamp(40_000_000 + 10_000 * k, 10_000 * k + 900, item="boot")
+        case.stamp(unix + 40_000_000 + 10_000 * k, 10_000 * k + 5_000, item="unix")
+    boot = [time for item, time in case.placed if item == "boot"]
+    assert [time for item, time in case.placed if item == "unix"] == boot
+    assert case.kinds == []
+
+
+def test_a_restart_goes_on_by_arrival_and_is_reported() -> None:
+    """The clock runs backwards: one event, no sample lost, flight time never goes back."""
+    case = Case()
+    for k in range(100):
+        case.stamp(500_000_000 + 10_000 * k, 10_000 * k + 2_000)
+    for k in range(100):
+        case.stamp(10_000 * k, 4_000_000 + 10_000 * k + 2_000)
+    assert case.kinds == ["restart"]
+    assert "restarted" in case.clock.events[0].text
+    assert len(case.times) == 200
+    assert case.times == sorted(case.times)
+    # Four seconds after the first sample, as it arrived.
+    assert case.times[100] == 504_000_000
+    assert case.times[199] == 504_990_000
+
+
+@pytest.mark.parametrize("wrong", [0, 499_000_000, 600_000_000, 4_000_000_000_000_000])
+def test_one_outlier_is_dropped_and_reported(wrong: int) -> None:
+    """A single impossible stamp begins no new segment."""
+    case = Case()
+    for k in range(50):
+        case.stamp(510_000_000 + 10_000 * k, 10_000 * k)
+        if k == 25:
+            case.stamp(wrong, 10_000 * k + 1)
+    case.finish()
+    placed = [time for time in case.times if 510_000_000 <= time < 511_000_000]
+    assert placed == [510_000_000 + 10_000 * k for k in range(50)]
+    assert "restart" not in case.kinds
+    if wrong < 10**15:
+        assert case.times == placed
+        assert case.kinds == ["outlier"]
+        assert case.clock.dropped == 1
+
+
+def test_a_bad_first_stamp_does_not_become_the_truth() -> None:
+    """Two stamps must agree before the clock is believed at all."""
+    case = Case()
+    case.stamp(3_000_000_000_000, 0)
+    for k in range(10):
+        case.stamp(5_000_000 + 10_000 * k, 10_000 * k + 5)
+    assert case.times == [5_000_000 + 10_000 * k for k in range(10)]
+
+
+def test_reordered_stamps_are_placed_where_they_belong() -> None:
+    """A message that was overtaken keeps its own time."""
+    case = Case()
+    for stamp in (0, 10_000, 30_000, 20_000, 40_000):
+        case.stamp(stamp, 50_000)
+    assert case.times == [0, 10_000, 30_000, 20_000, 40_000]
+    assert case.kinds == []
+
+
+def test_a_pause_of_the_link_is_a_pause() -> None:
+    """The vehicle and this computer agree that 20 minutes passed: no event."""
+    case = Case()
+    for base in (0, 1_200_000_000):
+        for k in range(3):
+            case.stamp(base + 10_000 * k, base + 10_000 * k)
+    assert case.times[3] == 1_200_000_000
+    assert case.kinds == []
+
+
+def test_a_clock_that_steps_ahead_is_believed_and_reported() -> None:
+    """A minute more on the vehicle than here: taken as a pause, and said."""
+    case = Case()
+    for k in range(200):
+        case.stamp(10_000 * k + (60_000_000 if k >= 100 else 0), 10_000 * k)
+    assert case.kinds == ["step"]
+    assert case.times[-1] == 61_990_000
+    assert len(case.times) == 200
+
+
+def test_a_clock_set_ahead_by_years_does_not_stretch_the_flight() -> None:
+    """From 1970-like counting of days: flight time goes on by arrival."""
+    case = Case()
+    for k in range(200):
+        case.stamp(10_000 * k + (10**14 if k >= 100 else 0), 10_000 * k)
+    assert case.kinds == ["restart"]
+    assert case.times == [10_000 * k for k in range(200)]
+
+
+def test_another_component_with_its_own_clock_is_laid_beside() -> None:
+    """A camera that was switched on later is placed by its arrival, and this is said."""
+    case = Case()
+    for k in range(50):
+        case.stamp(300_000_000 + 10_000 * k, 10_000 * k + 1_000)
+        case.stamp(7_000_000 + 10_000 * k, 10_000 * k + 1_000, component=100, item="camera")
+    camera = [time for item, time in case.placed if item == "camera"]
+    assert camera[0] == pytest.approx(300_000_000, abs=20_000)
+    assert len(camera) == 50
+    assert case.kinds == ["other-clock"]
+
+
+@pytest.mark.parametrize("drift", [-8e-5, 0.0, 8e-5])
+def test_arrivals_follow_the_lower_envelope_over_an_hour_of_drift(drift: float) -> None:
+    """With jitter of up to 0.1 s and drifting clocks arrivals are placed within 3 ms."""
+    case = Case()
+    generator = random.Random(1)
+    for k in range(36_000):
+        stamp = 100_000 * k
+        sent = round(stamp * (1.0 + drift)) + 5_000
+        delay = generator.choice((0, 0, generator.randrange(100_000)))
+        case.clock.place(1, stamp, HOST + sent + delay, None)
+        if k > 100 and k % 100 == 0:
+            true = stamp
+            assert case.clock.flight_time(HOST + sent) == pytest.approx(true, abs=3_000)
+            host = case.clock.host_time(stamp)
+            assert host == pytest.approx(HOST + sent, abs=3_000)
+            assert case.clock.delay(stamp, HOST + sent + 50_000) == pytest.approx(50_000, abs=3_000)
+
+
+def test_arrivals_wait_for_the_first_stamp() -> None:
+    """What came before the first stamp is placed by the delay that it shows."""
+    case = Case()
+    case.arrive(0)
+    case.arrive(500_000)
+    case.stamp(10_000_000, 1_000_000)
+    case.stamp(10_010_000, 1_010_000)
+    assert sorted(case.times) == [9_000_000, 9_500_000, 10_000_000, 10_010_000]
+
+
+def test_without_any_stamp_flight_time_is_arrival() -> None:
+    """After half a minute without a stamp time counts from the first arrival, and this is said."""
+    case = Case()
+    for k in range(40):
+        case.arrive(1_000_000 * k)
+    assert case.times == [1_000_000 * k for k in range(40)]
+    assert case.kinds == ["no-clock"]
+
+
+def test_a_computer_whose_clock_is_set_begins_its_delays_anew() -> None:
+    """An hour's jump of the host clock is noticed; stamps are not touched by it."""
+    case = Case()
+    for k in range(200):
+        case.stamp(10_000 * k, 10_000 * k + (3_600_000_000 if k >= 100 else 0))
+    assert case.times == [10_000 * k for k in range(200)]
+    assert case.kinds == ["host-step"]
+    assert case.clock.flight_time(HOST + 3_602_000_000) == pytest.approx(2_000_000, abs=1000)
