@@ -33,6 +33,8 @@ class Feel:
         Pitch stick for each unit of (1/cos(bank) - 1).
     turn_yaw : float
         Yaw stick for each unit of sin(bank), for a turn without sideslip.
+    flap_travel : float
+        Full travel of the flaps, rad.
     """
 
     speed: float
@@ -45,6 +47,7 @@ class Feel:
     throttle_slope: float
     turn_pull: float
     turn_yaw: float
+    flap_travel: float
 
 
 class PitchKeeper:

@@ -29,8 +29,6 @@ class HumanPilot:
         Everything in which one day differs from the next.
     dt : float
         Time between two moves, s.
-    flap_travel : float
-        Full travel of the flaps, rad.
     """
 
     def __init__(
@@ -40,7 +38,6 @@ class HumanPilot:
         random: np.random.Generator,
         *,
         dt: float,
-        flap_travel: float,
     ) -> None:
         human = plan.human
         eyes, hands, inputs, habits = random.spawn(4)
@@ -50,7 +47,7 @@ class HumanPilot:
         self._stages = self._mission.stages()
         self._intent = next(self._stages)
         self._feel = feel
-        self._flap_travel = max(flap_travel, 1e-9)
+        self._flap_travel = max(feel.flap_travel, 1e-9)
         trim_errors = human.trim_error * habits.standard_normal(3)
         coordination = human.coordination * (1.0 + 0.2 * float(habits.standard_normal()))
         self._pitch = PitchKeeper(feel, float(trim_errors[0]), dt)
