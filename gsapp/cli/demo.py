@@ -1,0 +1,162 @@
+"""``gsapp demo``: the whole job on a virtual flight.
+
+The virtual aircraft streams over a real link, a recorder process writes it down, a session (and
+the window, unless headless) shows it live; then the record is replayed, compared with what was
+seen live, summed up, and drawn.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gsapp.foundation import FlightError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.session import Session
+    from gsapp.telemetry.virtual.process import AircraftProcess
+
+CHARTS = (
+    "V", "altitude", "alpha", "beta", "p", "q", "r", "an", "ax", "ay",
+    "de", "da", "dr", "throttle", "rpm_left",
+)  # fmt: skip
+_HEADLESS_SPEED = 4.0
+_QUIET = 1.0
+"""Seconds without a new sample, after the aircraft is done, that end the live part."""
+
+
+def run(*, headless: bool, out: Path, seed: int) -> None:
+    """Fly, record, watch, replay and sum up a short virtual flight.
+
+    Parameters
+    ----------
+    headless : bool
+        Without a window, at four times real time.
+    out : Path
+        Folder for the flight, its summary and its picture.
+    seed : int
+        Same seed, same flight.
+
+    Raises
+    ------
+    GroundStationError
+        If a step fails; says which.
+    """
+    from rich.console import Console
+
+    from gsapp.flight.preparing import prepare_flight
+    from gsapp.telemetry.recorder_control import start_recorder
+    from gsapp.telemetry.virtual.process import AircraftProcess, free_port
+
+    if not headless:
+        from ui.display import require_display
+
+        require_display()
+    console = Console(highlight=False, soft_wrap=True)
+    folder = _unused(out / "flight")
+    port = free_port()
+    link = f"udpin:127.0.0.1:{port}"
+    prepare_flight(folder, aircraft="b777", channel_map="b777", source=link, notes="Demo.")
+    recorder = start_recorder(link, folder)
+    console.print(f"1. A recorder (process {recorder.pid}) writes {link} into {folder}.")
+    speed = _HEADLESS_SPEED if headless else 1.0
+    aircraft = AircraftProcess(folder, port, plan="short", seed=seed, speed=speed)
+    console.print(f"2. The virtual aircraft flies the short plan at {speed:g} times real time.")
+    try:
+        if headless:
+            live = _watch(folder, aircraft, console)
+        else:
+            from ui.app import run_window
+
+            console.print("3. The window shows it live; close it to go on.")
+            run_window(flight=folder)
+            live = None
+    finally:
+        aircraft.stop()
+        recorder.stop()
+    _replay(folder, out, live, console)
+
+
+def _unused(path: Path) -> Path:
+    """Return `path`, or `path`-2, -3, ...: an earlier flight is never written into."""
+    number = 1
+    candidate = path
+    while candidate.exists():
+        number += 1
+        candidate = path.with_name(f"{path.name}-{number}")
+    return candidate
+
+
+def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session:
+    """Follow the flight as a window would, until it is over."""
+    from rich.progress import Progress, TextColumn
+
+    from gsapp.session import Session
+
+    session = Session.follow(folder)
+    last_new, seen = time.monotonic(), None
+    line = TextColumn("3. Live: flight time {task.fields[time]}, {task.fields[rate]} frames/s")
+    with Progress(line, console=console) as progress:
+        task = progress.add_task("", total=None, time="-", rate="-")
+        while aircraft.flying() or time.monotonic() - last_new < _QUIET:
+            session.update()
+            if session.now != seen:
+                last_new, seen = time.monotonic(), session.now
+                shown = "-" if seen is None else f"{seen:.0f} s"
+                rate = session.snapshot().link.rate
+                progress.update(task, time=shown, rate="-" if rate is None else f"{rate:.0f}")
+            time.sleep(0.016)
+    if complaint := aircraft.complaint():
+        raise FlightError(complaint)
+    return session
+
+
+def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> None:
+    from gsapp.report.strip_figure import strip_figure
+    from gsapp.session import MAX_SPEED, Session
+    from gsapp.session.session import run_through
+
+    session = Session.replay(folder, speed=MAX_SPEED)
+    started = time.monotonic()
+    run_through(session)
+    seconds = time.monotonic() - started
+    flight = session.flight()
+    if not len(flight.block):
+        raise FlightError(f"nothing was recorded in {folder}; see {folder}/virtual-aircraft.log")
+    console.print(f"4. Replayed {flight.duration:.0f} s of flight in {seconds:.1f} s.")
+    if live is not None:
+        live.finish()
+        compared = _same_as_live(live, session)
+        console.print(f"   {compared} channels are the same, to the last bit, as seen live.")
+        live.close()
+    picture = strip_figure(
+        flight.block, CHARTS, out / f"{folder.name}.png",
+        title=f"Virtual flight of the B777, {flight.duration:.0f} s",
+    )  # fmt: skip
+    session.close()
+    _sum_up(folder, out, picture, console)
+
+
+def _same_as_live(live: Session, replayed: Session) -> int:
+    """Return how many channels agree bit for bit; raise if one differs."""
+    first = round((replayed.history.start or 0.0) * replayed.history.rate)
+    last = round((replayed.history.end or 0.0) * replayed.history.rate) + 1
+    for channel_id in replayed.history.channels:
+        ours = live.history.samples(channel_id, first, last)
+        theirs = replayed.history.samples(channel_id, first, last)
+        if not np.array_equal(ours, theirs, equal_nan=True):
+            raise FlightError(f"'{channel_id}' differs between the live view and the replay")
+    return len(replayed.history.channels)
+
+
+def _sum_up(folder: Path, out: Path, picture: Path, console: Console) -> None:
+    from gsapp.cli import replay
+
+    summary = out / f"{folder.name}.json"
+    replay.run(flight=folder, speed="max", headless=True, json=summary)
+    console.print(f"5. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}")
