@@ -272,6 +272,9 @@ def aircraft_rules(aircraft: Aircraft) -> tuple[LimitRule, ...]:
 def instrument_rules(channel_id: str) -> tuple[LimitRule, ...]:
     """Return the rules for values that no instrument of that kind can truly read."""
     low, high = channel(channel_id).limits
+    # Noise about the end of a range, such as an airspeed of a little less than nothing, is none.
+    slack = 0.02 * (high - low)
+    low, high = low - slack, high + slack
     words = ("not plausible: check the instrument", "")
     return (
         _rule(channel_id, "low", low, None, words, duration=0.5),

@@ -214,7 +214,7 @@ def test_redundant_sensors_have_their_own_limits_of_plausibility() -> None:
     assert board.standing == ()
     monitor.feed(block(100, {"alpha.2": np.full(100, 55 * DEG)}))
     assert board.get("alpha.2:high").sentence() == (
-        "Angle of attack, sensor 2 55.0 deg, above 40.0 deg, not plausible: check the instrument"
+        "Angle of attack, sensor 2 55.0 deg, above 41.6 deg, not plausible: check the instrument"
     )
 
 

@@ -1,0 +1,168 @@
+"""``gsapp replay``: a recorded flight on the road of a live one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.session.session import Session
+
+
+def run(
+    *,
+    flight: Path,
+    speed: str | float = "max",
+    headless: bool = True,
+    json: Path | None = None,
+    channel_map: str | None = None,
+    certificates: str | None = None,
+    aircraft: str | None = None,
+    rate: float | None = None,
+) -> int:
+    """Replay a flight.
+
+    Parameters
+    ----------
+    flight : Path
+        Folder or file.
+    speed : str or float
+        Times real time, 0.1 to 50, or ``max``.
+    headless : bool
+        Print a summary at the end of the flight, instead of opening the window.
+    json : Path, optional
+        Where to write the summary for programs; ``-`` for the screen, which then shows nothing
+        else.
+    channel_map, certificates, aircraft : str, optional
+        Name or path, in place of those in the flight folder.
+    rate : float, optional
+        Samples per second of the grid.
+
+    Returns
+    -------
+    int
+        Exit code.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight cannot be read, or the speed is none.
+    """
+    times = speed_of(speed)
+    if not headless:
+        from importlib import import_module
+
+        # By name: only the composition root may know the window, and only when it is wanted.
+        window = import_module("ui.app").run_window
+        return int(window(flight=flight, speed=str(speed), channel_map=channel_map))
+    import sys
+
+    from rich.console import Console
+
+    from gsapp.flight.summary import summarize
+    from gsapp.session.session import Session
+
+    quiet = json is not None and str(json) == "-"
+    console = Console(stderr=True) if quiet else Console()
+    session = Session.replay(
+        flight,
+        channel_map=channel_map,
+        certificates=certificates,
+        aircraft=aircraft,
+        rate=rate,
+        speed=times,
+    )
+    try:
+        _play(session, console)
+        whole = session.flight()
+        if json is not None:
+            text = _text(summarize(whole))
+            if quiet:
+                sys.stdout.write(text)
+            else:
+                from gsapp.foundation import write_atomically
+
+                write_atomically(json, text)
+        if not quiet:
+            from gsapp.cli._flight_text import describe
+
+            describe(console, whole)
+            _print_alarms(session, console)
+            if json is not None:
+                console.print(f"written to {json}", highlight=False, soft_wrap=True)
+    finally:
+        session.close()
+    return 0
+
+
+def speed_of(text: str | float) -> float:
+    """Return the speed of a replay.
+
+    Raises
+    ------
+    GroundStationError
+        If it is neither ``max`` nor a number from 0.1 to 50.
+    """
+    from gsapp.foundation import GroundStationError
+    from gsapp.session.feeds import FASTEST, MAX_SPEED, SLOWEST
+
+    if str(text).strip().casefold() == "max":
+        return MAX_SPEED
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = float("nan")
+    if not SLOWEST <= speed <= FASTEST:
+        raise GroundStationError(
+            f"a replay does not run at speed '{text}'; give {SLOWEST:g} to {FASTEST:g} times real "
+            "time, or max"
+        )
+    return speed
+
+
+def _play(session: Session, console: Console) -> None:
+    from rich.markup import escape
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    from gsapp.session.session import run_through
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task(f"replaying {escape(session.name)}", total=1.0)
+        run_through(session, lambda share: progress.update(task, completed=share))
+
+
+def _text(summary: object) -> str:
+    import json
+
+    return json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _print_alarms(session: Session, console: Console) -> None:
+    log = session.board.log
+    if not log:
+        return
+    console.print(f"{len(log)} alarms", highlight=False)
+    for onset in log[:20]:
+        when = "" if onset.time is None else f"{onset.time:9.2f} s  "
+        name = f"{onset.key}: " if onset.words else onset.key
+        console.print(
+            f"{when}{onset.severity.name.lower():8} {name}{onset.words}",
+            highlight=False,
+            markup=False,
+        )
+    if len(log) > 20:
+        console.print(f"and {len(log) - 20} more", highlight=False)

@@ -1,0 +1,266 @@
+"""Live flights: a real recorder process, a real socket, sessions that tail its files."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsapp.flight.loading import load_flight
+from gsapp.session import MAX_SPEED, Freshness, Session, Severity
+from gsapp.session.history import History
+from gsapp.session.session import run_through
+
+Field = Any
+Patience = Callable[..., None]
+
+
+def frames_in(session: Session) -> int:
+    return 0 if session.decoder is None else session.decoder.health.good
+
+
+def caught_up(session: Session, frames: int) -> Callable[[], bool]:
+    def come() -> bool:
+        session.update()
+        return frames_in(session) >= frames
+
+    return come
+
+
+def everything(history: History) -> dict[str, np.ndarray]:
+    found = {}
+    for name in history.channels:
+        first, last = history.span(name)
+        found[name] = np.concatenate([[first, last], history.samples(name, first, last)])
+    return found
+
+
+def same(left: History, right: History) -> None:
+    one, other = everything(left), everything(right)
+    assert one.keys() == other.keys()
+    for name, values in one.items():
+        np.testing.assert_array_equal(values, other[name], err_msg=name)
+
+
+def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
+    field: Field, patience: Patience
+) -> None:
+    """One session polls all the time, one froze, one came in mid-flight, one replays: all equal."""
+    field.record()
+    steady = Session.follow(field.folder, channel_map="b777", aircraft="b777")
+    frozen = Session.follow(field.folder, channel_map="b777", aircraft="b777")
+    for _ in range(5):
+        field.aircraft.send(20)
+        steady.update()
+        frozen.update()
+    assert steady.snapshot().mode == "live"
+    for _ in range(20):
+        field.aircraft.send(20)
+        steady.update()  # the other one stands still meanwhile
+    late = Session.follow(field.folder, channel_map="b777", aircraft="b777")
+    assert late.recorder is None
+    for session in (steady, frozen, late):
+        patience(caught_up(session, field.aircraft.sent))
+        assert session.snapshot().caught_up
+        assert session.decoder.health.lost == 0
+        assert session.snapshot().recorder.words == "recording"
+        assert session.recorder.pid == field.recorder.pid
+    assert field.recorder.stop()
+    for session in (steady, frozen, late):
+        session.finish()
+    replayed = Session.replay(field.folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED)
+    run_through(replayed)
+    assert len(steady.history.channels) > 35
+    assert steady.history.last("phi")[0] == pytest.approx(1.0 + 4.98)
+    for session in (frozen, late, replayed):
+        same(steady.history, session.history)
+        assert session.board.log == steady.board.log
+    loaded = load_flight(field.folder, channel_map="b777", aircraft="b777")
+    live = steady.flight()
+    assert live.frames == loaded.frames
+    assert live.block.channels == loaded.block.channels
+    np.testing.assert_array_equal(live.block.times, loaded.block.times)
+    np.testing.assert_array_equal(live.block.values, loaded.block.values)
+
+
+def test_the_map_is_found_in_the_stream_itself(field: Field, patience: Patience) -> None:
+    """Without a map a session waits until the aircraft has told which one fits."""
+    field.record()
+    session = Session.follow(field.folder)
+    field.aircraft.send(100)
+    session.update()
+    assert session.snapshot().channel_map == ""
+    time.sleep(0.1)
+    for _ in range(40):
+        field.aircraft.send(20)
+        time.sleep(0.08)
+        session.update()
+        if session.decoder is not None:
+            break
+    assert session.snapshot().channel_map == "B777 box"
+    patience(caught_up(session, field.aircraft.sent))
+    assert session.history.span("q_volts")[0] == 100
+    assert session.snapshot().calibration != ()
+
+
+def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
+    field: Field, patience: Patience
+) -> None:
+    """Kill -9: alarm, written once for all windows; after the restart the alarm is over."""
+    if sys.platform == "win32":
+        pytest.skip("Windows has no SIGKILL")
+    field.record()
+    now = [1000.0]
+    session, other = (
+        Session.follow(field.folder, channel_map="b777", clock=lambda: now[0]) for _ in range(2)
+    )
+
+    def look() -> None:
+        now[0] += 0.6
+        session.update()
+        other.update()
+
+    field.aircraft.send(50)
+    patience(lambda: (look(), frames_in(session) >= 76)[1])
+    assert session.board.standing == ()
+    os.kill(field.recorder.pid, signal.SIGKILL)
+    patience(lambda: (look(), session.board.get("recorder") is not None)[1])
+    alarm = session.board.get("recorder")
+    assert alarm.severity is Severity.WARNING
+    assert "died" in alarm.sentence()
+    assert session.snapshot().recorder.words == "dead"
+    look()
+    written = (field.folder / "events.jsonl").read_text()
+    assert written.count('"recorder"') == 1
+    assert other.acknowledge()
+    look()
+    assert session.board.get("recorder").acknowledged
+    with pytest.MonkeyPatch.context():
+        field.record()
+    field.aircraft.send(50)
+    patience(lambda: (look(), frames_in(session) >= field.aircraft.sent)[1])
+    look()
+    assert session.board.get("recorder") is None
+    assert session.snapshot().recorder.words == "recording"
+
+
+def test_silence_of_the_aircraft_is_said_and_no_value_is_left_standing(
+    field: Field, patience: Patience
+) -> None:
+    """Age grows while nothing comes, channels turn stale, the link alarms; then all is well."""
+    field.record()
+    now, ahead = [1000.0], [0]
+    session = Session.follow(
+        field.folder,
+        channel_map="b777",
+        aircraft="b777",
+        clock=lambda: now[0],
+        wall_us=lambda: time.time_ns() // 1000 + ahead[0],
+    )
+
+    def look() -> None:
+        now[0] += 0.6
+        session.update()
+
+    assert session.states() == {
+        name: state
+        for name, state in session.states().items()
+        if state.freshness is Freshness.MISSING
+    }
+    field.aircraft.send(100)
+    patience(lambda: (look(), frames_in(session) >= field.aircraft.sent)[1])
+    look()
+    states = session.states(("q", "phi", "V", "thrust"))
+    assert states["q"].freshness is Freshness.FRESH
+    assert states["q"].calibrated
+    assert states["q"].kind == "measured"
+    assert states["phi"].kind == "estimated"
+    assert states["thrust"].freshness is Freshness.MISSING
+    assert session.snapshot().link.words == "ok"
+    ahead[0] = 4_000_000
+    look()
+    assert session.snapshot().link.words == "silent"
+    assert session.snapshot().link.age > 3.9
+    assert session.states(("q",))["q"].freshness is Freshness.STALE
+    assert "nothing received" in session.board.get("link").sentence()
+    ahead[0] = 0
+    field.aircraft.send(50)
+    patience(lambda: (look(), frames_in(session) >= field.aircraft.sent)[1])
+    look()
+    assert not session.board.get("link").active
+    assert session.states(("q",))["q"].freshness is Freshness.FRESH
+
+
+def test_a_long_past_is_taken_in_without_holding_up_the_window(
+    field: Field, patience: Patience
+) -> None:
+    """Opening in mid-flight: many short calls, progress told, and the whole flight is there."""
+    field.record()
+    field.aircraft.send(1500)
+    size = field.folder / "raw.tlog"
+    patience(lambda: size.stat().st_size > 0.97 * 1500 * 150)
+    session = Session.follow(field.folder, channel_map="b777")
+    calls, told = 0, []
+    while not session.snapshot().caught_up or frames_in(session) < field.aircraft.sent:
+        session.update(0.002)
+        told.append(session.snapshot().progress)
+        calls += 1
+        assert calls < 5000
+    assert calls > 5
+    assert session.history.span("elevator_left_volts")[0] == 100
+    assert session.history.end == pytest.approx(1.0 + 14.98)
+
+
+def test_a_torn_record_opens_as_far_as_it_is_good(
+    field: Field, patience: Patience, tmp_path: Path
+) -> None:
+    """A copy cut in mid-frame, with garbage in the middle: both named, the rest is all there."""
+    field.record()
+    field.aircraft.send(300)
+    session = Session.follow(field.folder, channel_map="b777")
+    patience(caught_up(session, field.aircraft.sent))
+    field.recorder.stop()
+    copy = tmp_path / "copy"
+    shutil.copytree(field.folder, copy, ignore=shutil.ignore_patterns("recorder*"))
+    raw = bytearray((copy / "raw.tlog").read_bytes())
+    raw[20_000:20_040] = b"\x55" * 40
+    (copy / "raw.tlog").write_bytes(raw[:-7])
+    torn = Session.replay(copy, channel_map="b777", speed=MAX_SPEED)
+    run_through(torn)
+    assert "raw.tlog" in " ".join(torn.remarks)
+    assert frames_in(torn) >= field.aircraft.sent - 4
+    values = torn.history.samples("q_volts", 100, 390)
+    good = session.history.samples("q_volts", 100, 390)
+    present = ~np.isnan(values)
+    assert present.sum() > 280
+    # A sample lost is bridged by a straight line; all the others are untouched.
+    assert (np.abs(values - good)[present] > 1e-9).sum() <= 4
+
+
+def test_marks_and_acknowledgments_reach_the_other_window(field: Field) -> None:
+    """Two sessions on one flight; a third one, opened later, has both."""
+    field.record()
+    now = [0.0]
+    left, right = (
+        Session.follow(field.folder, channel_map="b777", clock=lambda: now[0]) for _ in range(2)
+    )
+    mark = left.mark("doublet", at=3.0)
+    left.board.raise_("disk", Severity.CAUTION, 3.0, "disk nearly full")
+    right.board.raise_("disk", Severity.CAUTION, 3.0, "disk nearly full")
+    assert left.acknowledge()
+    assert not left.acknowledge()
+    now[0] += 1.0
+    right.update()
+    assert right.marks == (mark,)
+    assert right.board.waiting == ()
+    third = Session.follow(field.folder, channel_map="b777")
+    third.update()
+    assert third.marks == (mark,)
