@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import logging
+import math
 import os
 import signal
 import sys
@@ -62,12 +63,25 @@ def make_application() -> QApplication:
     return application
 
 
+def _speed(text: float | str) -> float:
+    if text == "max":
+        return math.inf
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not speed > 0.0:
+        raise GroundStationError(f"'{text}' is not a speed; give a number above 0, or max")
+    return speed
+
+
 def run_window(
     flight: Path | None = None,
     link: str | None = None,
     *,
     channel_map: str | None = None,
     aircraft: str | None = None,
+    speed: float | str = 1.0,
     settings: Path | None = None,
 ) -> int:
     """Open the ground station window and run until it is closed.
@@ -80,6 +94,8 @@ def run_window(
         LINK to record and show.
     channel_map, aircraft : str, optional
         Names or paths, in place of those used last.
+    speed : float or str
+        Of a replay, times real time; ``max`` for as fast as it can.
     settings : Path, optional
         Settings file in place of the user's own.
 
@@ -93,6 +109,7 @@ def run_window(
     NoDisplayError
         If there is no display.
     """
+    times = _speed(speed)
     application = make_application()
     from PySide6.QtCore import QTimer
 
@@ -107,7 +124,10 @@ def run_window(
     window = MainWindow(store, faults)
     window.show()
     if flight is not None:
-        QTimer.singleShot(0, lambda: window.desk.open_flight(flight, channel_map=channel_map))
+        QTimer.singleShot(
+            0,
+            lambda: window.desk.open_flight(flight, channel_map=channel_map, speed=times),
+        )
     elif link is not None:
         QTimer.singleShot(
             0,

@@ -6,18 +6,22 @@ from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from ui.desk import Desk, RunningRecorder
+from gsapp.decoding.channel_map import shipped_channel_maps
+from ui.choices import connect_choices, virtual_choices
+from ui.desk import Desk
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.small import ExportDialog, MapDialog, ask_stop
 from ui.dialogs.virtual import VirtualDialog
 from ui.frame.banners import Banner, BannerStack
 from ui.look import Look
+from ui.recording import RunningRecorder
 from ui.settings import SettingsStore, flights_path
 from ui.work import Work
 
+_SHORT_WORK_MS = 300
 _FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
 
 
@@ -54,6 +58,10 @@ class Opening(QObject):
         self._banners = banners
         self._found: tuple[RunningRecorder, ...] = ()
         self._offer: Banner | None = None
+        desk.working.connect(self.run)
+        desk.said.connect(banners.show_banner)
+        desk.map_wanted.connect(self.offer_map)
+        desk.ended.connect(self.offer_replay)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -79,7 +87,7 @@ class Opening(QObject):
     def connect_aircraft(self) -> None:
         """Ask for link and files, and record."""
         dialog = ConnectDialog(
-            self._store.current, self._look, self._desk.connect_choices(), self._flights,
+            self._store.current, self._look, connect_choices(), self._flights,
             self._window,
         )  # fmt: skip
         if not dialog.exec():
@@ -97,9 +105,7 @@ class Opening(QObject):
 
     def fly_virtual(self) -> None:
         """Ask how, and let the virtual aircraft fly."""
-        dialog = VirtualDialog(
-            self._look, self._desk.virtual_choices(), self._flights, self._window
-        )
+        dialog = VirtualDialog(self._look, virtual_choices(), self._flights, self._window)
         if dialog.exec():
             request = dialog.request
             self._store.change(flights=str(request.folder.parent))
@@ -153,19 +159,29 @@ class Opening(QObject):
             self.open_path(Path(path))
 
     def open_path(self, path: Path) -> None:
-        """Open a flight; a file whose messages need a channel map asks for one."""
+        """Open a flight."""
         self._store.change(folder=str(path.parent))
-        channel_map = None
-        if self._desk.needs_map(path):
-            maps = self._desk.connect_choices().channel_maps
-            dialog = MapDialog(
-                self._look, path, maps, self._store.current.channel_map, self._window
-            )
-            if not dialog.exec():
-                return
-            channel_map = dialog.channel_map.value
-            self._store.change(channel_map=channel_map)
-        self._desk.open_flight(path, channel_map=channel_map)
+        self._desk.open_flight(path)
+
+    def offer_map(self, path: Path, why: str) -> None:
+        """Say that a file needs a channel map, and offer to choose one."""
+        self._banners.show_banner(
+            "caution", why, ("Choose a channel map…", lambda: self._ask_map(path))
+        )
+
+    def _ask_map(self, path: Path) -> None:
+        maps, current = shipped_channel_maps(), self._store.current.channel_map
+        dialog = MapDialog(self._look, path, maps, current, self._window)
+        if dialog.exec():
+            self._desk.open_flight(path, channel_map=dialog.channel_map.value)
+
+    def offer_replay(self, folder: Path) -> None:
+        """Say that a recording ended, and offer to replay it."""
+        self._banners.show_banner(
+            "note",
+            f"The recording of {folder.name} has ended.",
+            ("Replay it", lambda: self._desk.open_flight(folder)),
+        )
 
     def export(self) -> None:
         """Ask for format and file, and write in the background."""
@@ -174,34 +190,40 @@ class Opening(QObject):
         dialog = ExportDialog(self._look, folder / f"{self._desk.name or day}.csv", self._window)
         if dialog.exec():
             kind, path = dialog.request
-            self.run(
-                Work(
-                    f"Exporting to {path.name}",
-                    lambda progress: self._desk.export(kind, path, progress),
-                    self,
-                ),
-                f"Exported to {path}.",
+            work = Work(
+                f"Exporting to {path.name}",
+                lambda progress: self._desk.export(kind, path, progress),
+                self,
             )
+            work.failed.connect(self._desk.faults.report)
+            self.run(work, f"Exported to {path}.")
+            work.start()
 
     def run(self, work: Work, done: str) -> None:
-        """Show a work in a banner until it ends; it goes on behind the other places."""
-        banner = self._banners.show_banner("work", f"{work.title}…", ("Cancel", work.cancel))
-        work.progressed.connect(
-            lambda share, words: (banner.show_share(share), banner.say(f"{work.title}: {words}"))
-        )
-        work.done.connect(
-            lambda _result: (
-                self._banners.remove(banner),
-                self._banners.show_banner("note", done),
-            )
-        )
-        work.cancelled.connect(
-            lambda: (
-                self._banners.remove(banner),
-                self._banners.show_banner("note", f"{work.title}: cancelled, nothing was left."),
-            )
-        )
-        work.failed.connect(
-            lambda error: (self._banners.remove(banner), self._desk.faults.report(error))
-        )
-        work.start()
+        """Show a work in a banner until it ends; it goes on behind the other places.
+
+        A work that ends at once shows none.
+        """
+        title = f"{work.title}…"
+        shown: list[Banner] = []
+
+        def begin() -> None:
+            if work.running:
+                shown.append(self._banners.show_banner("work", title, ("Cancel", work.cancel)))
+
+        def tell(share: float | None, words: str) -> None:
+            for banner in shown:
+                banner.show_share(share)
+                banner.say(f"{title} {words}")
+
+        def end(sentence: str) -> None:
+            for banner in shown:
+                self._banners.remove(banner)
+            if sentence:
+                self._banners.show_banner("note", sentence)
+
+        work.progressed.connect(tell)
+        work.done.connect(lambda _result: end(done))
+        work.cancelled.connect(lambda: end(f"{work.title}: cancelled."))
+        work.failed.connect(lambda _error: end(""))
+        QTimer.singleShot(_SHORT_WORK_MS, begin)

@@ -74,7 +74,7 @@ class MainWindow(QMainWindow):
         self.appearance.apply()
         self.commands = CommandSet(self)
         self.banners = BannerStack(self.look)
-        self.desk = Desk(faults, self)
+        self.desk = Desk(faults, store, self)
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.look, store, layouts)
         self.flight_place = FlightPlace(StartPage(self.look), self.view)

@@ -263,7 +263,11 @@ class ConnectDialog(FormDialog):
         self.channel_map = ShippedField("Channel map", choices.channel_maps, settings.channel_map)
         self.add_row("Channel map", self.channel_map)
         self.calibration = ShippedField(
-            "Calibration", choices.calibrations, settings.calibration, none="none", folder=True
+            "Calibration",
+            choices.calibrations,
+            settings.calibration,
+            none="as the channel map says",
+            folder=True,
         )
         self.add_row("Calibration", self.calibration)
         self.place = FlightPlace(flights, look)

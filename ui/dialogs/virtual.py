@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
+    QVBoxLayout,
     QWidget,
 )
 
@@ -65,7 +66,13 @@ class VirtualDialog(FormDialog):
         self.add_row("Seed", self.seed)
         self.thin = QCheckBox("Only what a 57,600-baud radio carries")
         self.add_row("Radio", self.thin)
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search the effects")
+        self.search.setAccessibleName("Search the effects")
+        self.search.setClearButtonEnabled(True)
+        self.search.textChanged.connect(self._narrow)
         self.effects = QListWidget()
+        self.effects.setAccessibleName("Hidden effects")
         self.effects.setFixedHeight(look.px(112))
         self.effects.setProperty("role", "boxed")
         for effect, title in choices.effects:
@@ -76,17 +83,27 @@ class VirtualDialog(FormDialog):
             self.effects.addItem(item)
         note = Sentence()
         note.say("Hidden effects make the aircraft differ from its model; find them later.")
-        self.hidden_text = QLineEdit()
-        if choices.effects:
-            self.add_row("Hidden effects", self.effects, note)
-        else:
-            self.hidden_text.setPlaceholderText("for example aero.Cm.alpha2")
-            self.add_row("Hidden effects", self.hidden_text, note)
+        holder = QWidget()
+        column = QVBoxLayout(holder)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(look.px(8))
+        column.addWidget(self.search)
+        column.addWidget(self.effects)
+        holder.setFocusProxy(self.search)
+        self.add_row("Hidden effects", holder, note)
         self.place = FlightPlace(flights, look)
         self.add_row("Flight", self.place)
         self.place.changed.connect(lambda: self.button.setEnabled(self.place.verdict.usable))
         self.button.setEnabled(self.place.verdict.usable)
         self.fit()
+
+    def _narrow(self, words: str) -> None:
+        wanted = words.lower().split()
+        for row in range(self.effects.count()):
+            item = self.effects.item(row)
+            ticked = item.checkState() == Qt.CheckState.Checked
+            fits = all(word in item.text().lower() for word in wanted)
+            item.setHidden(not (fits or ticked))
 
     @property
     def request(self) -> VirtualRequest:
@@ -96,12 +113,11 @@ class VirtualDialog(FormDialog):
             for row in range(self.effects.count())
             if self.effects.item(row).checkState() == Qt.CheckState.Checked
         ]
-        typed = [word.strip() for word in self.hidden_text.text().split(",") if word.strip()]
         return VirtualRequest(
             plan=self.plan.value,
             seed=self.seed.value,
             speed=float(self.speed.currentData()),
-            hidden=(*ticked, *typed),
+            hidden=tuple(ticked),
             thin=self.thin.isChecked(),
             folder=self.place.folder,
         )

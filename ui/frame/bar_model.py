@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from gsapp.session.equipment import DiskView, LinkView, RecorderView
+from gsapp.session.limits import Severity
 from ui.frame.bar_part import BarPart
 from ui.glyphs import State
 from ui.words import (
@@ -16,61 +17,14 @@ from ui.words import (
     percent_text,
 )
 
-_LATE, _SILENT = 1.0, 3.0
-"""Seconds without anything from the link: late, silent."""
+_SPEECHLESS = ("waiting", "silent", "lost", "none", "ended")
+"""States of the link in which its last numbers must not stand."""
 
-_LOSSY, _BAD = 0.02, 0.10
-"""Share of frames lost that calls for caution, for a warning."""
-
-_TIGHT, _FULL = 3600.0, 600.0
-"""Seconds of recording that still fit on the disk: caution, warning."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkFacts:
-    """The link now.
-
-    Attributes
-    ----------
-    rate : float
-        Frames or lines in a second.
-    age : float or None
-        Seconds since the last one; None before the first.
-    loss : float
-        Share lost over the last seconds, 0 to 1.
-    words : str
-        What the source says of itself; empty if nothing.
-    """
-
-    rate: float = 0.0
-    age: float | None = None
-    loss: float = 0.0
-    words: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecorderFacts:
-    """The recorder now.
-
-    Attributes
-    ----------
-    size : int
-        Bytes in the flight folder's raw files.
-    growing : bool
-        Whether they grew within the last seconds.
-    alive : bool
-        Whether the process is there.
-    disk_free : float or None
-        Bytes left on the disk.
-    disk_seconds : float or None
-        How long the recording could go on at its present rate, s.
-    """
-
-    size: int = 0
-    growing: bool = False
-    alive: bool = False
-    disk_free: float | None = None
-    disk_seconds: float | None = None
+_STATES: dict[Severity, State] = {
+    Severity.NORMAL: "good",
+    Severity.CAUTION: "caution",
+    Severity.WARNING: "warning",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,12 +50,12 @@ class BarFacts:
         Whether that time stands still though it should not.
     replay : bool
         Whether a record is being replayed.
-    link : LinkFacts or None
-        None without a link.
-    recorder : RecorderFacts or None
-        None if nothing is recorded.
-    aircraft, calibration : str
-        Names; empty if there is none.
+    link, recorder, disk : LinkView, RecorderView, DiskView or None
+        What the session says of them; None without a flight.
+    aircraft : str
+        Name; empty if there is none.
+    calibration : str
+        How many certificates are in force; empty if none is.
     calibrated_on : str
         Date of the oldest certificate in force.
     uncalibrated : int
@@ -116,13 +70,14 @@ class BarFacts:
     time: float | None = None
     stale: bool = False
     replay: bool = False
-    link: LinkFacts | None = None
-    recorder: RecorderFacts | None = None
+    link: LinkView | None = None
+    recorder: RecorderView | None = None
+    disk: DiskView | None = None
     aircraft: str = ""
     calibration: str = ""
     calibrated_on: str = ""
     uncalibrated: int = 0
-    alarms: AlarmFacts = AlarmFacts()
+    alarms: AlarmFacts = field(default_factory=AlarmFacts)
     muted: bool = False
 
 
@@ -161,67 +116,83 @@ def _flight(facts: BarFacts) -> BarPart:
 def _link(facts: BarFacts) -> BarPart:
     link = facts.link
     if link is None:
-        value, detail = (
-            ("none", "No link.") if not facts.replay else ("replay", "A recorded flight.")
+        return BarPart(
+            id="link", word="LINK", value="none", state="plain", detail="No link.", width=176
         )
-        return BarPart(id="link", word="LINK", value=value, state="plain", detail=detail, width=176)
-    if link.age is None or not math.isfinite(link.age):
+    remarks = " ".join(link.remarks)
+    state = _STATES[link.severity]
+    if facts.replay:
+        value = percent_text(link.loss) if link.good or link.lost else DASH
         return BarPart(
-            id="link", word="LINK", note="waiting for the first", state="unknown", width=176,
-            detail=link.words or "Nothing has come over the link yet.",
-        )  # fmt: skip
-    if link.age > _SILENT:
-        words = f"silent for {duration_text(link.age)}"
+            id="link",
+            word="LINK  AS RECORDED",
+            value=value,
+            note="lost",
+            state="plain",
+            width=176,
+            detail=(
+                f"{link.good} good frames, {link.damaged} damaged, {link.unknown} of unknown kind, "
+                f"{link.lost} lost. {remarks}"
+            ).strip(),
+        )
+    if link.age is None or link.words in _SPEECHLESS:
+        age = f" {duration_text(link.age)}" if link.age is not None else ""
         return BarPart(
-            id="link", word="LINK", note=words, state="warning", width=176,
-            detail=f"The link is {words}. {link.words}".strip(),
-        )  # fmt: skip
-    state: State = "good"
-    if link.age > _LATE or link.loss > _LOSSY:
-        state = "caution"
-    if link.loss > _BAD:
-        state = "warning"
+            id="link",
+            word="LINK",
+            note=f"{link.words}{age}",
+            state=state if link.severity is not Severity.NORMAL else "unknown",
+            width=176,
+            detail=f"The link: {link.words}{age}. {remarks}".strip(),
+        )
+    lost = f"{percent_text(link.loss)} lost"
     return BarPart(
         id="link",
-        word="LINK",
+        word="LINK" if link.words == "ok" else f"LINK  {link.words}",
         value=f"{link.rate:.0f}/s",
-        note=f"{link.age:.1f} s old, {percent_text(link.loss)} lost",
+        note=f"{link.age:.1f} s old, {lost}",
         state=state,
         width=176,
         detail=(
-            f"{link.rate:.0f} messages in a second, the newest {link.age:.1f} s old, "
-            f"{percent_text(link.loss)} lost. {link.words}"
+            f"{link.rate:.0f} messages in a second, the newest {link.age:.1f} s old, {lost}. "
+            f"{link.good} good, {link.damaged} damaged, {link.unknown} of unknown kind. {remarks}"
         ).strip(),
     )
 
 
 def _recorder(facts: BarFacts) -> BarPart:
-    recorder = facts.recorder
-    if recorder is None:
+    recorder, disk = facts.recorder, facts.disk
+    if recorder is None or recorder.words in ("none", "stopped"):
+        stopped = recorder is not None and recorder.words == "stopped"
         return BarPart(
-            id="record", word="REC", value="off", state="plain", width=168,
+            id="record",
+            word="REC",
+            value="stopped" if stopped else "off",
+            state="plain",
+            width=200,
             detail="Nothing is being recorded.",
-        )  # fmt: skip
-    size, free = bytes_text(recorder.size), bytes_text(recorder.disk_free)
-    if not recorder.alive:
-        return BarPart(
-            id="record", word="REC", value=size, note="recorder stopped", state="warning",
-            width=168, detail="The recorder is not running. Connect again: it goes on here.",
-        )  # fmt: skip
-    left = recorder.disk_seconds
-    state: State = "good" if recorder.growing else "caution"
+        )
+    size = bytes_text(recorder.received_bytes)
+    free = bytes_text(disk.free_bytes) if disk is not None else DASH
+    severity = recorder.severity
     note = f"{'growing' if recorder.growing else 'not growing'}, {free} left"
-    if left is not None and left < _TIGHT:
-        state = "warning" if left < _FULL else "caution"
-        note = f"disk full in {duration_text(left)}"
+    if disk is not None and disk.severity > severity:
+        severity = disk.severity
+        left = duration_text(disk.seconds_left)
+        note = f"{free} left" if disk.seconds_left is None else f"disk full in {left}"
+    if recorder.severity is not Severity.NORMAL:
+        note = f"recorder {recorder.words}"
+    state = _STATES[severity]
+    if state == "good" and not recorder.growing:
+        state = "caution"
     return BarPart(
         id="record",
-        word="REC",
+        word="REC" if recorder.words == "recording" else f"REC  {recorder.words}",
         value=size,
         note=note,
         state=state,
         width=200,
-        detail=f"{size} recorded, {note}.",
+        detail=f"{size} recorded, {note}. {' '.join(recorder.remarks)}".strip(),
     )
 
 
@@ -240,22 +211,22 @@ def _aircraft(facts: BarFacts) -> BarPart:
 
 def _calibration(facts: BarFacts) -> BarPart:
     if not facts.name:
-        return BarPart(id="calibration", word="CALIBRATION", state="plain", width=120)
+        return BarPart(id="calibration", word="CALIBRATION", state="plain", width=128)
     if not facts.calibration:
         return BarPart(
-            id="calibration", word="CALIBRATION", value="none", state="plain", width=120,
+            id="calibration", word="CALIBRATION", value="none", state="plain", width=128,
             detail="No calibration is in force: the aircraft sends engineering units.",
         )  # fmt: skip
     missing = facts.uncalibrated
-    note = f"{missing} missing" if missing else facts.calibrated_on
+    note = f"{count_text(missing, 'channel')} without" if missing else facts.calibrated_on
     return BarPart(
         id="calibration",
         word="CALIBRATION",
         value=facts.calibration,
         note=note,
         state="caution" if missing else "good",
-        width=120,
-        detail=f"Calibration {facts.calibration}, {note}".rstrip(", "),
+        width=128,
+        detail=f"{facts.calibration} certificates in force, {note}".rstrip(", "),
     )
 
 

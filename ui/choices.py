@@ -1,0 +1,69 @@
+"""What the dialogs can offer: shipped files, serial ports, effects of the virtual aircraft."""
+
+from __future__ import annotations
+
+import importlib
+
+from calibration import shipped_sets
+from gsapp.aircraft import load_aircraft
+from gsapp.aircraft.reading import shipped_aircraft
+from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
+from gsapp.dynamics.pilot.plan import SHIPPED as PLANS
+from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.foundation import GroundStationError
+from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.sources.serial_port import plugged_in
+from ui.dialogs.connect import ConnectChoices
+from ui.dialogs.virtual import VirtualChoices
+
+_USUAL_PLAN = "default"
+_VIRTUAL_AIRCRAFT = "b777"
+# Their modules enter the effects into the registry.
+_EFFECT_MODULES = ("gsapp.dynamics.effects", "gsapp.dynamics.signals")
+
+
+def serial_ports() -> tuple[tuple[str, str], ...]:
+    """Return path and words of the serial ports that are plugged in."""
+    found = []
+    for port in plugged_in():
+        words = str(getattr(port, "description", "") or "")
+        found.append((port.device, "" if words in ("n/a", port.device) else words))
+    return tuple(sorted(found))
+
+
+def live_maps() -> tuple[str, ...]:
+    """Return the shipped channel maps for what comes over a link."""
+    return tuple(
+        name for name in shipped_channel_maps() if load_channel_map(name).format == "mavlink"
+    )
+
+
+def connect_choices() -> ConnectChoices:
+    """Return what can be chosen when connecting."""
+    return ConnectChoices(
+        aircraft=shipped_aircraft(),
+        channel_maps=live_maps(),
+        calibrations=shipped_sets(),
+        parse=parse_link,
+        list_ports=serial_ports,
+    )
+
+
+def virtual_choices() -> VirtualChoices:
+    """Return what can be chosen for the virtual aircraft."""
+    plans = sorted(PLANS.names(), key=lambda name: (name != _USUAL_PLAN, name))
+    return VirtualChoices(plans=tuple(plans), effects=_effects())
+
+
+def _effects() -> tuple[tuple[str, str], ...]:
+    for module in _EFFECT_MODULES:
+        importlib.import_module(module)
+    aircraft = load_aircraft(_VIRTUAL_AIRCRAFT)
+    found = []
+    for name in effect_ids():
+        try:
+            found.append((name, make_term(name, aircraft).title))
+        except GroundStationError:
+            # Needs something that this aircraft lacks.
+            continue
+    return tuple(found)

@@ -1,0 +1,483 @@
+"""The open flight: opened, driven by a precise timer, and asked for what the window shows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from gsapp.flight.loading import load_flight
+from gsapp.flight.writers import write_block
+from gsapp.foundation import FlightError
+from gsapp.session import Alarm, History, Session, SessionSnapshot
+from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.recorder_control import find_recorder, start_recorder
+from ui.commands import Need
+from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
+from ui.faults import FaultDesk
+from ui.flight.picture import FlightPicture
+from ui.flight.reading import PictureTaker, bar_facts
+from ui.frame.bar_model import BarFacts, bar_parts
+from ui.frame.bar_part import BarPart
+from ui.recording import (
+    AircraftProcess,
+    RunningRecorder,
+    free_port,
+    prepare_folder,
+    running_recorders,
+)
+from ui.settings import SettingsStore, flights_path
+from ui.work import Progress, Work
+
+_TICK_MS = 8
+_BUDGET = 0.006
+_TELL_SECONDS = 0.1
+_IDLE_PAINT_SECONDS = 0.25
+_GRACE = 1.0
+"""Seconds without a sample after which the charts move on without one."""
+
+
+class Desk(QObject):
+    """Holds at most one session.
+
+    Parameters
+    ----------
+    faults : FaultDesk
+        Where errors of works go.
+    store : SettingsStore
+        Maps and folders used last.
+
+    Attributes
+    ----------
+    changed : Signal
+        Another flight is open, or none.
+    painted : Signal(object)
+        Samples came: paint a frame; carries the flight time to paint up to, s or None.
+    told : Signal
+        Time to show again what stands beside the samples.
+    working : Signal(object, str)
+        A `Work` begins; what to say when it is done, empty for nothing.
+    said : Signal(str, str)
+        Level and sentence of a banner.
+    map_wanted : Signal(object, str)
+        A file needs a channel map: path, and why.
+    ended : Signal(object)
+        The recording of the open flight ended; its folder.
+    """
+
+    changed = Signal()
+    painted = Signal(object)
+    told = Signal()
+    working = Signal(object, str)
+    said = Signal(str, str)
+    map_wanted = Signal(object, str)
+    ended = Signal(object)
+
+    def __init__(
+        self, faults: FaultDesk, store: SettingsStore, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.faults = faults
+        self._store = store
+        self.session: Session | None = None
+        self._taker: PictureTaker | None = None
+        self._snapshot: SessionSnapshot | None = None
+        self._aircraft: AircraftProcess | None = None
+        self._work: Work | None = None
+        self._told_at = 0.0
+        self._painted_at = 0.0
+        self._seen: tuple[float | None, int] | None = None
+        self._moved_at = 0.0
+        self._finished = False
+        self._problem = ""
+        self._remarked = False
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(_TICK_MS)
+        self._timer.timeout.connect(self.tick)
+
+    # What is open
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether a flight is open."""
+        return self.session is not None
+
+    @property
+    def is_replay(self) -> bool:
+        """Return whether it is a replay."""
+        return self.session is not None and self.session.replaying is not None
+
+    @property
+    def is_loaded(self) -> bool:
+        """Return whether the whole record was read."""
+        feed = self.session.replaying if self.session is not None else None
+        return feed is not None and feed.complete
+
+    @property
+    def is_settled(self) -> bool:
+        """Return whether everything up to the playhead, or to now, was taken in."""
+        return self.session is not None and self.session.feed.caught_up
+
+    @property
+    def records_here(self) -> bool:
+        """Return whether the open flight is being recorded."""
+        return self.session is not None and self.session.recorder is not None
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        found: list[Need] = []
+        if self.is_open:
+            found.append("flight")
+        if self.is_replay:
+            found.append("replay")
+        if self.records_here:
+            found.append("recorder")
+        return tuple(found)
+
+    @property
+    def name(self) -> str:
+        """Return the name of the flight; empty without one."""
+        return self.session.name if self.session is not None else ""
+
+    @property
+    def history(self) -> History | None:
+        """Return the samples."""
+        return self.session.history if self.session is not None else None
+
+    @property
+    def time(self) -> float | None:
+        """Return the flight time, s."""
+        return self.session.now if self.session is not None else None
+
+    # Opening and closing
+
+    def open_flight(
+        self,
+        path: Path,
+        *,
+        channel_map: str | None = None,
+        speed: float = 1.0,
+        playing: bool = True,
+    ) -> None:
+        """Open a flight: live if it is being recorded, as a replay otherwise."""
+        place = Path(path).expanduser()
+        if place.is_dir() and find_recorder(place) is not None:
+            self._open(lambda: Session.follow(place, channel_map=channel_map), place.name)
+            return
+
+        def replay() -> Session:
+            return Session.replay(place, channel_map=channel_map, speed=speed, playing=playing)
+
+        self._open(replay, place.name, None if channel_map else place)
+
+    def attach(self, found: RunningRecorder) -> None:
+        """Follow a flight that is being recorded."""
+        folder = found.handle.folder
+        self._open(lambda: Session.follow(folder), folder.name)
+
+    def connect_aircraft(self, request: ConnectRequest) -> None:
+        """Record a link in a process of its own, and follow it."""
+
+        def begin() -> Session:
+            # A second connection to the same flight joins what is recorded already.
+            if not request.folder.is_dir() or find_recorder(request.folder) is None:
+                prepare_folder(request)
+                start_recorder(request.link, request.folder)
+            return Session.follow(request.folder)
+
+        self._open(begin, request.folder.name)
+
+    def connect_link(
+        self, link: str, *, channel_map: str | None = None, aircraft: str | None = None
+    ) -> None:
+        """Record a LINK with the files used last, into the next flight of the day."""
+        address = parse_link(link)
+        if address.kind == "flight":
+            self.open_flight(Path(address.path), channel_map=channel_map)
+            return
+        settings = self._store.current
+        self.connect_aircraft(
+            ConnectRequest(
+                link=link,
+                folder=self.next_folder(),
+                channel_map=channel_map or settings.channel_map,
+                aircraft=aircraft or settings.aircraft,
+                calibration=settings.calibration,
+            )
+        )
+
+    def next_folder(self) -> Path:
+        """Return the folder of the next flight of the day."""
+        chosen = self._store.current.flights
+        parent = Path(chosen) if chosen else flights_path()
+        return parent / next_flight_name(parent, datetime.now().astimezone().date())
+
+    def fly_virtual(self, request: VirtualRequest) -> None:
+        """Let the virtual aircraft fly over a link of this machine, record and follow it."""
+        port = free_port()
+        connect = ConnectRequest(
+            link=f"udpin:127.0.0.1:{port}",
+            folder=request.folder,
+            channel_map="b777-thin" if request.thin else "b777",
+            aircraft="b777",
+            calibration="b777",
+        )
+
+        def begin() -> tuple[Session, AircraftProcess]:
+            prepare_folder(connect)
+            start_recorder(connect.link, connect.folder)
+            return Session.follow(connect.folder), AircraftProcess(request, port)
+
+        self._open(begin, request.folder.name)
+
+    def _open(
+        self,
+        make: Callable[[], Session | tuple[Session, AircraftProcess]],
+        name: str,
+        wants_map: Path | None = None,
+    ) -> None:
+        """Make a session in a thread; the window goes on meanwhile."""
+
+        def run(progress: Progress) -> tuple[Session, AircraftProcess | None]:
+            made = make()
+            session, aircraft = made if isinstance(made, tuple) else (made, None)
+            if progress.cancelled:
+                session.close()
+                if aircraft is not None:
+                    aircraft.stop()
+            return session, aircraft
+
+        if self._work is not None and self._work.running:
+            self._work.cancel()
+        work = Work(f"Opening {name}", run, self)
+        self._work = work
+        work.done.connect(lambda made: self._show(*made))
+        work.failed.connect(lambda error: self._failed(error, wants_map))
+        self.working.emit(work, "")
+        work.start()
+
+    def _failed(self, error: Exception, wants_map: Path | None) -> None:
+        if wants_map is not None and wants_map.is_file() and isinstance(error, FlightError):
+            self.map_wanted.emit(wants_map, str(error))
+        else:
+            self.faults.report(error)
+
+    def _show(self, session: Session, aircraft: AircraftProcess | None) -> None:
+        self.close()
+        self.session = session
+        self._aircraft = aircraft
+        self._taker = PictureTaker(session)
+        self._finished = self._remarked = False
+        self._problem = ""
+        self._seen = None
+        self._moved_at = time.monotonic()
+        session.update(_BUDGET)
+        self._snapshot = session.snapshot()
+        self.changed.emit()
+        self._timer.start()
+
+    def close_flight(self) -> None:
+        """Close the flight; what is recorded goes on being recorded."""
+        self.close()
+        self.changed.emit()
+
+    def close(self) -> None:
+        """Give the session back. Recorder and virtual aircraft go on."""
+        self._timer.stop()
+        if self._work is not None and self._work.running:
+            self._work.cancel()
+        session, self.session = self.session, None
+        self._taker = self._snapshot = self._aircraft = None
+        if session is not None:
+            session.close()
+
+    def stop_recording(self) -> None:
+        """End the recording; everything that arrived is written first."""
+        recorder = self.session.recorder if self.session is not None else None
+        if self._aircraft is not None:
+            self._aircraft.stop()
+        if recorder is not None and not recorder.stop():
+            self.said.emit(
+                "warning",
+                f"The recorder (process {recorder.pid}) does not end: it still writes what came. "
+                "Try again in a moment.",
+            )
+
+    def running_recorders(self) -> tuple[RunningRecorder, ...]:
+        """Return recorders that run, the newest first; not that of the open flight."""
+        here = self.session.path.absolute() if self.session is not None else None
+        return tuple(found for found in running_recorders() if found.handle.folder != here)
+
+    def export(self, kind: str, path: Path, progress: Progress) -> Path:
+        """Write the open flight for other programs; called in the thread of a work."""
+        session = self.session
+        if session is None:
+            raise FlightError("no flight is open, so that there is nothing to export")
+        decoder = session.decoder
+        progress(None, "reading the record")
+        flight = load_flight(
+            session.path, channel_map=None if decoder is None else decoder.channel_map
+        )
+        if not len(flight.block):
+            raise FlightError(f"{session.name} holds no samples yet; nothing to export")
+        progress(None, f"writing {len(flight.block):,} rows")
+        return write_block(path, flight.block, kind, self._store.current.units.lower())
+
+    # The timer
+
+    def tick(self) -> None:
+        """Take in what came, paint if there is something new, tell the rest ten times a second."""
+        session = self.session
+        if session is None:
+            return
+        session.update(_BUDGET)
+        now = time.monotonic()
+        seen = (session.now, session.history.revision)
+        if seen != self._seen:
+            self._seen = seen
+            self._moved_at = self._painted_at = now
+            self.painted.emit(session.now)
+        elif now - self._painted_at >= _IDLE_PAINT_SECONDS:
+            self._painted_at = now
+            self.painted.emit(self._idle_time(now))
+        if now - self._told_at >= _TELL_SECONDS:
+            self._told_at = now
+            self._tell(session)
+
+    def _idle_time(self, now: float) -> float | None:
+        """Return the flight time to paint up to while nothing comes: it goes on, so that values
+        grow stale and the gap is seen."""  # noqa: D205, D209
+        session = self.session
+        if session is None or session.now is None:
+            return None
+        silent = now - self._moved_at
+        live = session.replaying is None and session.recorder is not None
+        return session.now + silent if live and silent > _GRACE else session.now
+
+    def _tell(self, session: Session) -> None:
+        self._snapshot = snapshot = session.snapshot()
+        equipment = session.equipment
+        if equipment is not None and equipment.ended and snapshot.caught_up and not self._finished:
+            self._finished = True
+            session.finish()
+            self.ended.emit(session.path)
+        if snapshot.problem and snapshot.problem != self._problem:
+            self._problem = snapshot.problem
+            self.said.emit("caution", snapshot.problem)
+        if not self._remarked and self.is_loaded:
+            self._remarked = True
+            if session.remarks:
+                self.said.emit("note", " ".join(session.remarks))
+        if self._aircraft is not None and (complaint := self._aircraft.complaint()):
+            self.said.emit("warning", complaint)
+        self.told.emit()
+
+    # What is shown
+
+    def picture(self, units: str) -> FlightPicture:
+        """Return everything beside the samples."""
+        if self._taker is None or self._snapshot is None:
+            return FlightPicture()
+        return self._taker.take(self._snapshot, units)
+
+    def bar_parts(self, units: str, *, muted: bool) -> tuple[BarPart, ...]:
+        """Return the parts of the bar."""
+        if self.session is None or self._snapshot is None:
+            return bar_parts(BarFacts(muted=muted))
+        return bar_parts(bar_facts(self.session, self._snapshot, units, muted=muted))
+
+    def waiting(self) -> tuple[Alarm, ...]:
+        """Return the alarms that nobody has acknowledged."""
+        return self.session.board.waiting if self.session is not None else ()
+
+    # What the crew does
+
+    def mark(self, at: float | None, text: str = "", *, kind: str = "mark") -> str:
+        """Mark a flight time (s) and return the key of the mark; empty without a flight."""
+        if self.session is None:
+            return ""
+        made = self.session.mark(text, at=at, kind="note" if kind == "note" else "mark")
+        self._tell(self.session)
+        return made.id
+
+    def edit_mark(self, key: str, text: str) -> None:
+        """Give a mark another text."""
+        if self.session is not None:
+            self.session.book.edit(key, text=text)
+            self._tell(self.session)
+
+    def delete_mark(self, key: str) -> None:
+        """Take a mark away."""
+        if self.session is not None:
+            self.session.book.delete(key)
+            self._tell(self.session)
+
+    def undo_mark(self) -> None:
+        """Take back the last change of a mark made here."""
+        if self.session is not None:
+            self.session.book.undo()
+            self._tell(self.session)
+
+    def mark_time(self, key: str) -> float | None:
+        """Return the flight time of a mark, s."""
+        marks = self.session.marks if self.session is not None else ()
+        return next((mark.time for mark in marks if mark.id == key), None)
+
+    def mark_times(self) -> tuple[float, ...]:
+        """Return the flight times of all marks, s."""
+        marks = self.session.marks if self.session is not None else ()
+        return tuple(mark.time for mark in marks if mark.time is not None)
+
+    def acknowledge(self) -> None:
+        """Say that the alarms were seen."""
+        if self.session is not None:
+            self.session.acknowledge_all()
+            self._tell(self.session)
+
+    # Replay
+
+    @property
+    def speed(self) -> float:
+        """Return how fast the replay runs, times real time."""
+        feed = self.session.replaying if self.session is not None else None
+        return feed.speed if feed is not None else 1.0
+
+    def set_speed(self, speed: float) -> None:
+        """Run the replay faster or slower; infinite is as fast as it can."""
+        feed = self.session.replaying if self.session is not None else None
+        if feed is not None:
+            feed.speed = speed
+
+    def toggle_play(self) -> None:
+        """Hold the replay, or let it go on."""
+        feed = self.session.replaying if self.session is not None else None
+        if feed is not None:
+            if feed.playing:
+                feed.pause()
+            else:
+                feed.play()
+
+    def seek(self, at: float) -> None:
+        """Go to a flight time, s."""
+        feed = self.session.replaying if self.session is not None else None
+        if feed is not None:
+            feed.seek(at)
+
+    def step(self, samples: int) -> None:
+        """Go on by samples of the grid, or back if negative."""
+        feed = self.session.replaying if self.session is not None else None
+        if feed is not None:
+            feed.step(samples)
+
+    @property
+    def replay_span(self) -> tuple[float, float] | None:
+        """Return first and last flight time of the replay, s."""
+        feed = self.session.replaying if self.session is not None else None
+        if feed is None or feed.start is None or feed.end is None:
+            return None
+        return feed.start, feed.end

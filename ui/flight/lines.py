@@ -1,0 +1,126 @@
+"""Marks, alarms and messages as lines of the side panel. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+from gsapp.session.alarms import Alarm
+from gsapp.session.limits import Severity
+from gsapp.session.marks import Mark as FlightMark
+from ui.flight.tables import Line
+from ui.glyphs import State
+from ui.strips.furniture import Mark, Span
+from ui.words import clock_text, unit_text
+
+_UNSAID = {"mark": "Mark", "note": "Note"}
+_STATES: dict[Severity, State] = {
+    Severity.NORMAL: "plain",
+    Severity.CAUTION: "caution",
+    Severity.WARNING: "warning",
+}
+_WORDS = {Severity.CAUTION: "▲", Severity.WARNING: "■"}
+_SEVERE_MESSAGE, _NOTED_MESSAGE = 3, 4
+"""MAVLink severities: up to error is a warning, a warning is a caution."""
+
+
+class Message(Protocol):
+    """Something that the aircraft said; `gsapp.decoding.decoder.Notice` fits."""
+
+    @property
+    def time(self) -> float | None:
+        """Return flight time, s."""
+
+    @property
+    def text(self) -> str:
+        """Return what was said."""
+
+    @property
+    def severity(self) -> int | None:
+        """Return MAVLink's severity, 0 to 7."""
+
+
+def mark_title(mark: FlightMark, number: int) -> str:
+    """Return a mark's text, or its number if it has none."""
+    return mark.text or f"{_UNSAID.get(mark.kind, 'Mark')} {number}"
+
+
+def mark_lines(marks: Sequence[FlightMark]) -> tuple[Line, ...]:
+    """Return one line for each mark, in order of time."""
+    return tuple(
+        Line(
+            key=mark.id,
+            cells=(clock_text(mark.time, tenths=True), mark_title(mark, number)),
+            strong=mark.kind == "note",
+        )
+        for number, mark in enumerate(marks, start=1)
+    )
+
+
+def chart_marks(marks: Sequence[FlightMark]) -> tuple[Mark, ...]:
+    """Return the marks as the charts draw them."""
+    return tuple(
+        Mark(label=mark_title(mark, number), time=mark.time)
+        for number, mark in enumerate(marks, start=1)
+        if mark.time is not None and mark.end is None
+    )
+
+
+def chart_spans(marks: Sequence[FlightMark]) -> tuple[Span, ...]:
+    """Return marks that last as the spans that the charts draw."""
+    return tuple(
+        Span(label=mark_title(mark, number), start=mark.time, stop=mark.end, kind="event")
+        for number, mark in enumerate(marks, start=1)
+        if mark.time is not None and mark.end is not None
+    )
+
+
+def alarm_sentence(alarm: Alarm, units: str) -> str:
+    """Return an alarm in words, units as they are shown everywhere else."""
+    words = alarm.sentence(units)
+    if alarm.rule is not None:
+        # Only numbers with units are rewritten; the other sentences are plain words.
+        words = unit_text(words)
+    return words[:1].upper() + words[1:]
+
+
+def alarm_lines(alarms: Iterable[Alarm], units: str) -> tuple[Line, ...]:
+    """Return one line for each alarm that stands, newest first; those not yet seen are strong."""
+    found = []
+    for alarm in alarms:
+        sign = _WORDS.get(alarm.severity, "")
+        tail = "" if alarm.active else " (over)"
+        again = f" ({alarm.count} times)" if alarm.count > 1 else ""
+        found.append(
+            Line(
+                key=("alarm", alarm.key, alarm.time),
+                cells=(
+                    clock_text(alarm.time, tenths=True),
+                    f"{sign} {alarm_sentence(alarm, units)}{again}{tail}",
+                ),
+                state=_STATES[alarm.severity],
+                strong=not alarm.acknowledged,
+                colored=frozenset({1}),
+            )
+        )
+    return tuple(found)
+
+
+def message_lines(messages: Iterable[Message]) -> tuple[Line, ...]:
+    """Return what the aircraft said, newest first."""
+    found = []
+    for number, message in enumerate(messages):
+        severity = message.severity
+        state: State = "plain"
+        if severity is not None and severity <= _NOTED_MESSAGE:
+            state = "warning" if severity <= _SEVERE_MESSAGE else "caution"
+        sign = {"warning": "■ ", "caution": "▲ "}.get(state, "")
+        found.append(
+            Line(
+                key=("message", number, message.time),
+                cells=(clock_text(message.time, tenths=True), f"{sign}{message.text}"),
+                state=state,
+                colored=frozenset({1}),
+            )
+        )
+    return tuple(reversed(found))

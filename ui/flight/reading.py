@@ -1,0 +1,132 @@
+"""From the session to what the window shows: pictures and facts, made anew only when needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gsapp.flight.events import Event
+from gsapp.session import Bands, Session, SessionSnapshot, Severity
+from ui.flight.lines import (
+    alarm_lines,
+    alarm_sentence,
+    chart_marks,
+    chart_spans,
+    mark_lines,
+    message_lines,
+)
+from ui.flight.picture import FlightPicture, ReplayPicture
+from ui.flight.tables import Line
+from ui.frame.bar_model import AlarmFacts, BarFacts
+from ui.strips.furniture import Source
+
+_NO_BANDS = Bands()
+_DUMB = ("silent", "lost")
+_MESSAGES_EVERY = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Message:
+    """A message of the aircraft for the panel."""
+
+    time: float | None
+    text: str
+    severity: int | None
+
+
+class PictureTaker:
+    """Takes pictures of a session.
+
+    Parameters
+    ----------
+    session : Session
+        The open flight.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._available: tuple[str, ...] = ()
+        self._sources: Mapping[str, Source] = {}
+        self._limits: Mapping[str, Bands] = {}
+        self._messages: tuple[Line, ...] = ()
+        self._count = 0
+
+    def take(self, snapshot: SessionSnapshot, units: str) -> FlightPicture:
+        """Return what is beside the samples now."""
+        session = self._session
+        self._look_at_channels()
+        if self._count % _MESSAGES_EVERY == 0:
+            self._messages = message_lines(_spoken(session.messages()))
+        self._count += 1
+        marks = session.marks
+        playhead = snapshot.playhead
+        return FlightPicture(
+            available=self._available,
+            sources=self._sources,
+            limits=self._limits,
+            marks=chart_marks(marks),
+            spans=chart_spans(marks),
+            mark_lines=mark_lines(marks),
+            alarm_lines=alarm_lines(snapshot.alarms, units),
+            message_lines=self._messages,
+            waiting=snapshot.waiting,
+            replay=None
+            if playhead is None
+            else ReplayPicture(
+                time=playhead.time,
+                first=playhead.start,
+                last=playhead.end,
+                playing=playhead.playing,
+                speed=playhead.speed,
+                complete=playhead.complete,
+            ),
+            now=snapshot.now,
+        )
+
+    def _look_at_channels(self) -> None:
+        session = self._session
+        sources = session.sources
+        available = tuple(dict.fromkeys((*sources, *session.history.channels)))
+        if available != self._available or len(sources) != len(self._sources):
+            self._available = available
+            self._sources = dict(sources)
+            bands = {name: session.limits.bands(name) for name in available}
+            self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
+
+
+def _spoken(events: Sequence[Event]) -> tuple[_Message, ...]:
+    return tuple(
+        _Message(time=event.time, text=event.text, severity=event.data.get("severity"))
+        for event in events
+    )
+
+
+def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted: bool) -> BarFacts:
+    """Return what the bar tells of a session."""
+    waiting = [alarm for alarm in snapshot.alarms if not alarm.acknowledged]
+    replay = snapshot.mode == "replay"
+    stamps = [certificate.stamp for certificate in session.certificates.values()]
+    oldest = min(stamps, default=None)
+    return BarFacts(
+        name=snapshot.name,
+        time=snapshot.now,
+        stale=not replay and snapshot.link.words in _DUMB,
+        replay=replay,
+        link=snapshot.link,
+        recorder=None if replay else snapshot.recorder,
+        disk=snapshot.disk,
+        aircraft=snapshot.aircraft,
+        calibration=_count(len(stamps)),
+        calibrated_on="" if oldest is None else f"since {oldest.day} {oldest:%b}",
+        uncalibrated=len(snapshot.uncalibrated),
+        alarms=AlarmFacts(
+            sentences=tuple(alarm_sentence(alarm, units) for alarm in waiting),
+            severe=any(alarm.severity is Severity.WARNING for alarm in waiting),
+            standing=len(snapshot.alarms),
+        ),
+        muted=muted,
+    )
+
+
+def _count(number: int) -> str:
+    return str(number) if number else ""

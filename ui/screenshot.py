@@ -1,0 +1,145 @@
+"""Pictures of the window in flight, made by the window itself.
+
+``python -m ui.screenshot --out docs/images/flight.png`` flies a short virtual flight, opens it,
+goes to a maneuver, and saves what is on screen.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import GroundStationError
+from ui.theme import THEMES
+
+if TYPE_CHECKING:
+    from ui.window import MainWindow
+
+_PATIENCE = 60.0
+
+
+def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
+    """Write a flight of the virtual aircraft, as fast as it goes, and return its folder."""
+    target = folder / "virtual flight"
+    command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(target), "--plan", plan]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise GroundStationError(f"the virtual flight was not written: {done.stderr.strip()}")
+    return target
+
+
+def photograph(
+    flight: Path,
+    out: Path,
+    *,
+    theme: str = "daylight",
+    scale: int = 100,
+    size: tuple[int, int] = (1280, 800),
+    at: float | None = None,
+    prepare: Callable[[MainWindow], object] | None = None,
+) -> Path:
+    """Open a flight in a window of its own and save what it shows.
+
+    Parameters
+    ----------
+    flight : Path
+        Flight folder or file.
+    out : Path
+        Picture to write, ``.png``.
+    theme : str
+        Name of a theme.
+    scale : int
+        Percent, 100 to 250.
+    size : tuple of int
+        Width and height of the window.
+    at : float, optional
+        Share of the flight to go to, 0 to 1; two thirds by default.
+    prepare : callable, optional
+        Called with the window before the picture is taken.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight does not open in time, or the picture cannot be written.
+    """
+    from ui.app import make_application
+    from ui.faults import FaultDesk
+    from ui.settings import SettingsStore
+    from ui.window import MainWindow
+
+    application = make_application()
+    with tempfile.TemporaryDirectory() as home:
+        store = SettingsStore(Path(home) / "window.toml")
+        store.change(theme=theme, scale=scale, muted=True)
+        faults = FaultDesk()
+        window = MainWindow(store, faults)
+        try:
+            window.resize(*size)
+            window.show()
+            window.desk.open_flight(flight, playing=False)
+            _wait(application.processEvents, lambda: window.desk.is_loaded, f"{flight} to open")
+            span = window.desk.replay_span
+            if span is not None:
+                share = 2.0 / 3.0 if at is None else at
+                window.desk.seek(span[0] + share * (span[1] - span[0]))
+            if prepare is not None:
+                prepare(window)
+            _wait(application.processEvents, lambda: window.desk.is_settled, "the charts")
+            # A few frames more: ranges and values follow ten times a second.
+            until = time.monotonic() + 0.5
+            _wait(application.processEvents, lambda: time.monotonic() > until, "the charts")
+            out.parent.mkdir(parents=True, exist_ok=True)
+            if not window.grab().save(str(out)):
+                raise GroundStationError(f"{out} cannot be written; check folder and permissions")
+        finally:
+            window.close()
+            window.deleteLater()
+            application.processEvents()
+    return out
+
+
+def _wait(work: Callable[[], object], done: Callable[[], bool], what: str) -> None:
+    end = time.monotonic() + _PATIENCE
+    while not done():
+        if time.monotonic() > end:
+            raise GroundStationError(f"waited {_PATIENCE:.0f} s for {what} in vain")
+        work()
+        time.sleep(0.005)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Take one picture; see the module's text."""
+    parser = argparse.ArgumentParser(prog="python -m ui.screenshot", description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, help="picture to write")
+    parser.add_argument("--flight", type=Path, help="flight to show; a virtual one by default")
+    parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
+    parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
+    parser.add_argument("--size", default="1280x800", help="of the window")
+    parser.add_argument("--at", type=float, help="share of the flight to go to, 0 to 1")
+    given = parser.parse_args(arguments)
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    width, _, height = given.size.partition("x")
+    with tempfile.TemporaryDirectory() as scratch:
+        try:
+            photograph(
+                given.flight or write_virtual_flight(Path(scratch)),
+                given.out,
+                theme=given.theme,
+                scale=given.scale,
+                size=(int(width), int(height)),
+                at=given.at,
+            )
+        except GroundStationError as error:
+            sys.exit(str(error))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
