@@ -1,0 +1,183 @@
+"""Channel maps: what ships is sound, and every mistake has a place and a remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from calibration import load_certificates
+from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
+from gsapp.foundation import FileProblemsError, UnknownNameError
+
+MAPS = ["ardupilot-log", "ardupilot-plane", "b777", "b777-thin", "px4", "px4-log"]
+
+
+def test_all_maps_ship() -> None:
+    """The maps that the documents name are there, by name."""
+    assert set(MAPS) <= set(shipped_channel_maps())
+    with pytest.raises(UnknownNameError, match="b777"):
+        load_channel_map("b77")
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_shipped_maps_load(name: str) -> None:
+    """Each is read without a mistake, and names rates, specific forces and a speed or pressure."""
+    chosen = load_channel_map(name)
+    assert {"p", "q", "r", "ax", "ay", "an"} <= set(chosen.channels)
+    assert {"dynamic_pressure", "static_pressure"} <= set(chosen.channels)
+
+
+@pytest.mark.parametrize("name", ["b777", "b777-thin"])
+def test_the_box_maps_follow_the_box(name: str) -> None:
+    """Every input of the converter stands where the box sends it, with its certificate."""
+    from gsapp.dynamics.pilot.converter import DAQ
+
+    chosen = load_channel_map(name)
+    by_index = {
+        entry.inputs[0].index: entry
+        for entry in chosen.entries
+        if entry.message == "DEBUG_FLOAT_ARRAY"
+    }
+    assert [by_index[place].channel for place in range(len(DAQ))] == list(DAQ)
+    certificates = load_certificates(chosen.certificates or "")
+    wanted = {entry.calibration for entry in chosen.entries if entry.calibration}
+    assert wanted == set(certificates)
+
+
+def test_estimates_are_marked_and_vanes_go_first() -> None:
+    """AOA_SSA is an estimate, SENSOR_AIRFLOW_ANGLES a measurement, and the latter counts."""
+    first, second = load_channel_map("ardupilot-plane").by_channel["alpha"]
+    assert (first.message, first.kind) == ("SENSOR_AIRFLOW_ANGLES", "measured")
+    assert (second.message, second.kind) == ("AOA_SSA", "estimated")
+
+
+GOOD = """
+name = "test"
+system = 3
+[[channels]]
+id = "q"
+source = "ATTITUDE.pitchspeed"
+unit = "rad/s"
+kind = "estimated"
+[[channels]]
+id = "q"
+source = "DEBUG_FLOAT_ARRAY[daq].data[3]"
+unit = "mV"
+calibration = "q"
+priority = 2
+[[channels]]
+id = "phi"
+source = ["ATTITUDE_QUATERNION.q1", "ATTITUDE_QUATERNION.q2", "ATTITUDE_QUATERNION.q3", "ATTITUDE_QUATERNION.q4"]
+convert = "quaternion.phi"
+unit = "rad"
+[[channels]]
+id = "rpm_left"
+source = "RAW_RPM[index=0].frequency"
+unit = "rpm"
+time = "arrival"
+"""  # noqa: E501
+
+
+def test_a_map_is_read(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """Sources, selectors, order of priority, volts of a calibrated redundant sensor."""
+    chosen = load_channel_map(cases.write_map(tmp_path, GOOD.replace('id = "q"', 'id = "q.2"')))
+    assert chosen.channels == ("q.2", "phi", "rpm_left")
+    assert [entry.priority for entry in chosen.by_channel["q.2"]] == [1, 2]
+    volts = chosen.by_channel["q.2"][1]
+    assert volts.volts_channel == "q_volts.2"
+    assert volts.selector is not None
+    assert (volts.selector.field, volts.selector.value) == ("name", "daq")
+    assert volts.inputs[0].index == 3
+    assert len(chosen.by_channel["phi"][0].inputs) == 4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where", "words"),
+    [
+        ('id = "rpm_left"', 'id = "rpm_lft"', "channels[3].id", "rpm_left"),
+        ("ATTITUDE.p", "ATITUDE.p", "channels[0].source", "ATTITUDE"),
+        ("pitchspeed", "pitchrate", "channels[0].source", "pitchspeed"),
+        ("pitchspeed", "pitchspeed[1]", "channels[0].source", "leave [1] out"),
+        ("data[3]", "data[58]", "channels[1].source", "0 to 57"),
+        ("data[3]", "data", "channels[1].source", "data[0]"),
+        ("data[3]", "name", "channels[1].source", "text"),
+        ("ATTITUDE.p", "ATTITUDE[1].p", "channels[0].source", "tells senders apart"),
+        ("[index=0]", "[indx=0]", "channels[3].source", "indx"),
+        ("[index=0]", "[left]", "channels[3].source", "number"),
+        ("ATTITUDE.p", "ATTITUDE p", "channels[0].source", "MESSAGE.field"),
+        ('"rad/s"', '"m/s"', "channels[0].unit", "rad/s"),
+        ('"mV"', '"deg/s"', "channels[1].unit", "V"),
+        ('calibration = "q"', 'calibration = "pitch"', "channels[1].calibration", "channel"),
+        ("priority = 2", "priority = 1", "channels[1].priority", "own priority"),
+        ("quaternion.phi", "quaternion.phii", "channels[2].convert", "quaternion.phi"),
+        (', "ATTITUDE_QUATERNION.q4"', "", "channels[2].source", "takes 4"),
+        ('"ATTITUDE_QUATERNION.q4"', '"ATTITUDE.roll"', "channels[2].source", "one message"),
+        ('"arrival"', '"stamp"', "channels[3].time", "arrival"),
+        ('time = "arrival"', 'time = "frequency"', "channels[3].time", "milliseconds"),
+        ('time = "arrival"', 'valid = "good"', "channels[3].valid", "good"),
+        ("kind = ", "kid = ", "channels[0].kid", "kind"),
+        ('"estimated"', '"guessed"', "channels[0].kind", "estimated"),
+        ("system = 3", "system = 300", "system", "255"),
+        ("system = 3", 'fallback = "3"', "fallback", "unit"),
+        ("system = 3", 'format = "csv"', "format", "mavlink"),
+    ],
+)
+def test_every_mistake_has_a_place_and_a_remedy(
+    cases: SimpleNamespace, tmp_path: Path, old: str, new: str, where: str, words: str
+) -> None:
+    """Each kind of mistake is named by its key path, with what to write instead."""
+    assert old in GOOD
+    with pytest.raises(FileProblemsError) as caught:
+        load_channel_map(cases.write_map(tmp_path, GOOD.replace(old, new)))
+    problems = {
+        problem.where: f"{problem.what}; {problem.remedy}" for problem in caught.value.problems
+    }
+    assert where in problems, problems
+    assert words in problems[where]
+
+
+def test_all_mistakes_are_reported_at_once(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """Mistakes of every kind and place in one file come in one message."""
+    text = (
+        GOOD.replace("system = 3", "system = 0\nsytem = 1")
+        .replace('"rad/s"', '"furlong"')
+        .replace("data[3]", "data[99]")
+        .replace('id = "phi"', 'id = "fi"')
+        .replace('unit = "rpm"', "")
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        load_channel_map(cases.write_map(tmp_path, text))
+    assert {problem.where for problem in caught.value.problems} == {
+        "system",
+        "sytem",
+        "channels[0].unit",
+        "channels[1].source",
+        "channels[2].id",
+        "channels[3].unit",
+    }
+
+
+@pytest.mark.parametrize(
+    ("columns", "where", "words"),
+    [
+        ('["time [s]", "alfa [deg]"]', "text.columns[1]", "alpha"),
+        ('["time [s]", "alpha"]', "text.columns[1]", "unit"),
+        ('["time [s]", "alpha [psi]"]', "text.columns[1]", "angle"),
+        ('["time [h]", "alpha [deg]"]', "text.columns[0]", "us"),
+        ('["alpha [deg]", "alpha [deg]"]', "text.columns[1]", "priority"),
+        ("3", "text.columns", "list"),
+        ('[""]', "channels", "no channel"),
+    ],
+)
+def test_mistakes_in_text_columns(
+    cases: SimpleNamespace, tmp_path: Path, columns: str, where: str, words: str
+) -> None:
+    """Columns of a text link are checked alike."""
+    text = f'name = "t"\n[text]\ncolumns = {columns}\n'
+    with pytest.raises(FileProblemsError) as caught:
+        load_channel_map(cases.write_map(tmp_path, text))
+    problem = caught.value.problems[0]
+    assert problem.where == where
+    assert words in f"{problem.what}; {problem.remedy}"

@@ -1,0 +1,130 @@
+"""Derived channels: air data by the book, from what is there, and never over a measurement."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gsapp.decoding import air_data
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.decoder import Decoder
+from gsapp.decoding.derived import SlowInput, derivations_for
+
+
+def test_air_data_by_the_book() -> None:
+    """Standard atmosphere at 5,000 ft and sea level: density, altitude, speeds."""
+    pressure, temperature = np.array([84_307.0, 101_325.0]), np.array([278.24, 288.15])
+    rho = air_data.density(pressure, temperature)
+    np.testing.assert_allclose(rho, [1.0556, 1.2250], rtol=2e-4)
+    np.testing.assert_allclose(air_data.standard_density(pressure), rho, rtol=2e-4)
+    np.testing.assert_allclose(air_data.altitude(pressure), [1524.0, 0.0], atol=1.0)
+    qbar = air_data.dynamic_pressure(np.array([30.0, 30.0]), rho)
+    np.testing.assert_allclose(air_data.true_airspeed(qbar, rho), 30.0)
+    np.testing.assert_allclose(air_data.calibrated_airspeed(qbar)[1], 30.0, rtol=1e-4)
+    np.testing.assert_allclose(
+        air_data.sea_level_dynamic_pressure(air_data.calibrated_airspeed(qbar)), qbar
+    )
+
+
+def test_nonsense_gives_nothing_rather_than_a_number() -> None:
+    """Negative pressures and temperatures give NaN; a pitot tube at rest gives zero speed."""
+    bad = np.array([-100.0, 0.0, np.nan, 1e5])
+    assert np.isnan(air_data.density(bad, np.full(4, 290.0))).tolist() == [True, True, True, False]
+    assert np.isnan(air_data.density(np.full(4, 1e5), bad)).tolist() == [True, True, True, False]
+    assert np.isnan(air_data.altitude(bad)).tolist() == [True, True, True, False]
+    speed = air_data.true_airspeed(np.array([-3.0, np.nan]), np.array([1.2, 1.2]))
+    assert speed[0] == 0.0
+    assert np.isnan(speed[1])
+
+
+def outputs(*available: str) -> dict[str, tuple[str, ...]]:
+    return {each.output: each.inputs for each in derivations_for(available)}
+
+
+def test_only_what_is_not_measured_is_derived() -> None:
+    """A measured V, qbar or de is never computed again."""
+    everything = ("dynamic_pressure", "static_pressure", "temperature")
+    assert set(outputs(*everything)) == {"qbar", "Vc", "V", "density", "altitude"}
+    assert "V" not in outputs(*everything, "V")
+    assert "qbar" not in outputs(*everything, "qbar")
+    assert outputs("elevator_left", "elevator_right", "de") == {}
+    assert outputs("elevator_left") == {}
+
+
+def test_dynamic_pressure_from_either() -> None:
+    """From the pitot tube, or back from an airspeed where the vehicle gives only that."""
+    assert outputs("dynamic_pressure")["qbar"] == ("dynamic_pressure",)
+    assert outputs("Vc")["qbar"] == ("Vc",)
+    assert outputs("V", "static_pressure")["qbar"] == ("V", "static_pressure")
+    # What the vehicle corrected itself goes before the raw pressure.
+    assert outputs("Vc", "dynamic_pressure")["qbar"] == ("Vc",)
+
+
+def test_without_a_thermometer_the_standard_day_is_assumed_and_said() -> None:
+    """V without temperature is still there, and its source says what is assumed."""
+    found = {each.output: each for each in derivations_for(["Vc", "static_pressure"])}
+    assert "standard day assumed" in found["V"].description
+    assert found["qbar"].assumed == ""
+
+
+def test_a_slow_sample_counts_from_when_it_was_there() -> None:
+    """The later of stamp and arrival; the latest before the row; for 30 s; the better first."""
+    slow = SlowInput(2)
+    slow.push(0, [1_000_000, 2_000_000], [0, 2_500_000], [10.0, 20.0])
+    slow.push(1, [0], [0], [5.0])
+    at = np.array([0.0, 500_000.0, 1_000_001.0, 2_500_000.0, 2_500_001.0, 33e6])
+    np.testing.assert_array_equal(slow.at(at), [np.nan, 5.0, 10.0, 10.0, 20.0, np.nan])
+
+
+def test_inputs_from_two_messages_meet_row_by_row(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """Elevators from two messages: the mean stands where both are, whichever came first."""
+    text = """
+name = "t"
+[[channels]]
+id = "elevator_left"
+source = "DEBUG_VECT[left].x"
+unit = "deg"
+[[channels]]
+id = "elevator_right"
+source = "DEBUG_VECT[right].x"
+unit = "deg"
+"""
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
+    send = cases.Sender()
+    records = []
+    for k in range(100):
+        records.append(send(10_000 * k, "debug_vect", b"left", 10_000 * k, float(k), 0, 0))
+        if k % 5 == 0:
+            records.append(send(10_000 * k, "debug_vect", b"right", 10_000 * k, 2.0 * k, 0, 0))
+    index, de = cases.gather(decoder.feed(records))["de"]
+    assert index.tolist() == list(range(96))
+    np.testing.assert_allclose(np.degrees(de), 1.5 * index, atol=1e-9)
+    assert decoder.sources["de"].kind == "derived"
+
+
+def test_a_slow_message_never_holds_back_a_quick_one(cases: SimpleNamespace) -> None:
+    """With pressure and temperature once in ten rows V still comes with every row."""
+    decoder = Decoder(load_channel_map("ardupilot-plane"))
+    send = cases.Sender()
+    last = {}
+    for k in range(200):
+        records = [
+            send(10_000 * k, "attitude", 10 * k, 0, 0, 0, 0, 0, 0),
+            send(10_000 * k, "vfr_hud", 20.0, 20.0, 0, 0, 0.0, 0.0),
+        ]
+        if k % 100 == 0:
+            records.append(send(10_000 * k, "scaled_pressure", 10 * k, 950.0, 1.0, 2000))
+        for block in decoder.feed(records):
+            for name in block.channels:
+                last[name] = block.times[-1]
+    # VFR_HUD is the second source, so it counts from the stated two seconds on.
+    blocks = decoder.feed([send(2_100_000, "attitude", 2100, 0, 0, 0, 0, 0, 0),
+                           send(2_100_000, "vfr_hud", 20.0, 20.0, 0, 0, 0.0, 0.0)])  # fmt: skip
+    found = cases.gather(blocks)
+    assert found["V"][0][-1] == 210
+    rho = float(air_data.standard_density(np.array([95_000.0]))[0])
+    assert found["V"][1][-1] == pytest.approx(20.0 * np.sqrt(1.225 / rho))
+    assert decoder.sources["V"].timing == "arrival"
