@@ -278,17 +278,19 @@ def draw_readings(
     chart: Chart,
     box: Box,
     readings: Sequence[Reading],
+    *,
+    unit: bool,
 ) -> None:
-    """Write the current values of a chart."""
+    """Write the current values of a chart, with their unit if that needs to be drawn, too."""
     place = geometry.values
     count = len(readings)
     step = box.height / count
-    unit_x = place.right - pen.px(10) - geometry.columns.units
+    unit_x = geometry.units.x
     pixels = min(pen.px(_VALUE), round((step - pen.px(1)) / (0.78 if count > 1 else 0.74)))
     pixels = max(pixels, pen.px(8))
-    if not all(reading.stale for reading in readings):
-        unit = unit_text(chart.displays[0].unit)
-        pen.text(painter, unit_x, box.center, unit, pen.theme.muted, _LABEL)
+    if unit and not all(reading.stale for reading in readings):
+        words = unit_text(chart.displays[0].unit)
+        pen.text(painter, unit_x, box.center, words, pen.theme.muted, _LABEL)
     for index, reading in enumerate(readings):
         center = box.y + (index + 0.5) * step
         cell = QRect(
@@ -586,24 +588,30 @@ def draw_axis(
     )
 
 
-def draw_cursor_lines(painter: QPainter, pen: Pen, geometry: Geometry, view: StripView) -> None:
-    """Draw the cursors through all charts, and a bar from A to B."""
+def draw_cursor_lines(
+    painter: QPainter, pen: Pen, geometry: Geometry, view: StripView, first: int, last: int
+) -> None:
+    """Draw the cursors through all charts, and a bar from A to B.
+
+    Only what lies in the columns ``first <= x < last`` from the left edge needs to be drawn.
+    """
     theme, plot = pen.theme, geometry.plot
     places = {name: view.x(time) for name, time in view.cursors.items()}
     if "a" in places and "b" in places:
         left, right = sorted((places["a"], places["b"]))
-        left, right = max(left, 0), min(right, plot.width)
+        left, right = max(left, first), min(right, last)
         if right > left:
             bracket = QRect(plot.x + left, plot.y + pen.px(6), right - left, max(pen.px(2), 1))
             painter.fillRect(bracket, QColor(theme.cursor))
     line = max(pen.px(1), 1)
+    near = pen.px(14)
     for name, x in places.items():
-        if not 0 <= x < plot.width:
+        if not 0 <= x < plot.width or not first - near <= x < last + near:
             continue
         color = QColor(cursor_color(theme, name))
         painter.fillRect(QRect(plot.x + x, plot.y, line, plot.height), color)
         if name != "cursor":
-            size = pen.px(14)
+            size = near
             left = min(max(x - size // 2, 0), plot.width - size)
             painter.fillRect(QRect(plot.x + left, plot.y, size, size), color)
             pen.text(

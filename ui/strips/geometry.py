@@ -71,8 +71,9 @@ class Geometry:
     ----------
     ratio : float
         Pixels to a logical pixel of the design: scale times density of the screen.
-    header, lane, plot, axis, values : Box
-        Line at the top; labels of spans and marks; all charts; time axis; current values.
+    header, lane, plot, axis, values, units : Box
+        Line at the top; labels of spans and marks; all charts; time axis; current values, and
+        their units at the right of them.
     cursors : tuple of (str, Box)
         Columns of values at cursors, by name, ``delta`` for the differences.
     charts : tuple of Box
@@ -92,6 +93,7 @@ class Geometry:
     plot: Box
     axis: Box
     values: Box
+    units: Box
     cursors: tuple[tuple[str, Box], ...]
     charts: tuple[Box, ...]
     numbers: tuple[int, ...]
@@ -162,6 +164,12 @@ def arrange(
         plot=plot,
         axis=Box(x=0, y=plot.bottom, width=width, height=height - plot.bottom),
         values=Box(x=width - columns.values, y=plot.y, width=columns.values, height=plot.height),
+        units=Box(
+            x=width - px(10) - columns.units,
+            y=plot.y,
+            width=columns.units + px(10),
+            height=plot.height,
+        ),
         cursors=tuple(places),
         charts=tuple(boxes),
         numbers=tuple(numbers),

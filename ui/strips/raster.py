@@ -266,8 +266,8 @@ class Raster:
         count = len(pairs)
         self.margin = self.reach + 1
         self._loaded = self.width + 2 * self.margin
-        self.low = np.full((count, self._loaded), np.nan)
-        self.high = np.full((count, self._loaded), np.nan)
+        self._values = np.full((2, count, self._loaded), np.nan)
+        self.high, self.low = self._values
         self._row_chart = np.full(self.height, len(self.charts), dtype=np.intp)
         self._row_local = np.zeros((self.height, 1), dtype=np.int32)
         for number, chart in enumerate(self.charts):
@@ -359,8 +359,7 @@ class Raster:
         """Note that nothing has been measured yet in these columns."""
         if last > first:
             for ring, _ in _pieces(first, last, self._loaded):
-                self.low[:, ring] = np.nan
-                self.high[:, ring] = np.nan
+                self._values[:, :, ring] = np.nan
 
     # Painting
 
@@ -413,54 +412,49 @@ class Raster:
         """
         margin = self.margin
         count = last - first
-        traces = [self.trace_number(number, layer) for number in charts]
+        traces = np.array([self._numbers[number, layer] for number in charts], dtype=np.intp)
         places = np.arange(first - margin, last + margin) % self._loaded
-        low = self.low[traces][:, places]
-        high = self.high[traces][:, places]
+        values = self._values[:, traces[:, None], places]
         members = np.array(charts, dtype=np.intp)
         placed = self._placed[members] if charts else np.empty((0, 2))
         offset, gain = placed[:, :1], placed[:, 1:]
         heights = self._heights[members][:, None]
         # What lies off the scale stays at the edge, where half of its width can be seen.
-        above = np.minimum(np.maximum(offset - gain * high, 0.0), heights)
-        below = np.minimum(np.maximum(offset - gain * low, 0.0), heights)
-        above, below = self._thicken(*_connect(above, below))
-        above, below = above[:, margin:-margin], below[:, margin:-margin]
-        missing = np.isnan(above)
+        edges = np.minimum(np.maximum(offset - gain * values, 0.0), heights)
+        # The lower edge with its sign turned: then both want the least of their neighbors.
+        np.negative(edges[1], out=edges[1])
+        edges = self._thicken(_connect(edges))[:, :, margin:-margin]
+        np.negative(edges[1], out=edges[1])
+        np.maximum(edges, -1.0, out=edges)
+        np.minimum(edges, heights + 1.0, out=edges)
+        edges *= _LEVELS
+        np.rint(edges, out=edges)
+        missing = np.isnan(edges[0])
         for row, number in enumerate(charts):
             dash = self.charts[number].traces[layer].dash
             if dash:
                 missing[row] |= (np.arange(first, last) // dash) % 3 == 2
-        edges = []
-        for part in (above, below):
-            np.maximum(part, -1.0, out=part)
-            np.minimum(part, heights + 1.0, out=part)
-            part[missing] = 0.0
-            whole = np.zeros((len(charts) + 1, count), dtype=self._integer)
-            whole[:-1] = np.rint(part * _LEVELS)
-            edges.append(whole)
-        return edges[0], edges[1]
+        edges[:, missing] = 0.0
+        whole = np.zeros((2, len(charts) + 1, count), dtype=self._integer)
+        whole[:, :-1] = edges
+        return whole[0], whole[1]
 
-    def _thicken(self, above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _thicken(self, edges: FloatArray) -> FloatArray:
         """Widen lines by the brush. Nothing reaches into a gap, nor across one."""
-        there = ~np.isnan(above)
-        thick_above, thick_below = np.full_like(above, np.nan), np.full_like(below, np.nan)
         heights = dict(self._brush)
+        thick = edges - heights[0]
+        there = ~np.isnan(edges[0])
         for direction in (1, -1):
-            chain = there.copy()
-            for distance in range(self.reach + 1):
-                if distance:
-                    chain &= _shifted(there, direction * distance, False)
-                half = heights.get(direction * distance)
-                if half is None:
-                    continue
-                source_above = _shifted(above, direction * distance, np.nan) - half
-                source_below = _shifted(below, direction * distance, np.nan) + half
-                source_above[~chain] = np.nan
-                source_below[~chain] = np.nan
-                np.fmin(thick_above, source_above, out=thick_above)
-                np.fmax(thick_below, source_below, out=thick_below)
-        return thick_above, thick_below
+            chain = there
+            distance = 1
+            while (half := heights.get(direction * distance)) is not None:
+                chain = chain & _shifted(there, direction * distance, False)
+                source = _shifted(edges, direction * distance, np.nan)
+                source -= half
+                source[:, ~chain] = np.nan
+                np.fmin(thick, source, out=thick)
+                distance += 1
+        return thick
 
     def _paint_first(
         self,
@@ -550,26 +544,23 @@ def _pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
     return pieces
 
 
-def _connect(above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _connect(edges: FloatArray) -> FloatArray:
     """Let every column reach back to the one before it, so that a line is one line."""
-    joined_above, joined_below = above.copy(), below.copy()
-    here = ~np.isnan(above[:, 1:])
-    reach_up = np.fmin(above[:, 1:], below[:, :-1])
-    reach_down = np.fmax(below[:, 1:], above[:, :-1])
-    joined_above[:, 1:] = np.where(here, reach_up, np.nan)
-    joined_below[:, 1:] = np.where(here, reach_down, np.nan)
-    return joined_above, joined_below
+    joined = edges.copy()
+    here = ~np.isnan(edges[0, :, 1:])
+    # An upper edge reaches to the lower one before it, and the other way round.
+    reached = np.fmin(edges[:, :, 1:], -edges[::-1, :, :-1])
+    np.copyto(joined[:, :, 1:], reached, where=here)
+    return joined
 
 
 def _shifted(values: npt.NDArray, by: int, fill: float) -> npt.NDArray:  # type: ignore[type-arg]
     """Return what column c + `by` holds, for every column c."""
-    if by == 0:
-        return values.copy()
     out = np.full_like(values, fill)
     if by > 0:
-        out[:, :-by] = values[:, by:]
+        out[..., :-by] = values[..., by:]
     else:
-        out[:, -by:] = values[:, :by]
+        out[..., -by:] = values[..., :by]
     return out
 
 

@@ -295,10 +295,16 @@ class StripChart(QWidget):
                 )
                 for spec, display in zip(chart.specs, chart.displays, strict=True)
             )
-            if readings != self._readings.get(number_of_chart):
+            before = self._readings.get(number_of_chart)
+            if readings != before:
                 self._readings[number_of_chart] = readings
                 place = geometry.values
-                self._expose(Box(x=place.x, y=box.y, width=place.width, height=box.height))
+                # Units stand still, but for those of stale values, which have none.
+                same = before is not None and all(
+                    one.stale == other.stale for one, other in zip(before, readings, strict=True)
+                )
+                right = geometry.units.x if same else place.right
+                self._expose(Box(x=place.x, y=box.y, width=right - place.x, height=box.height))
 
     def value_at(self, channel_id: str, time: float) -> float:
         """Return the sample (SI) of a channel nearest to a time (s); NaN where there is none."""
@@ -424,10 +430,7 @@ class StripChart(QWidget):
     def _expose(self, box: Box | None) -> None:
         if box is None:
             return
-        density = self._density()
-        left, top = math.floor(box.x / density), math.floor(box.y / density)
-        right, bottom = math.ceil(box.right / density), math.ceil(box.bottom / density)
-        self.update(left, top, right - left, bottom - top)
+        self.update(_logical(box, self._density()))
 
     def _show_header(self) -> None:
         view = self.view
@@ -473,9 +476,11 @@ class StripChart(QWidget):
         pen, view, plot = self._pen, self.view, geometry.plot
         background = QColor(self._theme.background)
         top = Box(x=0, y=0, width=geometry.header.width, height=plot.y)
-        if touched(top):
+        if touched(geometry.header):
             painter.fillRect(_rect(top), background)
             drawing.draw_header(painter, pen, geometry, view, self._layout.name)
+        if touched(geometry.lane):
+            painter.fillRect(_rect(geometry.lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
         left = Box(x=0, y=plot.y, width=plot.x, height=plot.height)
         if touched(left):
@@ -490,7 +495,7 @@ class StripChart(QWidget):
             painter.fillRect(_rect(geometry.axis), background)
             drawing.draw_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
         if touched(plot):
-            self._paint_plot(painter, geometry)
+            self._paint_plot(painter, geometry, region, density)
 
     def _paint_values(
         self,
@@ -509,7 +514,10 @@ class StripChart(QWidget):
             readings = self._readings.get(number_of_chart) or tuple(
                 Reading(text=DASH, stale=True) for _ in chart.specs
             )
-            drawing.draw_readings(painter, self._pen, geometry, chart, box, readings)
+            units = Box(x=geometry.units.x, y=box.y, width=geometry.units.width, height=box.height)
+            drawing.draw_readings(
+                painter, self._pen, geometry, chart, box, readings, unit=touched(units)
+            )
             if beside is not None and touched(beside):
                 drawing.draw_cursor_values(
                     painter,
@@ -520,7 +528,9 @@ class StripChart(QWidget):
                     chart,
                 )
 
-    def _paint_plot(self, painter: QPainter, geometry: Geometry) -> None:
+    def _paint_plot(
+        self, painter: QPainter, geometry: Geometry, region: QRegion, density: float
+    ) -> None:
         image, plot = self._image, geometry.plot
         if self.view.now is None or not geometry.charts:
             painter.fillRect(_rect(plot), QColor(self._theme.background))
@@ -536,7 +546,12 @@ class StripChart(QWidget):
             painter.drawImage(
                 QPoint(plot.x + first, plot.y), image, QRect(0, 0, seam, image.height())
             )
-        drawing.draw_cursor_lines(painter, self._pen, geometry, self.view)
+        area = region.intersected(_logical(plot, density)).boundingRect()
+        first = math.floor(area.x() * density) - plot.x
+        last = math.ceil((area.x() + area.width()) * density) - plot.x
+        drawing.draw_cursor_lines(
+            painter, self._pen, geometry, self.view, max(first, 0), min(last, plot.width)
+        )
 
     # Events
 
@@ -840,6 +855,13 @@ class StripChart(QWidget):
         self.setAccessibleDescription(
             f"Chart {self.view.selected + 1} of {len(strips)}: {title} {unit}".rstrip()
         )
+
+
+def _logical(box: Box, density: float) -> QRect:
+    """Return the smallest rectangle in pixels of the design that covers a box."""
+    left, top = math.floor(box.x / density), math.floor(box.y / density)
+    right, bottom = math.ceil(box.right / density), math.ceil(box.bottom / density)
+    return QRect(left, top, right - left, bottom - top)
 
 
 def _rect(box: Box) -> QRect:
