@@ -459,9 +459,7 @@ def _thrust_scale(_: Aircraft) -> Term:
     )
 
 
-def _offset(
-    term_id: str, target: str, unit: str, default: float, bound: float, title: str
-) -> None:
+def _offset(term_id: str, target: str, unit: str, default: float, bound: float, title: str) -> None:
     name = target.rpartition(".")[2] if target.startswith("cg") else "error"
     term = OffsetTerm(
         id=term_id,

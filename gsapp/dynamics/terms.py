@@ -212,9 +212,7 @@ def unknown_parameter(term: Term, name: str) -> str:
         return f"the effect '{term.id}' has no parameters, so '{name}' cannot be set; leave it out"
     near = difflib.get_close_matches(name, names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
-    return (
-        f"the effect '{term.id}' has no parameter '{name}'; {hint}it has {', '.join(names)}"
-    )
+    return f"the effect '{term.id}' has no parameter '{name}'; {hint}it has {', '.join(names)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,122 @@
+"""From command to surface: travel, delay, lag, rate limit of the servo; slop of the linkage.
+
+Effects of the model that act on a control path go where they belong: delay, lag and rate limit
+before the servo's output is taken, play, stops and gearing after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from gsapp.aircraft import Aircraft, Control
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.signals import (
+    SURFACES,
+    Backlash,
+    Delay,
+    Lag,
+    RateLimit,
+    Saturation,
+    Scale,
+    SignalPath,
+    SignalTerm,
+)
+from gsapp.dynamics.terms import Term, make_term
+
+_NO_LIMIT = 1e6
+Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
+"""Signal terms in the order in which the signal passes them, with their parameters."""
+
+
+class ControlPosition(NamedTuple):
+    """Where one control is.
+
+    Attributes
+    ----------
+    command, servo, surface : float
+        As asked by the receiver, before the linkage, and on the surface, rad.
+    """
+
+    command: float
+    servo: float
+    surface: float
+
+
+def control_paths(
+    aircraft: Aircraft, channel: str, effects: Sequence[tuple[Term, tuple[float, ...]]] = ()
+) -> tuple[Path, Path]:
+    """Return the path from command to servo and from servo to surface.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    channel : {"de", "da", "dr", "flap"}
+    effects : sequence of (Term, tuple of float)
+        Effects of the model on this control, with their parameters.
+    """
+    control: Control = getattr(aircraft.controls, channel)
+    name = next(word for word, known in SURFACES.items() if known == channel)
+    servo: list[tuple[SignalTerm, tuple[float, ...]]] = []
+    linkage: list[tuple[SignalTerm, tuple[float, ...]]] = []
+
+    def own(kind: str, value: float) -> tuple[SignalTerm, tuple[float, ...]]:
+        term = make_term(f"control.{name}.{kind}", aircraft)
+        assert isinstance(term, SignalTerm)  # noqa: S101  every control effect is one
+        return term, (value,)
+
+    if control.delay > 0.0:
+        servo.append(own("delay", control.delay))
+    if control.lag > 0.0:
+        servo.append(own("lag", control.lag))
+    if control.rate_limit < _NO_LIMIT:
+        servo.append(own("rate", control.rate_limit))
+    if control.slop > 0.0:
+        linkage.append(own("backlash", control.slop))
+    for term, values in effects:
+        if isinstance(term, (Delay, Lag, RateLimit)):
+            servo.append((term, values))
+        elif isinstance(term, (Backlash, Saturation, Scale)):
+            linkage.append((term, values))
+    return tuple(servo), tuple(linkage)
+
+
+class Actuator:
+    """One control, stepped sample by sample.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    channel : {"de", "da", "dr", "flap"}
+    dt : float
+        Sample time, s.
+    effects : sequence of (Term, tuple of float)
+        Effects of the model on this control.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        channel: str,
+        dt: float,
+        effects: Sequence[tuple[Term, tuple[float, ...]]] = (),
+    ) -> None:
+        control: Control = getattr(aircraft.controls, channel)
+        self._low, self._high = control.travel
+        servo, linkage = control_paths(aircraft, channel, effects)
+        self._servo = SignalPath(servo, dt)
+        self._linkage = SignalPath(linkage, dt)
+
+    def step(self, command: float) -> ControlPosition:
+        """Take the command of one sample (rad); the first is taken as constant before."""
+        reachable = min(max(command, self._low), self._high)
+        servo = self._servo.step(reachable)
+        return ControlPosition(command, servo, self._linkage.step(servo))
+
+
+def actuators(model: FlightModel, dt: float) -> dict[str, Actuator]:
+    """Return the actuators of de, da, dr and flap with the model's control effects."""
+    return {
+        channel: Actuator(model.aircraft, channel, dt, model.control_terms.get(name, ()))
+        for name, channel in SURFACES.items()
+    }

@@ -1,0 +1,398 @@
+"""An aircraft, a model and its effects put together: loads, rates of the states, outputs.
+
+`FlightModel` sums the terms of a model into coefficients, adds thrust, and hands forces and
+moments to the equations of motion. The same object serves the simulator (single floats), the
+estimators (arrays, Jacobians) and trim.
+
+States are the nine polar ones followed by those of the terms; inputs are `INPUTS`; parameters
+are those of all terms in the equations, named by `parameter_names`. Effects of control paths and
+instruments lie outside the equations and are found in `control_terms` and `sensor_terms`.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.arithmetic import Value
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.buildup import linear_build_up
+from gsapp.dynamics.equations import (
+    INERTIAL,
+    POLAR_STATES,
+    Body,
+    Loads,
+    PolarState,
+    flow_rates,
+    polar_jacobian,
+    polar_rates,
+)
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.terms import COEFFICIENTS, TARGETS, VARIABLES, Term
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.quantities import FloatArray
+
+INPUTS = ("de", "da", "dr", "flap", "throttle", "throttle_difference", "rho", "mass")
+"""Inputs of the equations: surfaces (rad), throttle as the engines follow it, half the left
+throttle minus the right, air density (kg/m^3), mass of the aircraft (kg)."""
+
+_VARIABLE_NAMES = tuple(VARIABLES)
+_VARIABLE_INDEX = {name: index for index, name in enumerate(_VARIABLE_NAMES)}
+_TARGET_INDEX = {name: index for index, name in enumerate(TARGETS)}
+_THRUST = _VARIABLE_INDEX["thrust"]
+_ALPHA_DOT = _VARIABLE_INDEX["alpha_dot_hat"]
+_BETA_DOT = _VARIABLE_INDEX["beta_dot_hat"]
+_PREFIXES = ("control.", "sensor.")
+
+# Terms are summed in three passes: what they read must be known by then.
+_OFFSETS = ("thrust", "mass", "ixx", "iyy", "izz", "ixz", "cg.x", "cg.y", "cg.z")
+_FORCES = ("CN", "CA", "CY", "CX", "CZ", "X", "Y", "Z")
+
+
+class _Entry(NamedTuple):
+    """A term, with where to find what it reads and where to put what it gives."""
+
+    term: Term
+    target: int
+    read: Callable[[Any], Any]
+    reads: tuple[int, ...]
+    states: slice
+    parameters: slice
+
+
+class Totals(NamedTuple):
+    """Everything on the way from states to rates.
+
+    Attributes
+    ----------
+    coefficients : dict of str to float or ndarray
+        CN, CA, CY, Cl, Cm, Cn with all effects, about the aircraft file's CG.
+    loads : Loads
+        Forces (N) and moments about the CG (N m), thrust included.
+    thrust : float or ndarray
+        N.
+    body : Body
+        Mass and inertia with the effects' offsets.
+    cg : tuple
+        Where the CG lies from the aircraft file's, m.
+    term_rates : tuple
+        Rates of the terms' own states.
+    variables : list
+        In the order of `gsapp.dynamics.terms.VARIABLES`.
+    """
+
+    coefficients: dict[str, Value]
+    loads: Loads
+    thrust: Value
+    body: Body
+    cg: tuple[Value, Value, Value]
+    term_rates: tuple[Value, ...]
+    variables: list[Value]
+
+
+class ModelJacobian(NamedTuple):
+    """Derivatives of the rates of all states, shapes (n, n_states, ...).
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, n_states, n_states)
+    inputs : ndarray, shape (n, n_states, len(INPUTS))
+    parameters : ndarray, shape (n, n_states, n_parameters)
+    """
+
+    states: FloatArray
+    inputs: FloatArray
+    parameters: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Differential:
+    """Total derivatives of intermediate results by (states, inputs, parameters), in that order.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (n, 6, n_all)
+    body : ndarray, shape (n, 5, n_all)
+        Of mass, ixx, iyy, izz, ixz.
+    cg : ndarray, shape (n, 3, n_all)
+    rates : ndarray, shape (n, n_states, n_all)
+    """
+
+    loads: FloatArray
+    body: FloatArray
+    cg: FloatArray
+    rates: FloatArray
+
+
+class FlightModel:
+    """The equations of one aircraft with one model.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    model : Model
+    extra : sequence of Term
+        Terms beside those of the model file, with their default parameters (the stall of a
+        virtual aircraft, a candidate under test).
+
+    Attributes
+    ----------
+    state_names, parameter_names : tuple of str
+        A derivative keeps its name; a parameter of an effect is ``<effect id>.<name>``.
+    defaults : tuple of float
+        Values of the parameters in the model file.
+    control_terms, sensor_terms : dict of str to tuple of (Term, tuple of float)
+        Effects outside the equations, by surface (``elevator``) or channel, with values.
+    """
+
+    def __init__(self, aircraft: Aircraft, model: Model, *, extra: Sequence[Term] = ()) -> None:
+        self.aircraft = aircraft
+        self.model = model
+        geometry = aircraft.geometry
+        self.area, self.span, self.chord = geometry.wing_area, geometry.span, geometry.chord
+        propulsion = aircraft.propulsion
+        self._thrust_per_density = propulsion.max_thrust / SEA_LEVEL_DENSITY
+        self._thrust_slope = 1.0 / propulsion.zero_thrust_speed
+        self._engine_offsets = _engine_offsets(propulsion.position)
+        mass = aircraft.mass
+        self._inertia = (mass.ixx, mass.iyy, mass.izz, mass.ixz)
+        self.control_terms: dict[str, tuple[tuple[Term, tuple[float, ...]], ...]] = {}
+        self.sensor_terms: dict[str, tuple[tuple[Term, tuple[float, ...]], ...]] = {}
+        states: list[str] = list(POLAR_STATES)
+        names: list[str] = []
+        values: list[float] = []
+        entries: list[_Entry] = []
+        for term, given in self._all_terms(extra):
+            if term.target.startswith(_PREFIXES):
+                self._outside(term, given)
+                continue
+            derivative = term.id.startswith("linear.")
+            first_state, first_parameter = len(states), len(names)
+            states += [f"{term.id}.{name}" for name in term.states]
+            names += [
+                parameter.name if derivative else f"{term.id}.{parameter.name}"
+                for parameter in term.parameters
+            ]
+            values += given
+            entries.append(
+                _entry(
+                    term,
+                    slice(first_state, len(states)),
+                    slice(first_parameter, len(names)),
+                )
+            )
+        self.state_names = tuple(states)
+        self.parameter_names = tuple(names)
+        self.defaults = tuple(values)
+        passes = ([], [], [])  # type: tuple[list[_Entry], list[_Entry], list[_Entry]]
+        for entry in entries:
+            target = entry.term.target
+            passes[0 if target in _OFFSETS else 1 if target in _FORCES else 2].append(entry)
+        self._passes = tuple(tuple(one) for one in passes)
+        self._entries = tuple(entries)
+        self._needs_flow_rates = any(
+            index in entry.reads for entry in entries for index in (_ALPHA_DOT, _BETA_DOT)
+        )
+        self._check_order()
+
+    # --- putting together -----------------------------------------------------------------------
+
+    def _all_terms(self, extra: Sequence[Term]) -> list[tuple[Term, tuple[float, ...]]]:
+        terms: list[tuple[Term, tuple[float, ...]]] = [
+            (term, tuple(self.model.derivative(item.name) for item in term.parameters))
+            for term in linear_build_up()
+        ]
+        terms += [
+            (effect.term(self.aircraft), effect.values(self.aircraft))
+            for effect in self.model.effects
+        ]
+        terms += [(term, tuple(term.defaults.values())) for term in extra]
+        return terms
+
+    def _outside(self, term: Term, values: tuple[float, ...]) -> None:
+        group, _, name = term.target.partition(".")
+        table = self.control_terms if group == "control" else self.sensor_terms
+        table[name] = (*table.get(name, ()), (term, values))
+
+    def _check_order(self) -> None:
+        late = {_ALPHA_DOT: "alpha_dot_hat", _BETA_DOT: "beta_dot_hat"}
+        for index, one_pass in enumerate(self._passes[:2]):
+            blocked = dict(late) if index else {**late, _THRUST: "thrust"}
+            for entry in one_pass:
+                for variable in entry.reads:
+                    if variable in blocked:
+                        raise FlightError(
+                            f"the effect '{entry.term.id}' reads {blocked[variable]}, which is "
+                            f"known only after {entry.term.target} is summed; give it a state of "
+                            "its own instead (aero.CN.memory does so)"
+                        )
+
+    def parameters_with(self, given: Mapping[str, float]) -> tuple[float, ...]:
+        """Return all parameters in order, the model's with those given put in.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is not among `parameter_names`.
+        """
+        values = list(self.defaults)
+        for name, value in given.items():
+            if name not in self.parameter_names:
+                raise UnknownNameError(
+                    f"the model '{self.model.name}' has no parameter '{name}'; "
+                    f"it has {', '.join(self.parameter_names)}"
+                )
+            values[self.parameter_names.index(name)] = value
+        return tuple(values)
+
+    def resting_states(self, state: Sequence[Value], inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """Return the terms' own states that have settled at the polar state and inputs."""
+        variables = self._variables(state, inputs)
+        settled: list[Value] = []
+        for entry in self._entries:
+            if entry.term.states:
+                read = entry.read(variables)
+                settled += entry.term.rest(read, self.defaults[entry.parameters])
+        return tuple(settled)
+
+    # --- values ---------------------------------------------------------------------------------
+
+    def _variables(self, state: Sequence[Value], inputs: Sequence[Value]) -> list[Value]:
+        V, alpha, beta, p, q, r = state[:6]
+        de, da, dr, flap, throttle, difference, rho, _ = inputs
+        half = 0.5 / V
+        by_span, by_chord = half * self.span, half * self.chord
+        return [
+            V, alpha, beta, p, q, r, p * by_span, q * by_chord, r * by_span,
+            de, da, dr, flap, throttle, difference, rho, 0.5 * rho * V * V, 0.0, 0.0, 0.0,
+        ]  # fmt: skip
+
+    def totals(
+        self,
+        state: Sequence[Value],
+        inputs: Sequence[Value],
+        parameters: Sequence[Value] | None = None,
+    ) -> Totals:
+        """Return coefficients, loads and all else between states and rates.
+
+        Parameters
+        ----------
+        state : sequence
+            Polar states, then the terms' own; each a float or an array (n,).
+        inputs : sequence
+            In the order of `INPUTS`.
+        parameters : sequence, optional
+            In the order of `parameter_names`; the model's own by default.
+        """
+        values = self.defaults if parameters is None else parameters
+        variables = self._variables(state, inputs)
+        sums: list[Value] = [0.0] * len(TARGETS)
+        offsets, forces, moments = self._passes
+        if offsets:
+            _add(offsets, variables, state, values, sums)
+        V, rho, qbar = variables[0], variables[15], variables[16]
+        thrust = (
+            variables[13] * self._thrust_per_density * rho * (1.0 - self._thrust_slope * V)
+            + sums[_TARGET_INDEX["thrust"]]
+        )
+        variables[_THRUST] = thrust
+        _add(forces, variables, state, values, sums)
+        CN, CA, CY = sums[0] - sums[7], sums[1] - sums[6], sums[2]
+        qS = qbar * self.area
+        X = thrust - qS * CA + sums[8]
+        Y = qS * CY + sums[9]
+        Z = sums[10] - qS * CN
+        ixx, iyy, izz, ixz = self._inertia
+        body = Body(
+            mass=inputs[7] + sums[15],
+            ixx=ixx + sums[16],
+            iyy=iyy + sums[17],
+            izz=izz + sums[18],
+            ixz=ixz + sums[19],
+        )
+        if self._needs_flow_rates:
+            flow = flow_rates(PolarState(*state[:9]), X, Y, Z, body.mass)
+            variables[_ALPHA_DOT] = flow[1] * self.chord * 0.5 / V
+            variables[_BETA_DOT] = flow[2] * self.span * 0.5 / V
+        _add(moments, variables, state, values, sums)
+        Cl, Cm, Cn = sums[3:6]
+        height, sideways = self._engine_offsets
+        spread = variables[14] * self._thrust_per_density * rho * (1.0 - self._thrust_slope * V)
+        cg = (sums[20], sums[21], sums[22])
+        # Moments about the CG where it is; engines and aerodynamics act about the file's.
+        L = qS * self.span * Cl + sums[11] + cg[2] * Y - cg[1] * Z
+        M = qS * self.chord * Cm + height * thrust + sums[12] + cg[0] * Z - cg[2] * X
+        N = qS * self.span * Cn + sideways * spread + sums[13] + cg[1] * X - cg[0] * Y
+        term_rates: tuple[Value, ...] = ()
+        if len(self.state_names) > 9:
+            for entry in self._entries:
+                if entry.term.states:
+                    term_rates += entry.term.rates(
+                        entry.read(variables), state[entry.states], values[entry.parameters]
+                    )
+        return Totals(
+            {"CN": CN, "CA": CA, "CY": CY, "Cl": Cl, "Cm": Cm, "Cn": Cn},
+            Loads(X, Y, Z, L, M, N),
+            thrust,
+            body,
+            cg,
+            term_rates,
+            variables,
+        )
+
+    def rates(
+        self,
+        state: Sequence[Value],
+        inputs: Sequence[Value],
+        parameters: Sequence[Value] | None = None,
+    ) -> tuple[Value, ...]:
+        """Return the rates of all states, in the order of `state_names`; see `totals`."""
+        totals = self.totals(state, inputs, parameters)
+        polar = polar_rates(PolarState(*state[:9]), totals.loads, totals.body)
+        return (*polar, *totals.term_rates)
+
+
+def _engine_offsets(positions: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
+    """Return the mean height below the CG, and the yawing arm of a difference in throttle (m)."""
+    count = max(len(positions), 1)
+    height = sum(z for _, _, z in positions) / count
+    # Each engine gives 1/count of the thrust; the left ones (y < 0) get more by the difference.
+    return height, sum(abs(y) for _, y, _ in positions) / count
+
+
+def _entry(term: Term, states: slice, parameters: slice) -> _Entry:
+    unknown = [name for name in term.reads if name not in _VARIABLE_INDEX]
+    if unknown:
+        raise UnknownNameError(
+            f"the effect '{term.id}' reads {', '.join(unknown)}, which the equations do not have; "
+            f"they have {', '.join(VARIABLES)}"
+        )
+    if term.target not in _TARGET_INDEX:
+        raise UnknownNameError(
+            f"the effect '{term.id}' adds to '{term.target}'; targets are {', '.join(TARGETS)}"
+        )
+    reads = tuple(_VARIABLE_INDEX[name] for name in term.reads)
+    read: Callable[[Any], Any]
+    if len(reads) > 1:
+        read = operator.itemgetter(*reads)
+    elif reads:
+        read = operator.itemgetter(slice(reads[0], reads[0] + 1))
+    else:
+        read = operator.itemgetter(slice(0, 0))
+    return _Entry(term, _TARGET_INDEX[term.target], read, reads, states, parameters)
+
+
+def _add(
+    entries: Sequence[_Entry],
+    variables: list[Value],
+    state: Sequence[Value],
+    parameters: Sequence[Value],
+    sums: list[Value],
+) -> None:
+    for term, target, read, _, states, own in entries:
+        sums[target] = sums[target] + term.value(read(variables), state[states], parameters[own])

@@ -1,0 +1,222 @@
+"""Aerodynamic models as files: derivatives and effects (DESIGN section 4).
+
+Coefficients are total, per radian, rates as q c/2V, p b/2V, r b/2V, moments about the aircraft
+file's CG, thrust not included. A derivative that a file leaves out is zero. A revised model names
+its parent.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import Field, field_validator
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics import effects, signals
+from gsapp.dynamics.buildup import derivative_names
+from gsapp.dynamics.terms import Term, effect_ids, make_term
+from gsapp.foundation import (
+    FileProblem,
+    FileProblemsError,
+    StrictModel,
+    read_toml,
+    toml_text,
+    write_atomically,
+)
+from gsapp.foundation.shipped import Shipped
+
+# Importing these two enters their effects in the registry.
+_CATALOGS = (effects, signals)
+
+SHIPPED = Shipped(folder=Path(__file__).parent / "models", kind="model")
+
+
+class Effect(StrictModel):
+    """One effect in a model.
+
+    Attributes
+    ----------
+    id : str
+        As in the registry, ``aero.Cm.alpha2``.
+    parameters : dict of str to float
+        SI and radians; what is left out takes the effect's default.
+    """
+
+    id: str
+    parameters: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("id")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value not in effect_ids():
+            near = difflib.get_close_matches(value, effect_ids(), n=1)
+            hint = f"did you mean '{near[0]}'?" if near else "see gsapp discrepancy --catalog"
+            raise ValueError(f"no effect is called '{value}'; {hint}")
+        return value
+
+    def term(self, aircraft: Aircraft) -> Term:
+        """Return the term for an aircraft."""
+        return make_term(self.id, aircraft)
+
+    def values(self, aircraft: Aircraft) -> tuple[float, ...]:
+        """Return the parameters in the order of the term."""
+        return self.term(aircraft).values_for(self.parameters)
+
+
+class Model(StrictModel):
+    """A model file, read.
+
+    Attributes
+    ----------
+    name : str
+    parent : str or None
+        Name of the model that this one revises.
+    evidence : str
+        Why it was revised, in words.
+    source : str
+        Where the numbers come from.
+    derivatives : dict of str to float
+        Those given; `derivative` returns zero for the rest.
+    effects : tuple of Effect
+        In the order in which they were found.
+    """
+
+    name: str = "model"
+    parent: str | None = None
+    evidence: str = ""
+    source: str = ""
+    derivatives: dict[str, float] = Field(default_factory=dict)
+    effects: tuple[Effect, ...] = ()
+
+    @field_validator("derivatives")
+    @classmethod
+    def _known_and_finite(cls, value: dict[str, float]) -> dict[str, float]:
+        known = derivative_names()
+        wrong = []
+        for name, number in value.items():
+            if name not in known:
+                near = difflib.get_close_matches(name, known, n=1)
+                hint = f" (did you mean '{near[0]}'?)" if near else ""
+                wrong.append(f"'{name}' is not a derivative{hint}")
+            elif not math.isfinite(number):
+                wrong.append(f"'{name}' is not a finite number")
+        if wrong:
+            raise ValueError(
+                f"{', '.join(wrong)}; names are CN_ CA_ Cm_ 0 alpha q de and "
+                "CY_ Cl_ Cn_ 0 beta p r da dr"
+            )
+        return value
+
+    @field_validator("effects")
+    @classmethod
+    def _each_once(cls, value: tuple[Effect, ...]) -> tuple[Effect, ...]:
+        ids = [effect.id for effect in value]
+        twice = sorted({name for name in ids if ids.count(name) > 1})
+        if twice:
+            raise ValueError(f"{', '.join(twice)} stands here twice; keep one of them")
+        return value
+
+    def derivative(self, name: str) -> float:
+        """Return a derivative; zero where the file gives none."""
+        return self.derivatives.get(name, 0.0)
+
+    def with_derivatives(self, values: Mapping[str, float], *, name: str | None = None) -> Model:
+        """Return a model with these derivatives changed; a new name makes this one its parent."""
+        changed: dict[str, object] = {"derivatives": {**self.derivatives, **values}}
+        return self._revised(changed, name)
+
+    def with_effect(
+        self,
+        effect_id: str,
+        parameters: Mapping[str, float] | None = None,
+        *,
+        name: str | None = None,
+    ) -> Model:
+        """Return a model with an effect added, or replaced where it stood."""
+        effect = Effect(id=effect_id, parameters=dict(parameters or {}))
+        kept = tuple(old for old in self.effects if old.id != effect_id)
+        return self._revised({"effects": (*kept, effect)}, name)
+
+    def without_effect(self, effect_id: str, *, name: str | None = None) -> Model:
+        """Return a model without that effect."""
+        kept = tuple(old for old in self.effects if old.id != effect_id)
+        return self._revised({"effects": kept}, name)
+
+    def _revised(self, changed: dict[str, object], name: str | None) -> Model:
+        content = self.model_dump()
+        content.update({key: value for key, value in changed.items() if key != "effects"})
+        if "effects" in changed:
+            content["effects"] = changed["effects"]
+        if name is not None and name != self.name:
+            content.update(name=name, parent=self.name)
+        return Model.model_validate(content)
+
+
+def shipped_models() -> tuple[str, ...]:
+    """Return the names of the models that come with the program."""
+    return SHIPPED.names()
+
+
+def load_model(name_or_path: str | Path) -> Model:
+    """Read a model file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path, or the name of a shipped model such as ``b777``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named.
+    UnknownNameError
+        If there is neither such a file nor such a shipped model.
+    """
+    path = SHIPPED.find(name_or_path)
+    model = read_toml(path, Model)
+    problems = []
+    for index, effect in enumerate(model.effects):
+        problems += _parameter_problems(index, effect)
+    if problems:
+        raise FileProblemsError(path, problems)
+    return model
+
+
+def save_model(model: Model, path: str | Path) -> Path:
+    """Write a model file, atomically."""
+    content = {
+        key: value
+        for key, value in model.model_dump(mode="json").items()
+        if value not in (None, "", {}, [])
+    }
+    return write_atomically(path, toml_text(content))
+
+
+def _parameter_problems(index: int, effect: Effect) -> list[FileProblem]:
+    # Names, units and kinds of parameters do not depend on the aircraft; only defaults may.
+    known = {item.name: item for item in make_term(effect.id, _ANY_AIRCRAFT).parameters}
+    problems = []
+    for name, value in effect.parameters.items():
+        where = f"effects[{index}].parameters.{name}"
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            remedy = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
+            problems.append(
+                FileProblem(where=where, what=f"is not a parameter of '{effect.id}'", remedy=remedy)
+            )
+        elif not math.isfinite(value):
+            problems.append(
+                FileProblem(where=where, what="is not a finite number", remedy="write a number")
+            )
+    return problems
+
+
+_ANY_AIRCRAFT = Aircraft.model_validate(
+    {
+        "geometry": {"wing_area": "1 m^2", "span": "1 m", "chord": "1 m"},
+        "mass": {"mass": "1 kg", "ixx": "1 kg*m^2", "iyy": "1 kg*m^2", "izz": "1 kg*m^2"},
+    }
+)

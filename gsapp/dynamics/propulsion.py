@@ -1,0 +1,120 @@
+"""Engines: thrust, the lag from lever to thrust, fan speed, fuel.
+
+thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x, shared equally
+among the engines; each acts at its own position. The equations get the throttle *as the engines
+follow it*; `Engines` supplies it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.arithmetic import Value, functions
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+
+_SPOOL_DOWN = 1.0
+"""Time constant of a fan whose engine was stopped, s."""
+
+
+def thrust(aircraft: Aircraft, throttle: Value, rho: Value, V: Value) -> Value:
+    """Return the thrust of all engines (N) for the throttle that they follow."""
+    engine = aircraft.propulsion
+    return (
+        engine.max_thrust
+        * throttle
+        * (rho / SEA_LEVEL_DENSITY)
+        * (1.0 - V / engine.zero_thrust_speed)
+    )
+
+
+def throttle_for(aircraft: Aircraft, thrust: Value, rho: Value, V: Value) -> Value:
+    """Return the throttle that gives a thrust (N): lets a measured thrust stand in for it."""
+    engine = aircraft.propulsion
+    full = engine.max_thrust * (rho / SEA_LEVEL_DENSITY) * (1.0 - V / engine.zero_thrust_speed)
+    return thrust / full
+
+
+def fan_speed(aircraft: Aircraft, throttle: Value) -> Value:
+    """Return the fan speed (rad/s): thrust goes with its square, between idle and full."""
+    idle, full = aircraft.propulsion.rpm_idle, aircraft.propulsion.rpm_full
+    root = functions(throttle).sqrt
+    return root(idle * idle + (full * full - idle * idle) * throttle)  # type: ignore[no-any-return]
+
+
+class EngineState(NamedTuple):
+    """What the engines do now.
+
+    Attributes
+    ----------
+    throttle, difference : float
+        As followed: mean of left and right, and half of left minus right.
+    left, right : float
+        As followed, 0 to 1.
+    rpm_left, rpm_right : float
+        Fan speed, rad/s.
+    fuel_flow : float
+        kg/s.
+    """
+
+    throttle: float
+    difference: float
+    left: float
+    right: float
+    rpm_left: float
+    rpm_right: float
+    fuel_flow: float
+
+
+class Engines:
+    """The engines of one aircraft, stepped sample by sample.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    dt : float
+        Sample time, s.
+    throttle : float
+        At which they run at the start, settled.
+    running : bool
+    """
+
+    def __init__(
+        self, aircraft: Aircraft, dt: float, *, throttle: float = 0.0, running: bool = True
+    ) -> None:
+        self._aircraft = aircraft
+        lag = aircraft.propulsion.lag
+        self._share = 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0
+        self._stopping = math.exp(-dt / _SPOOL_DOWN)
+        self._left = self._right = throttle if running else 0.0
+        self._spin = 1.0 if running else 0.0
+        self._running = running
+
+    def step(self, left: float, right: float, *, running: bool = True) -> EngineState:
+        """Follow the throttle levers (0 to 1) for one sample."""
+        self._running = running
+        left = min(max(left, 0.0), 1.0) if running else 0.0
+        right = min(max(right, 0.0), 1.0) if running else 0.0
+        self._left += self._share * (left - self._left)
+        self._right += self._share * (right - self._right)
+        goal = 1.0 if running else 0.0
+        self._spin = goal + self._stopping * (self._spin - goal)
+        return self.state
+
+    @property
+    def state(self) -> EngineState:
+        """Return what the engines do now."""
+        left, right = self._left, self._right
+        mean = 0.5 * (left + right)
+        mass = self._aircraft.mass
+        flow = mass.fuel_flow_idle + (mass.fuel_flow_full - mass.fuel_flow_idle) * mean
+        return EngineState(
+            throttle=mean,
+            difference=0.5 * (left - right),
+            left=left,
+            right=right,
+            rpm_left=self._spin * float(fan_speed(self._aircraft, left)),
+            rpm_right=self._spin * float(fan_speed(self._aircraft, right)),
+            fuel_flow=flow if self._running else 0.0,
+        )

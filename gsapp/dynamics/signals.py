@@ -1,0 +1,663 @@
+"""Effects on the path of a signal: from command to surface, from quantity to record.
+
+A signal term reads one signal and *replaces* it by its value; terms of one path follow one
+another. They exist in two forms that agree for signals slow against the sample time:
+
+- *continuous*, as every term: states with rates, so that a path can be integrated together with
+  the aircraft. Delay is a second-order Pade fraction there, and edges (backlash, rate limit) are
+  rounded by `ROUNDING`;
+- *sampled*, exact for signals that are straight lines between samples: `begin` and `step` for a
+  running simulation, `respond` for whole histories with derivatives by the parameters and, for
+  sensitivities of the signal itself, `Response.tangent`.
+
+Importing this module enters the effects ``control.<surface>.<kind>`` and
+``sensor.<channel>.<kind>`` in the registry.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gsapp.dynamics.arithmetic import Value, choose, clip
+from gsapp.dynamics.terms import Parameter, Term, TermJacobian, Values, register
+from gsapp.quantities import FloatArray
+
+SHORTEST = 5e-3
+"""Time constants below this (s) act as this in the continuous form."""
+ROUNDING = 0.01
+"""Time (s) in which the continuous form of an edge is rounded."""
+
+SURFACES = {"elevator": "de", "aileron": "da", "rudder": "dr", "flap": "flap"}
+"""Name in effect ids: channel."""
+SENSOR_CHANNELS = ("alpha", "beta", "V", "p", "q", "r", "ax", "ay", "an", "phi", "theta", "qbar")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Response:
+    """A signal after its path.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+    parameters : ndarray, shape (n, n_parameters)
+        Derivatives of the values by the term's parameters.
+    tangent : callable
+        Takes derivatives of the signal going in, shape (n, m), and returns those of the signal
+        coming out, shape (n, m).
+    """
+
+    values: FloatArray
+    parameters: FloatArray
+    tangent: Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalTerm(Term):
+    """Base of the terms on a signal's path."""
+
+    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+        """Return the memory of a path on which the signal was constant so far."""
+        del dt, parameters
+        return [signal]
+
+    @abstractmethod
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Take the signal's next sample, update the memory, return what comes out."""
+
+    @abstractmethod
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the whole history after the path, shape (n,), sampled every `dt` s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Straight(SignalTerm):
+    """Base of paths without memory."""
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the value for this sample."""
+        del memory, dt
+        return float(self.value((signal,), (), parameters))
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the value for each sample."""
+        del dt
+        jacobian = self.jacobian((signal,), (), parameters)
+        slope = np.broadcast_to(jacobian.reads[0], signal.shape)
+        columns = [np.broadcast_to(column, signal.shape) for column in jacobian.parameters]
+        by_parameters = np.stack(columns, axis=-1) if columns else np.empty((signal.size, 0))
+        return Response(
+            values=np.asarray(self.value((signal,), (), parameters)),
+            parameters=by_parameters,
+            tangent=lambda change: slope[:, None] * change,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scale(Straight):
+    """Signal times a factor."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return factor * signal."""
+        del states
+        return parameters[0] * reads[0]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reversed(Straight):
+    """Signal with the wrong sign."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return minus the signal."""
+        del states, parameters
+        return -reads[0]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del reads, states, parameters
+        return TermJacobian(reads=(-1.0,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bias(Straight):
+    """Signal plus a constant."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return signal + bias."""
+        del states
+        return reads[0] + parameters[0]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del reads, states, parameters
+        return TermJacobian(reads=(1.0,), parameters=(1.0,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Saturation(Straight):
+    """Signal that stops at plus and minus a limit."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the signal within the limits."""
+        del states
+        return clip(reads[0], -parameters[0], parameters[0])
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        signal, limit = reads[0], parameters[0]
+        above = choose(signal > limit, 1.0, 0.0)
+        below = choose(signal < -limit, 1.0, 0.0)
+        return TermJacobian(reads=(1.0 - above - below,), parameters=(above - below,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lag(SignalTerm):
+    """First-order lag."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the state."""
+        del reads, parameters
+        return states[0]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return (signal - state)/tau."""
+        return ((reads[0] - states[0]) / _at_least(parameters[0]),)
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal."""
+        del parameters
+        return (reads[0],)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        tau = _at_least(parameters[0])
+        by_tau = choose(parameters[0] > SHORTEST, (states[0] - reads[0]) / (tau * tau), 0.0)
+        return TermJacobian(
+            reads=(0.0,),
+            states=(1.0,),
+            parameters=(0.0,),
+            rate_reads=((1.0 / tau,),),
+            rate_states=((-1.0 / tau,),),
+            rate_parameters=((by_tau,),),
+        )
+
+    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+        """Return the last output and the last input."""
+        del dt, parameters
+        return [signal, signal]
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the exact response to a straight line between the samples."""
+        decay, old, new = _lag_weights(parameters[0], dt)
+        out = decay * memory[0] + old * memory[1] + new * signal
+        memory[0], memory[1] = out, signal
+        return out
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the exact response to straight lines between the samples."""
+        tau = parameters[0]
+        decay, old, new = _lag_weights(tau, dt)
+
+        def run(history: FloatArray) -> FloatArray:
+            # Started at rest: the first output is the first input.
+            start = (1.0 - new) * history[:1]
+            out, _ = lfilter([new, old], [1.0, -decay], history, axis=0, zi=start)
+            return np.asarray(out)
+
+        values = run(signal)
+        if tau <= 0.0:
+            by_tau = -np.gradient(signal, dt) if signal.size > 1 else np.zeros_like(signal)
+        else:
+            ratio = dt / tau
+            mean = -math.expm1(-ratio) / ratio
+            d_mean = (mean - decay) / tau
+            d_decay = decay * ratio / tau
+            drive = np.zeros_like(signal)
+            drive[1:] = (
+                d_decay * values[:-1] + (d_mean - d_decay) * signal[:-1] - d_mean * signal[1:]
+            )
+            by_tau = np.asarray(lfilter([1.0], [1.0, -decay], drive))
+        return Response(values=values, parameters=by_tau[:, None], tangent=run)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delay(SignalTerm):
+    """Pure delay."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the second-order Pade approximation: signal - delay * x2."""
+        return reads[0] - _at_least(parameters[0]) * states[1]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return x1' = x2, x2' = 12 (signal - x1)/delay^2 - 6 x2/delay."""
+        delay = _at_least(parameters[0])
+        return (
+            states[1],
+            12.0 * (reads[0] - states[0]) / (delay * delay) - 6.0 * states[1] / delay,
+        )
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal, and no change of it."""
+        del parameters
+        return (reads[0], 0.0 * reads[0])
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        delay = _at_least(parameters[0])
+        moves = choose(parameters[0] > SHORTEST, 1.0, 0.0)
+        stiffness = 12.0 / (delay * delay)
+        by_delay = -2.0 * stiffness * (reads[0] - states[0]) / delay + 6.0 * states[1] / (
+            delay * delay
+        )
+        return TermJacobian(
+            reads=(1.0,),
+            states=(0.0, -delay),
+            parameters=(-moves * states[1],),
+            rate_reads=((0.0,), (stiffness,)),
+            rate_states=((0.0, 1.0), (-stiffness, -6.0 / delay)),
+            rate_parameters=((0.0,), (moves * by_delay,)),
+        )
+
+    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+        """Return the past samples, newest first."""
+        return [signal] * (math.ceil(parameters[0] / dt) + 2)
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the signal as it was, on the straight line between two samples."""
+        memory.insert(0, signal)
+        memory.pop()
+        place = parameters[0] / dt
+        index = int(place)
+        part = place - index
+        return (1.0 - part) * memory[index] + part * memory[index + 1]
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the signal as it was; before the first sample it was constant."""
+        count = signal.size
+        place = np.clip(np.arange(count) - parameters[0] / dt, 0.0, None)
+        index = np.minimum(place.astype(np.intp), max(count - 2, 0))
+        after = np.minimum(index + 1, count - 1)
+        part = place - index
+
+        def run(history: FloatArray) -> FloatArray:
+            weight = part if history.ndim == 1 else part[:, None]
+            return np.asarray((1.0 - weight) * history[index] + weight * history[after])
+
+        slope = np.where(place > 0.0, (signal[after] - signal[index]) / dt, 0.0)
+        return Response(values=run(signal), parameters=-slope[:, None], tangent=run)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RateLimit(SignalTerm):
+    """Signal that follows no faster than a limit."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the state."""
+        del reads, parameters
+        return states[0]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the rate wanted, within the limit."""
+        return (clip((reads[0] - states[0]) / ROUNDING, -parameters[0], parameters[0]),)
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal."""
+        del parameters
+        return (reads[0],)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        wanted = (reads[0] - states[0]) / ROUNDING
+        above = choose(wanted > parameters[0], 1.0, 0.0)
+        below = choose(wanted < -parameters[0], 1.0, 0.0)
+        slope = (1.0 - above - below) / ROUNDING
+        return TermJacobian(
+            reads=(0.0,),
+            states=(1.0,),
+            parameters=(0.0,),
+            rate_reads=((slope,),),
+            rate_states=((-slope,),),
+            rate_parameters=((above - below,),),
+        )
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the last output, moved towards the signal as far as the limit lets it."""
+        reach = parameters[0] * dt
+        memory[0] += min(max(signal - memory[0], -reach), reach)
+        return memory[0]
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the limited history."""
+        reach = parameters[0] * dt
+        values = np.empty(signal.size)
+        moved = np.zeros(signal.size)
+        free = np.ones(signal.size, dtype=bool)
+        out = float(signal[0]) if signal.size else 0.0
+        for index, sample in enumerate(signal.tolist()):
+            step = sample - out
+            if abs(step) <= reach:
+                out = sample
+            else:
+                direction = math.copysign(1.0, step)
+                out += direction * reach
+                moved[index] = direction * dt
+                free[index] = False
+            values[index] = out
+        last = _last_true(free)
+        total = np.cumsum(moved)
+        by_limit = total - np.where(last >= 0, total[last], 0.0)
+        return Response(values=values, parameters=by_limit[:, None], tangent=_held_from(last))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Backlash(SignalTerm):
+    """Free play: what comes out moves only when the play is used up."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the state."""
+        del reads, parameters
+        return states[0]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the rate at which the state is pushed back into the play."""
+        half = 0.5 * parameters[0]
+        inside = clip(states[0], reads[0] - half, reads[0] + half)
+        return ((inside - states[0]) / ROUNDING,)
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal: the middle of the play."""
+        del parameters
+        return (reads[0],)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        half = 0.5 * parameters[0]
+        pushed = choose(states[0] < reads[0] - half, 1.0, 0.0)
+        pulled = choose(states[0] > reads[0] + half, 1.0, 0.0)
+        touch = (pushed + pulled) / ROUNDING
+        return TermJacobian(
+            reads=(0.0,),
+            states=(1.0,),
+            parameters=(0.0,),
+            rate_reads=((touch,),),
+            rate_states=((-touch,),),
+            rate_parameters=((0.5 * (pulled - pushed) / ROUNDING,),),
+        )
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the last output, pushed by the signal where it touches."""
+        del dt
+        half = 0.5 * parameters[0]
+        memory[0] = min(max(memory[0], signal - half), signal + half)
+        return memory[0]
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the history with play; it starts in the middle."""
+        del dt
+        half = 0.5 * parameters[0]
+        values = np.empty(signal.size)
+        side = np.zeros(signal.size)
+        touched = np.zeros(signal.size, dtype=bool)
+        out = float(signal[0]) if signal.size else 0.0
+        for index, sample in enumerate(signal.tolist()):
+            if out < sample - half:
+                out, side[index], touched[index] = sample - half, -0.5, True
+            elif out > sample + half:
+                out, side[index], touched[index] = sample + half, 0.5, True
+            values[index] = out
+        last = _last_true(touched)
+        by_slop = np.where(last >= 0, side[last], 0.0)
+        return Response(
+            values=values, parameters=by_slop[:, None], tangent=_held_from(np.maximum(last, 0))
+        )
+
+
+def _at_least(time: Value) -> Value:
+    return choose(time > SHORTEST, time, SHORTEST)
+
+
+def _lag_weights(tau: float, dt: float) -> tuple[float, float, float]:
+    """Return weights of the last output, the last input and the new input."""
+    if tau <= 0.0:
+        return 0.0, 0.0, 1.0
+    ratio = dt / tau
+    decay = math.exp(-ratio)
+    mean = -math.expm1(-ratio) / ratio
+    return decay, mean - decay, 1.0 - mean
+
+
+def _last_true(
+    mask: np.ndarray[tuple[int], np.dtype[np.bool_]],
+) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Return, for each place, the last place up to it where the mask is true; -1 if none."""
+    return np.asarray(np.maximum.accumulate(np.where(mask, np.arange(mask.size), -1)))
+
+
+def _held_from(
+    last: np.ndarray[tuple[int], np.dtype[np.intp]],
+) -> Callable[[FloatArray], FloatArray]:
+    """Return the tangent of a signal that was last free at `last`, and before any from rest."""
+    places = np.maximum(last, 0)
+    return lambda change: np.asarray(change[places])
+
+
+class SignalPath:
+    """Terms one after another, running sample by sample.
+
+    Parameters
+    ----------
+    terms : sequence of (SignalTerm, tuple of float)
+        In the order in which the signal passes them, each with its parameters.
+    dt : float
+        Sample time, s.
+    """
+
+    def __init__(self, terms: tuple[tuple[SignalTerm, tuple[float, ...]], ...], dt: float) -> None:
+        self._terms = terms
+        self._dt = dt
+        self._memories: list[list[float]] | None = None
+
+    def step(self, signal: float) -> float:
+        """Take one sample and return what comes out; the first one is taken as constant before."""
+        if self._memories is None:
+            self._memories = []
+            for term, values in self._terms:
+                self._memories.append(term.begin(signal, self._dt, values))
+                # Constant so far: what came out is what one more such sample gives.
+                signal = term.step(self._memories[-1], signal, self._dt, values)
+            return signal
+        for (term, values), memory in zip(self._terms, self._memories, strict=True):
+            signal = term.step(memory, signal, self._dt, values)
+        return signal
+
+
+def respond(
+    terms: tuple[tuple[SignalTerm, tuple[float, ...]], ...], signal: FloatArray, dt: float
+) -> Response:
+    """Return a whole history after several terms, with the derivatives by all their parameters.
+
+    The columns of `Response.parameters` follow the terms and their parameters in order.
+    """
+    values = np.asarray(signal, dtype=np.float64)
+    columns = np.empty((values.size, 0))
+    tangents: list[Callable[[FloatArray], FloatArray]] = []
+    for term, parameters in terms:
+        one = term.respond(values, dt, parameters)
+        columns = np.hstack([one.tangent(columns), one.parameters])
+        values = one.values
+        tangents.append(one.tangent)
+
+    def through(change: FloatArray) -> FloatArray:
+        for tangent in tangents:
+            change = tangent(change)
+        return change
+
+    return Response(values=values, parameters=columns, tangent=through)
+
+
+# --- the catalog's names ------------------------------------------------------------------------
+
+
+def _parameter(
+    name: str,
+    unit: str,
+    default: float,
+    bounds: tuple[float, float],
+    description: str,
+    neutral: float = 0.0,
+) -> tuple[Parameter, ...]:
+    return (
+        Parameter(
+            name=name,
+            unit=unit,
+            default=default,
+            bounds=bounds,
+            description=description,
+            neutral=neutral,
+        ),
+    )
+
+
+_TAU = _parameter("tau", "s", 0.06, (0.0, 1.0), "time constant")
+_DELAY = _parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is")
+
+
+def _register_controls() -> None:
+    for surface, channel in SURFACES.items():
+        word = surface.capitalize()
+        common = {"target": f"control.{surface}", "reads": (channel,)}
+        rows: tuple[SignalTerm, ...] = (
+            Backlash(
+                id=f"control.{surface}.backlash",
+                title=f"{word} linkage has free play",
+                equation=f"{channel} moves only when the play of width slop is used up",
+                states=("position",),
+                parameters=_parameter("slop", "rad", 0.02, (0.0, 0.2), "whole width of the play"),
+                **common,
+            ),
+            Saturation(
+                id=f"control.{surface}.saturation",
+                title=f"{word} does not reach its full travel",
+                equation=f"{channel} = limit({channel}, -limit, limit)",
+                parameters=_parameter(
+                    "limit", "rad", 0.1, (0.0, 1.6), "largest deflection reached", 1.6
+                ),
+                **common,
+            ),
+            Lag(
+                id=f"control.{surface}.lag",
+                title=f"{word} servo is slow",
+                equation=f"{channel}' = (command - {channel})/tau",
+                states=("position",),
+                parameters=_TAU,
+                **common,
+            ),
+            RateLimit(
+                id=f"control.{surface}.rate",
+                title=f"{word} servo cannot move fast enough",
+                equation=f"|{channel}'| <= limit",
+                states=("position",),
+                parameters=_parameter(
+                    "limit", "rad/s", 1.0, (0.01, 100.0), "fastest deflection", 100.0
+                ),
+                **common,
+            ),
+            Delay(
+                id=f"control.{surface}.delay",
+                title=f"{word} moves late",
+                equation=f"{channel}(t) = command(t - delay)",
+                states=("x1", "x2"),
+                parameters=_DELAY,
+                **common,
+            ),
+            Scale(
+                id=f"control.{surface}.gearing",
+                title=f"{word} moves more or less than recorded",
+                equation=f"{channel} = gearing * recorded",
+                parameters=_parameter(
+                    "gearing", "", 0.8, (-3.0, 3.0), "deflection over record", 1.0
+                ),
+                **common,
+            ),
+        )
+        for term in rows:
+            register(term.id, lambda _, term=term: term)
+
+
+def _register_sensors() -> None:
+    units = {"V": "m/s", "qbar": "Pa"} | dict.fromkeys(("p", "q", "r"), "rad/s")
+    units |= dict.fromkeys(("ax", "ay", "an"), "m/s^2")
+    typical = {"V": 1.5, "qbar": 25.0} | dict.fromkeys(("ax", "ay", "an"), 0.3)
+    for channel in SENSOR_CHANNELS:
+        unit = units.get(channel, "rad")
+        bias = typical.get(channel, 0.015)
+        common = {"target": f"sensor.{channel}", "reads": (channel,)}
+        rows: tuple[SignalTerm, ...] = (
+            Scale(
+                id=f"sensor.{channel}.scale",
+                title=f"{channel} sensor reads too much or too little",
+                equation=f"{channel} recorded = scale * {channel}",
+                parameters=_parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),
+                **common,
+            ),
+            Bias(
+                id=f"sensor.{channel}.bias",
+                title=f"{channel} sensor has an offset",
+                equation=f"{channel} recorded = {channel} + bias",
+                parameters=_parameter(
+                    "bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"
+                ),
+                **common,
+            ),
+            Delay(
+                id=f"sensor.{channel}.delay",
+                title=f"{channel} sensor is late",
+                equation=f"{channel} recorded(t) = {channel}(t - delay)",
+                states=("x1", "x2"),
+                parameters=_DELAY,
+                **common,
+            ),
+            Lag(
+                id=f"sensor.{channel}.lag",
+                title=f"{channel} sensor is filtered",
+                equation=f"recorded' = ({channel} - recorded)/tau",
+                states=("recorded",),
+                parameters=_TAU,
+                **common,
+            ),
+            Reversed(
+                id=f"sensor.{channel}.reversed",
+                title=f"{channel} sensor has the wrong sign",
+                equation=f"{channel} recorded = -{channel}",
+                **common,
+            ),
+        )
+        for term in rows:
+            register(term.id, lambda _, term=term: term)
+
+
+_register_controls()
+_register_sensors()

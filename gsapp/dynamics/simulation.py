@@ -1,0 +1,718 @@
+"""Simulation in time: the whole aircraft step by step, and the bare equations open loop.
+
+`Simulator` integrates the body-axis form with a quaternion and Runge-Kutta steps of fixed length
+in plain floats: over the ground, in wind and gusts, on its wheels, with fuel burning off. Servos,
+engines and gusts are stepped exactly once per sample and taken as straight lines in between.
+
+`open_loop` integrates the polar equations for given histories of the inputs: what estimators do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.actuators import ControlPosition, actuators
+from gsapp.dynamics.atmosphere import (
+    GRAVITY,
+    SEA_LEVEL_DENSITY,
+    Atmosphere,
+    Turbulence,
+    Wind,
+    pressure_altitude,
+)
+from gsapp.dynamics.equations import (
+    POLAR_STATES,
+    Loads,
+    Matrix,
+    angular_accelerations,
+    body_from_polar,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    quaternion_rates,
+    rotation,
+)
+from gsapp.dynamics.flight_model import INPUTS, FlightModel, Totals
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.propulsion import Engines, EngineState
+from gsapp.dynamics.terms import Term, make_term
+from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
+
+_SLOWEST = 3.0
+"""Airspeed below which the aerodynamics fade out, m/s: flow angles mean nothing there."""
+_NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Commands:
+    """What the receiver asks of the aircraft during one sample.
+
+    Attributes
+    ----------
+    de, da, dr, flap : float
+        Deflections asked for, rad.
+    throttle : float
+        Of both engines, 0 to 1.
+    throttle_left, throttle_right : float or None
+        Of one engine, where they differ.
+    steer : float
+        Nose wheel, -1 to 1, positive right.
+    brake : float
+        0 to 1.
+    engines : bool
+        Whether the engines run.
+    """
+
+    de: float = 0.0
+    da: float = 0.0
+    dr: float = 0.0
+    flap: float = 0.0
+    throttle: float = 0.0
+    throttle_left: float | None = None
+    throttle_right: float | None = None
+    steer: float = 0.0
+    brake: float = 0.0
+    engines: bool = True
+
+
+class Ground(Protocol):
+    """Whatever pushes back from below, such as a landing gear."""
+
+    def loads(
+        self,
+        down: float,
+        velocity: tuple[float, float, float],
+        rates: tuple[float, float, float],
+        matrix: Matrix,
+        *,
+        steer: float,
+        brake: float,
+    ) -> tuple[Loads, bool]:
+        """Return the loads on the aircraft about its CG, and whether weight is on the wheels.
+
+        Parameters
+        ----------
+        down : float
+            Depth of the CG below the runway (negative above it), m.
+        velocity, rates : tuple of float
+            Over the ground along the body axes (m/s); p, q, r (rad/s).
+        matrix : tuple of float
+            Body to Earth, row by row.
+        steer, brake : float
+            As commanded.
+        """
+        ...
+
+
+def stall_terms(aircraft: Aircraft) -> tuple[Term, ...]:
+    """Return what the virtual aircraft does beyond the linear range; exactly zero within it."""
+    return tuple(make_term(f"aero.{target}.stall", aircraft) for target in ("CN", "CA", "Cm"))
+
+
+@dataclass(slots=True)
+class _Drive:
+    """What acts on the aircraft at one instant beside its own motion."""
+
+    surfaces: tuple[float, float, float, float]
+    throttle: float
+    difference: float
+    gust: tuple[float, float, float]
+
+    def halfway(self, other: _Drive) -> _Drive:
+        return _Drive(
+            _mean4(self.surfaces, other.surfaces),
+            0.5 * (self.throttle + other.throttle),
+            0.5 * (self.difference + other.difference),
+            (
+                0.5 * (self.gust[0] + other.gust[0]),
+                0.5 * (self.gust[1] + other.gust[1]),
+                0.5 * (self.gust[2] + other.gust[2]),
+            ),
+        )
+
+
+def _mean4(
+    one: tuple[float, float, float, float], two: tuple[float, float, float, float]
+) -> tuple[float, float, float, float]:
+    return (
+        0.5 * (one[0] + two[0]),
+        0.5 * (one[1] + two[1]),
+        0.5 * (one[2] + two[2]),
+        0.5 * (one[3] + two[3]),
+    )
+
+
+@dataclass(slots=True)
+class _Instant:
+    """Everything computed at one instant; `slope` is the rate of the state."""
+
+    slope: list[float]
+    totals: Totals
+    air: tuple[float, float, float]
+    polar: tuple[float, ...]
+    matrix: Matrix
+    force: tuple[float, float, float]
+    ground: Loads
+    on_ground: bool
+    scale: float
+
+
+class Simulator:
+    """One aircraft in the air or on the ground.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    model : Model
+        The truth: derivatives and effects, those of control paths included. Effects of
+        instruments are applied by whoever measures (`gsapp.dynamics.sensors`).
+    atmosphere : Atmosphere
+        Of the day; its ground is the runway.
+    wind : Wind
+    turbulence : Turbulence or None
+    ground : Ground or None
+        None lets the aircraft fall through.
+    stall : bool
+        Whether it stalls beyond the linear range; within it, nothing changes.
+    dt : float
+        Step, s.
+
+    Notes
+    -----
+    Call `start_in_air` or `start_on_ground`, then `step` for every sample and `sample` for the
+    truth at that instant.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        model: Model,
+        *,
+        atmosphere: Atmosphere | None = None,
+        wind: Wind | None = None,
+        turbulence: Turbulence | None = None,
+        ground: Ground | None = None,
+        stall: bool = True,
+        dt: float = 0.01,
+    ) -> None:
+        self.aircraft = aircraft
+        self.atmosphere = atmosphere or Atmosphere()
+        self.wind = wind or Wind()
+        self.turbulence = turbulence
+        self.ground = ground
+        self.dt = dt
+        present = {effect.id for effect in model.effects}
+        extra = [term for term in stall_terms(aircraft) if term.id not in present] if stall else []
+        self.model = FlightModel(aircraft, model, extra=extra)
+        self.time = 0.0
+        self.start_in_air(V=30.0)
+
+    # --- starting -------------------------------------------------------------------------------
+
+    def start_in_air(
+        self,
+        *,
+        V: float,
+        alpha: float = 0.0,
+        beta: float = 0.0,
+        rates: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        attitude: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        height: float = 100.0,
+        position: tuple[float, float] = (0.0, 0.0),
+        commands: Commands | None = None,
+        fuel: float | None = None,
+    ) -> None:
+        """Begin in flight, with servos and engines settled at `commands`.
+
+        Parameters
+        ----------
+        V, alpha, beta : float
+            Relative to the air, m/s and rad.
+        rates, attitude : tuple of float
+            p, q, r (rad/s); phi, theta, psi (rad).
+        height : float
+            Of the CG above the runway, m.
+        position : tuple of float
+            North, east, m.
+        fuel : float, optional
+            On board, kg; the aircraft file's by default.
+        """
+        quaternion = quaternion_from_euler(*(float(angle) for angle in attitude))
+        u, v, w = (float(x) for x in body_from_polar(float(V), float(alpha), float(beta)))
+        wind = _to_body(rotation(quaternion), self.wind.at(height))
+        velocity = (u + wind[0], v + wind[1], w + wind[2])
+        self._begin(velocity, rates, quaternion, (*position, -height), commands, fuel)
+
+    def start_on_ground(
+        self,
+        *,
+        heading: float = 0.0,
+        height: float = 0.5,
+        pitch: float = 0.0,
+        position: tuple[float, float] = (0.0, 0.0),
+        commands: Commands | None = None,
+        fuel: float | None = None,
+    ) -> None:
+        """Begin at rest on the wheels, with the CG at `height` (m) above the runway."""
+        quaternion = quaternion_from_euler(0.0, float(pitch), float(heading))
+        zero = (0.0, 0.0, 0.0)
+        self._begin(zero, zero, quaternion, (*position, -height), commands, fuel)
+
+    def _begin(
+        self,
+        velocity: tuple[float, float, float],
+        rates: tuple[float, float, float],
+        quaternion: tuple[float, float, float, float],
+        position: tuple[float, float, float],
+        commands: Commands | None,
+        fuel: float | None,
+    ) -> None:
+        commands = commands or Commands()
+        self.time = 0.0
+        self.commands = commands
+        self.fuel = self.aircraft.mass.fuel if fuel is None else fuel
+        self._actuators = actuators(self.model, self.dt)
+        self._controls = self._move(commands)
+        mean = _levers(commands)
+        self._engines = Engines(
+            self.aircraft, self.dt, throttle=0.5 * sum(mean), running=commands.engines
+        )
+        self._engine: EngineState = self._engines.state
+        gust = self.turbulence.gust if self.turbulence else (0.0, 0.0, 0.0)
+        self._drive = self._driven(gust)
+        self._state: list[float] = [float(x) for x in (*velocity, *rates, *quaternion, *position)]
+        self._instant: _Instant | None = None
+        if len(self.model.state_names) > 9:
+            polar = self._polar(velocity, self._state)
+            settled = self.model.resting_states(polar, self._inputs(self._drive))
+            self._state += [float(x) for x in settled]
+
+    # --- stepping -------------------------------------------------------------------------------
+
+    def step(self, commands: Commands) -> None:
+        """Go on by one step under these commands.
+
+        Raises
+        ------
+        FlightError
+            If the motion has grown beyond all bounds.
+        """
+        now = self._at_this_instant()
+        dt, state = self.dt, self._state
+        self.commands = commands
+        self._controls = self._move(commands)
+        running = commands.engines and (self.fuel > 0.0 or self.aircraft.mass.fuel == 0.0)
+        self._engine = self._engines.step(*_levers(commands), running=running)
+        speed = math.sqrt(sum(x * x for x in now.air))
+        gust = self.turbulence.advance(dt, speed) if self.turbulence else (0.0, 0.0, 0.0)
+        before, after = self._drive, self._driven(gust)
+        middle = before.halfway(after)
+        k1 = now.slope
+        k2 = self._slope([x + 0.5 * dt * k for x, k in zip(state, k1, strict=True)], middle)
+        k3 = self._slope([x + 0.5 * dt * k for x, k in zip(state, k2, strict=True)], middle)
+        k4 = self._slope([x + dt * k for x, k in zip(state, k3, strict=True)], after)
+        sixth = dt / 6.0
+        moved = [
+            x + sixth * (a + 2.0 * (b + c) + d)
+            for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
+        ]
+        length = math.sqrt(moved[6] ** 2 + moved[7] ** 2 + moved[8] ** 2 + moved[9] ** 2)
+        moved[6:10] = [x / length for x in moved[6:10]] if length > 0.0 else [math.nan] * 4
+        if not all(map(math.isfinite, moved)) or abs(moved[0]) > 1e4:
+            raise FlightError(
+                f"the simulated motion grew beyond all bounds at {self.time:.2f} s; the model "
+                f"'{self.model.model.name}' is unstable there: check the signs of its derivatives"
+            )
+        self._state = moved
+        self._drive = after
+        self.fuel = max(self.fuel - self._engine.fuel_flow * dt, 0.0)
+        self.time += dt
+        self._instant = None
+
+    def _move(self, commands: Commands) -> dict[str, ControlPosition]:
+        return {
+            "de": self._actuators["de"].step(commands.de),
+            "da": self._actuators["da"].step(commands.da),
+            "dr": self._actuators["dr"].step(commands.dr),
+            "flap": self._actuators["flap"].step(commands.flap),
+        }
+
+    def _driven(self, gust: tuple[float, float, float]) -> _Drive:
+        controls = self._controls
+        return _Drive(
+            (
+                controls["de"].surface,
+                controls["da"].surface,
+                controls["dr"].surface,
+                controls["flap"].surface,
+            ),
+            self._engine.throttle,
+            self._engine.difference,
+            gust,
+        )
+
+    @property
+    def mass(self) -> float:
+        """Return the mass now, kg."""
+        return self.aircraft.mass.mass - self.aircraft.mass.fuel + self.fuel
+
+    def _inputs(self, drive: _Drive) -> tuple[float, ...]:
+        altitude = self.atmosphere.ground_altitude - self._state[12]
+        rho = float(self.atmosphere.density(altitude))
+        return (*drive.surfaces, drive.throttle, drive.difference, rho, self.mass)
+
+    def _polar(self, air: Sequence[float], state: Sequence[float]) -> tuple[float, ...]:
+        u, v, w = air
+        forward = math.sqrt(u * u + w * w)
+        V = math.sqrt(forward * forward + v * v)
+        quaternion = (state[6], state[7], state[8], state[9])
+        return (
+            max(V, _SLOWEST),
+            math.atan2(w, u) if V > 0.0 else 0.0,
+            math.atan2(v, forward) if V > 0.0 else 0.0,
+            state[3],
+            state[4],
+            state[5],
+            *euler_from_quaternion(quaternion),
+            *state[13:],
+        )
+
+    def _slope(self, state: list[float], drive: _Drive) -> list[float]:
+        return self._evaluate(state, drive).slope
+
+    def _evaluate(self, state: list[float], drive: _Drive) -> _Instant:
+        u, v, w, p, q, r, e0, e1, e2, e3, _, _, down = state[:13]
+        attitude = (e0, e1, e2, e3)
+        matrix = rotation(attitude)
+        wind = _to_body(matrix, self.wind.at(-down))
+        gust = drive.gust
+        air = (u - wind[0] - gust[0], v - wind[1] - gust[1], w - wind[2] - gust[2])
+        polar = self._polar(air, state)
+        totals = self.model.totals(polar, self._inputs(drive))
+        loads, body = totals.loads, totals.body
+        scale = 1.0
+        speed2 = air[0] ** 2 + air[1] ** 2 + air[2] ** 2
+        if speed2 < _SLOWEST * _SLOWEST:
+            scale = speed2 / (_SLOWEST * _SLOWEST)
+            loads = _faded(loads, totals.thrust, scale)
+        ground, on_ground = _NO_LOADS, False
+        if self.ground is not None:
+            ground, on_ground = self.ground.loads(
+                down, (u, v, w), (p, q, r), matrix,
+                steer=self.commands.steer, brake=self.commands.brake,
+            )  # fmt: skip
+        fx, fy, fz = loads.X + ground.X, loads.Y + ground.Y, loads.Z + ground.Z
+        spin = angular_accelerations(
+            p, q, r, loads.L + ground.L, loads.M + ground.M, loads.N + ground.N, body
+        )
+        mass = body.mass
+        slope = [
+            fx / mass + GRAVITY * matrix[6] + r * v - q * w,
+            fy / mass + GRAVITY * matrix[7] + p * w - r * u,
+            fz / mass + GRAVITY * matrix[8] + q * u - p * v,
+            *spin,
+            *quaternion_rates(attitude, p, q, r),
+            matrix[0] * u + matrix[1] * v + matrix[2] * w,
+            matrix[3] * u + matrix[4] * v + matrix[5] * w,
+            matrix[6] * u + matrix[7] * v + matrix[8] * w,
+            *totals.term_rates,
+        ]
+        return _Instant(
+            slope,  # type: ignore[arg-type]
+            totals, air, polar, matrix, (fx, fy, fz),  # type: ignore[arg-type]
+            ground, on_ground, scale,
+        )  # fmt: skip
+
+    def _at_this_instant(self) -> _Instant:
+        if self._instant is None:
+            self._instant = self._evaluate(self._state, self._drive)
+        return self._instant
+
+    # --- truth ----------------------------------------------------------------------------------
+
+    @property
+    def on_ground(self) -> bool:
+        """Return whether weight is on the wheels."""
+        return self._at_this_instant().on_ground
+
+    def sample(self) -> dict[str, float]:
+        """Return the truth at this instant, SI and radians.
+
+        Channels of the vocabulary keep their ids (at the CG, without any instrument). Beside
+        them: ``V_dot alpha_dot beta_dot p_dot q_dot r_dot``; loads ``X Y Z L M N`` without those
+        of the ground; coefficients ``CN CA CY Cl Cm Cn``; ``de_servo da_servo dr_servo``; gusts
+        ``gust_u gust_v gust_w``; ``u v w`` relative to the air; ``on_ground`` (0 or 1).
+        """
+        now = self._at_this_instant()
+        state, drive = self._state, self._drive
+        u, v, w = now.air
+        V = math.sqrt(u * u + v * v + w * w)
+        mass = float(now.totals.body.mass)
+        height = -state[12]
+        air = self.atmosphere.at(self.atmosphere.ground_altitude + height)
+        rho = float(air.density)
+        north, east, down = now.slope[10:13]
+        # Steady wind: the rates of the air-relative velocity are those of the inertial one.
+        wind = self.wind.at(height)
+        u_dot, v_dot, w_dot = _air_acceleration(now, state)
+        V_safe, flat2 = max(V, 1e-6), max(u * u + w * w, 1e-12)
+        flat = math.sqrt(flat2)
+        V_dot = (u * u_dot + v * v_dot + w * w_dot) / V_safe
+        pressure = float(air.pressure)
+        loads = now.totals.loads
+        controls, engine = self._controls, self._engine
+        values = {
+            "time": self.time,
+            "V": V,
+            "Vc": V * math.sqrt(rho / SEA_LEVEL_DENSITY),
+            "alpha": now.polar[1],
+            "beta": now.polar[2],
+            "p": state[3],
+            "q": state[4],
+            "r": state[5],
+            "phi": now.polar[6],
+            "theta": now.polar[7],
+            "psi": now.polar[8],
+            "ax": now.force[0] / mass,
+            "ay": now.force[1] / mass,
+            "an": -now.force[2] / mass,
+            "qbar": 0.5 * rho * V * V,
+            "density": rho,
+            "static_pressure": pressure,
+            "temperature": float(air.temperature),
+            "height": height,
+            "altitude": float(pressure_altitude(pressure)),
+            "climb_rate": -down,
+            "north": state[10],
+            "east": state[11],
+            "ground_speed": math.hypot(north, east),
+            "track": math.atan2(east, north),
+            "wind_north": wind[0],
+            "wind_east": wind[1],
+            "throttle": engine.throttle,
+            "throttle_left": engine.left,
+            "throttle_right": engine.right,
+            "rpm_left": engine.rpm_left,
+            "rpm_right": engine.rpm_right,
+            "thrust": float(now.totals.thrust),
+            "fuel": self.fuel,
+            "mass": mass,
+            "flap": drive.surfaces[3],
+            "u": u,
+            "v": v,
+            "w": w,
+            "V_dot": V_dot,
+            "alpha_dot": (u * w_dot - w * u_dot) / flat2,
+            "beta_dot": (v_dot * V - v * V_dot) / (V_safe * flat),
+            "p_dot": now.slope[3],
+            "q_dot": now.slope[4],
+            "r_dot": now.slope[5],
+            "gust_u": drive.gust[0],
+            "gust_v": drive.gust[1],
+            "gust_w": drive.gust[2],
+            "on_ground": 1.0 if now.on_ground else 0.0,
+        }
+        for name in ("de", "da", "dr"):
+            position = controls[name]
+            values[name] = position.surface
+            values[f"{name}_servo"] = position.servo
+            values[f"{name}_command"] = position.command
+        values.update(zip(loads._fields, (float(x) for x in loads), strict=True))
+        values.update({name: float(x) for name, x in now.totals.coefficients.items()})
+        return values
+
+
+def _levers(commands: Commands) -> tuple[float, float]:
+    left, right = commands.throttle_left, commands.throttle_right
+    return (
+        commands.throttle if left is None else left,
+        commands.throttle if right is None else right,
+    )
+
+
+def _to_body(matrix: Matrix, earth: tuple[float, float, float]) -> tuple[float, float, float]:
+    north, east, down = earth
+    return (
+        matrix[0] * north + matrix[3] * east + matrix[6] * down,
+        matrix[1] * north + matrix[4] * east + matrix[7] * down,
+        matrix[2] * north + matrix[5] * east + matrix[8] * down,
+    )
+
+
+def _faded(loads: Loads, thrust: float, scale: float) -> Loads:  # type: ignore[misc]
+    """Return the loads with all but the thrust faded out at hardly any airspeed."""
+    return Loads(
+        thrust + scale * (loads.X - thrust),
+        scale * loads.Y,
+        scale * loads.Z,
+        scale * loads.L,
+        scale * loads.M,
+        scale * loads.N,
+    )
+
+
+def _air_acceleration(now: _Instant, state: Sequence[float]) -> tuple[float, float, float]:
+    """Return the rates of u, v, w relative to air that moves steadily."""
+    u, v, w = now.air
+    ground = state[:3]
+    p, q, r = state[3:6]
+    wind = (ground[0] - u, ground[1] - v, ground[2] - w)
+    # The steady wind turns in body axes as the body turns.
+    return (
+        now.slope[0] - (r * wind[1] - q * wind[2]),
+        now.slope[1] - (p * wind[2] - r * wind[0]),
+        now.slope[2] - (q * wind[0] - p * wind[1]),
+    )
+
+
+Pilot = Callable[[Simulator], Commands]
+"""Looks at the simulator before each step and gives commands."""
+
+
+def run(
+    simulator: Simulator,
+    commands: Pilot | Mapping[str, FloatArray],
+    duration: float | None = None,
+) -> dict[str, FloatArray]:
+    """Simulate and return the truth: channel -> array of shape (n,), ``time`` among them.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Started. It stands at the last sample afterwards.
+    commands : callable or mapping
+        A pilot, or histories of the fields of `Commands`, one value for each step; what a
+        mapping leaves out stays as the simulator was started with.
+    duration : float, optional
+        s; for histories, their length by default.
+    """
+    if callable(commands):
+        if duration is None:
+            raise FlightError("a simulation with a pilot needs a duration; give it in seconds")
+        count = round(duration / simulator.dt)
+        pilot = commands
+    else:
+        histories = {name: np.asarray(x, dtype=float).tolist() for name, x in commands.items()}
+        count = min(len(history) for history in histories.values())
+        if duration is not None:
+            count = min(count, round(duration / simulator.dt))
+        base = {name: getattr(simulator.commands, name) for name in Commands.__slots__}
+        rows = iter(
+            [
+                Commands(**{**base, **{name: h[k] for name, h in histories.items()}})
+                for k in range(count)
+            ]
+        )
+
+        def pilot(_: Simulator) -> Commands:
+            return next(rows)
+
+    samples = [simulator.sample()]
+    for _ in range(count):
+        simulator.step(pilot(simulator))
+        samples.append(simulator.sample())
+    return {name: np.array([sample[name] for sample in samples]) for name in samples[0]}
+
+
+def open_loop(
+    model: FlightModel,
+    start: Sequence[float],
+    inputs: Mapping[str, FloatArray | float],
+    dt: float,
+    *,
+    parameters: Sequence[float] | None = None,
+) -> FloatArray:
+    """Integrate the polar equations for given histories of the inputs (RK4, plain floats).
+
+    Parameters
+    ----------
+    model : FlightModel
+    start : sequence of float
+        The nine polar states at the first sample; the terms' own states may follow, else they
+        start settled.
+    inputs : mapping of str to ndarray of shape (n,) or float
+        By the names in `INPUTS`, straight lines between the samples. What is left out is zero,
+        `rho` that of sea level, `mass` the aircraft file's. `thrust` (N) may stand for throttle
+        where V is of no account; use `gsapp.dynamics.propulsion.throttle_for`.
+    dt : float
+        Sample time, s.
+    parameters : sequence of float, optional
+        In the order of ``model.parameter_names``.
+
+    Returns
+    -------
+    ndarray, shape (n, n_states)
+        In the order of ``model.state_names``; NaN from where the motion left all bounds.
+    """
+    rows = input_rows(model, inputs)
+    state = [float(x) for x in start]
+    if len(state) == len(POLAR_STATES):
+        state += [float(x) for x in model.resting_states(state, rows[0])]
+    values = model.defaults if parameters is None else tuple(float(x) for x in parameters)
+    out = np.full((len(rows), len(model.state_names)), np.nan)
+    out[0] = state
+    half, sixth = 0.5 * dt, dt / 6.0
+    rates = model.rates
+    try:
+        for index in range(1, len(rows)):
+            before, after = rows[index - 1], rows[index]
+            middle = tuple([0.5 * (x + y) for x, y in zip(before, after, strict=True)])
+            k1 = rates(state, before, values)
+            k2 = rates([x + half * k for x, k in zip(state, k1, strict=True)], middle, values)
+            k3 = rates([x + half * k for x, k in zip(state, k2, strict=True)], middle, values)
+            k4 = rates([x + dt * k for x, k in zip(state, k3, strict=True)], after, values)
+            state = [
+                float(x + sixth * (a + 2.0 * (b + c) + d))
+                for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
+            ]
+            if not -1e3 < state[4] < 1e3:
+                break
+            out[index] = state
+    except (ArithmeticError, ValueError):
+        # Overflow, or the sine of infinity: the motion has left all bounds, and NaN says so.
+        pass
+    return out
+
+
+def input_rows(
+    model: FlightModel, inputs: Mapping[str, FloatArray | float]
+) -> list[tuple[float, ...]]:
+    """Return the inputs as one tuple for each sample, in the order of `INPUTS`.
+
+    Raises
+    ------
+    FlightError
+        If a name is not an input, or the lengths differ.
+    """
+    columns = input_columns(model, inputs)
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def input_columns(
+    model: FlightModel, inputs: Mapping[str, FloatArray | float]
+) -> tuple[FloatArray, ...]:
+    """Return the inputs as arrays of equal length, in the order of `INPUTS`; see `open_loop`."""
+    unknown = [name for name in inputs if name not in INPUTS]
+    if unknown:
+        raise FlightError(
+            f"{', '.join(unknown)} is no input of the equations; they take {', '.join(INPUTS)}"
+        )
+    arrays = {name: np.atleast_1d(np.asarray(x, dtype=float)) for name, x in inputs.items()}
+    sizes = {array.size for array in arrays.values() if array.size > 1}
+    if len(sizes) > 1:
+        raise FlightError(
+            f"the input histories differ in length ({sorted(sizes)}); give one value per sample"
+        )
+    count = sizes.pop() if sizes else 1
+    defaults = dict.fromkeys(INPUTS, 0.0)
+    defaults.update(rho=SEA_LEVEL_DENSITY, mass=model.aircraft.mass.mass)
+    return tuple(
+        np.array(np.broadcast_to(arrays.get(name, np.array(defaults[name])), (count,)))
+        for name in INPUTS
+    )
