@@ -10,8 +10,13 @@ if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
 
 
+_MARKS = {"estimated": "est.", "derived": "calc."}
+"""Beside what was not measured."""
+
+
 def describe(console: Console, flight: Flight) -> None:
     """Print length, channels with their sources, frames, and what was lost."""
+    from rich import box
     from rich.markup import escape
     from rich.table import Table
 
@@ -19,10 +24,19 @@ def describe(console: Console, flight: Flight) -> None:
     from gsapp.quantities import channel, from_si
 
     summary = summarize(flight)
-    table = Table(title=f"{escape(flight.name)}: {summary['duration']:.1f} s", title_justify="left")
-    for heading in ("channel", "unit", "samples", "per s", "min", "max", "gaps", "source"):
-        right = heading in ("samples", "per s", "min", "max", "gaps")
-        table.add_column(heading, justify="right" if right else "left")
+    table = Table(
+        title=f"{escape(flight.name)}: {summary['duration']:.1f} s, {flight.rate:.4g} per s",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+        expand=True,
+    )
+    for heading in ("channel", "unit", "samples", "min", "max", "gaps", ""):
+        right = heading in ("samples", "min", "max", "gaps")
+        table.add_column(heading, justify="right" if right else "left", no_wrap=True)
+    # The source takes what is left of the line.
+    table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)
     for name, numbers in summary["channels"].items():
         spec = channel(name)
         unit = spec.us_display
@@ -33,11 +47,15 @@ def describe(console: Console, flight: Flight) -> None:
             else f"{from_si(float(numbers[key]), unit, spec.quantity):.{digits}f}"
             for key in ("min", "max")
         ]
-        rate = "" if numbers["rate"] is None else f"{numbers['rate']:.4g}"
-        source = escape(numbers["source"] or "")
-        mark = "" if numbers["measured"] else " (not measured)"
+        source = flight.sources.get(name)
         table.add_row(
-            name, unit, str(numbers["count"]), rate, *shown, str(numbers["gaps"]), source + mark
+            name,
+            unit,
+            str(numbers["count"]),
+            *shown,
+            str(numbers["gaps"]),
+            _MARKS.get(source.kind, "") if source else "",
+            escape(source.source) if source else "",
         )
     console.print(table)
     frames = flight.frames

@@ -39,7 +39,16 @@ CALIBRATION_NAME = "calibration"
 EVENTS_NAME = "events.jsonl"
 CACHE_NAME = "cache"
 
-_SIGNS_OF_A_FLIGHT = (INFO_NAME, FRAMES_FILE, LINES_FILE, RESIDUE_FILE, EVENTS_NAME)
+_SIGNS_OF_A_FLIGHT = (
+    INFO_NAME,
+    FRAMES_FILE,
+    LINES_FILE,
+    RESIDUE_FILE,
+    EVENTS_NAME,
+    # Of a recorder that has begun and received nothing yet.
+    "recorder.json",
+    "recorder.lock",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +113,7 @@ class FlightFolder:
             raise FlightError(f"there is no flight folder {folder}; check the path")
         _must_not_be_a_file(folder)
         if not is_flight_folder(folder):
-            names = ", ".join(_SIGNS_OF_A_FLIGHT[:3])
+            names = ", ".join((INFO_NAME, FRAMES_FILE, LINES_FILE))
             raise FlightError(
                 f"{folder} is a folder, but not a flight: it has none of {names}; name the "
                 "folder that 'gsapp record --out' or 'gsapp import --out' made"

@@ -241,3 +241,27 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         write_flight_csv(path, block, "si")
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["flight.csv"]
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    edits=st.lists(
+        st.tuples(st.integers(0, 10**6), st.binary(max_size=6), st.integers(0, 8)), max_size=12
+    )
+)
+def test_damage_is_told_and_never_crashes(tmp_path_factory, edits):
+    """A CSV with bytes changed anywhere is read, or refused with the file's name."""
+    data = bytearray(b"time [s],alpha [deg],q [deg/s]\n" + b"0.0,1.5,2\n0.1,,3\n0.2,1.7,4\n")
+    for place, new, length in edits:
+        start = place % (len(data) + 1)
+        data[start : start + length] = new
+    path = tmp_path_factory.mktemp("csv") / "damaged.csv"
+    path.write_bytes(data)
+    try:
+        block = read_flight_csv(path).block
+    except FileProblemsError as error:
+        assert "damaged.csv" in str(error)  # noqa: PT017
+        assert all(problem.what for problem in error.problems)  # noqa: PT017
+    else:
+        assert np.all(np.diff(block.times) > 0)
+        assert not np.isinf(block.values).any()

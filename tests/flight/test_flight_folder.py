@@ -99,6 +99,9 @@ def test_going_on_in_the_same_flight(tmp_path):
     (tmp_path / "bare" / "raw.tlog").write_bytes(b"")
     assert FlightFolder.open(tmp_path / "bare").info() is None
     assert FlightFolder.create(tmp_path / "bare").info() is not None
+    (tmp_path / "begun").mkdir()
+    (tmp_path / "begun" / "recorder.lock").write_bytes(b"")
+    assert FlightFolder.create(tmp_path / "begun").info() is not None
 
 
 def test_copies_of_the_files_in_force(tmp_path):
