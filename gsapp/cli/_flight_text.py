@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 _MARKS = {"estimated": "est.", "derived": "calc."}
 """Beside what was not measured."""
 
+_WIDE = 100
+
 
 def describe(console: Console, flight: Flight) -> None:
     """Print length, channels with their sources, frames, and what was lost."""
@@ -35,8 +37,9 @@ def describe(console: Console, flight: Flight) -> None:
     for heading in ("channel", "unit", "samples", "min", "max", "gaps", ""):
         right = heading in ("samples", "min", "max", "gaps")
         table.add_column(heading, justify="right" if right else "left", no_wrap=True)
-    # The source takes what is left of the line.
-    table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)
+    wide = console.width >= _WIDE
+    # The source takes what is left of a wide line.
+    table.add_column("source" if wide else "", no_wrap=True, overflow="ellipsis", ratio=1)
     for name, numbers in summary["channels"].items():
         spec = channel(name)
         unit = spec.us_display
@@ -55,7 +58,7 @@ def describe(console: Console, flight: Flight) -> None:
             *shown,
             str(numbers["gaps"]),
             _MARKS.get(source.kind, "") if source else "",
-            escape(source.source) if source else "",
+            escape(source.source) if source and wide else "",
         )
     console.print(table)
     frames = flight.frames
