@@ -275,10 +275,19 @@ class Recorder:
         return stream
 
     def _write(self, stamp: int, items: Sequence[Frame | Residue | Line]) -> None:
-        """Write a batch; batches rise in their stamps, so that readers can merge the files."""
-        if items:
-            self._last_batch_us = max(stamp, self._last_batch_us + 1)
-            self.writer.append(self._last_batch_us, items)
+        """Write what came at one time, in batches whose stamps rise.
+
+        In a batch the residue comes first; where it came later, another batch begins.
+        """
+        start = 0
+        for index in range(1, len(items) + 1):
+            ends = index == len(items)
+            if ends or (
+                isinstance(items[index], Residue) and not isinstance(items[index - 1], Residue)
+            ):
+                self._last_batch_us = max(stamp, self._last_batch_us + 1)
+                self.writer.append(self._last_batch_us, items[start:index])
+                start = index
 
     def _tend(self, now: float) -> None:
         """Do what is due now and then."""

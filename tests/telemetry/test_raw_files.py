@@ -1,0 +1,299 @@
+"""Raw files: whole records survive whatever happens to the end or the middle of a file."""
+
+from __future__ import annotations
+
+import errno
+import os
+import random
+import struct
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.decoding.framing import Framer, LineFramer, Residue
+from gsapp.flight.raw import (
+    FRAMES_FILE,
+    LINES_FILE,
+    RESIDUE_FILE,
+    RawDamage,
+    RawTail,
+    RawWriter,
+    read_tlog,
+)
+from gsapp.flight.records import RawRecord
+from gsapp.foundation import FlightError
+
+STAMP = 1_700_000_000_000_000
+
+
+def stored(folder: Path, stream: bytes, framer, *, size: int = 100, poll=lambda: None) -> None:
+    """Write a stream in batches, one stamp each."""
+    writer = RawWriter(folder)
+    stamp = max(STAMP, writer.last_stamp)
+    for start in range(0, len(stream), size):
+        stamp += 1000
+        writer.append(stamp, framer.feed(stream[start : start + size]))
+        poll()
+    writer.append(stamp + 1, framer.flush())
+    writer.close()
+
+
+def all_of(folder: Path) -> list[RawRecord]:
+    return RawTail(folder).poll()
+
+
+def noisy(frames: list[bytes], seed: int = 1) -> bytes:
+    choose = random.Random(seed)
+    return b"".join(
+        frame + (choose.randbytes(choose.randrange(20)) if choose.random() < 0.2 else b"")
+        for frame in frames
+    )
+
+
+def test_files_have_the_documented_form(tmp_path: Path, frames) -> None:
+    frame = frames(1)[0]
+    writer = RawWriter(tmp_path)
+    writer.append(STAMP, Framer().feed(b"noise" + frame))
+    writer.append(STAMP + 1, LineFramer().feed(b"1,2,3\r\n"))
+    writer.close()
+    assert (tmp_path / FRAMES_FILE).read_bytes() == struct.pack(">Q", STAMP) + frame
+    assert (tmp_path / LINES_FILE).read_bytes() == f"{STAMP + 1}\t1,2,3\n".encode()
+    head = struct.pack(">QQI", STAMP, 0, 5)
+    assert (tmp_path / RESIDUE_FILE).read_bytes() == head + b"noise"
+
+
+def test_pymavlink_reads_the_log(tmp_path: Path, frames) -> None:
+    """The foreign reader: what other ground stations open."""
+    from pymavlink import mavutil
+
+    sent = frames(300)
+    stored(tmp_path, b"".join(sent), Framer())
+    log = mavutil.mavlink_connection(str(tmp_path / FRAMES_FILE))
+    read = []
+    while (message := log.recv_msg()) is not None:
+        read.append((bytes(message.get_msgbuf()), message._timestamp))
+    log.close()
+    assert [data for data, _ in read] == sent
+    assert read[0][1] == pytest.approx((STAMP + 1000) / 1e6)
+
+
+@given(
+    st.lists(st.tuples(st.integers(1, 400), st.sampled_from([None, 1, 7, 1000])), max_size=30),
+    st.integers(0, 1000),
+)
+@settings(max_examples=25, deadline=None)
+def test_tails_read_the_same_whenever_they_look(looks, seed) -> None:
+    from_test = noisy(_FRAMES, seed)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        tail, seen, writer, framer = RawTail(folder), [], RawWriter(folder), Framer()
+        start, stamp = 0, STAMP
+        for size, limit in looks:
+            stamp += 1
+            writer.append(stamp, framer.feed(from_test[start : start + size]))
+            start += size
+            seen += tail.poll(limit)
+        writer.append(stamp + 1, framer.flush())
+        writer.close()
+        while more := tail.poll(50):
+            seen += more
+        assert seen == all_of(folder)
+        assert tail.poll() == []
+        stamps = [record.stamp_us for record in seen]
+        assert stamps == sorted(stamps)
+        fed = from_test[: sum(size for size, _ in looks)]
+        assert sum(len(record.data) for record in seen) == len(fed)
+
+
+_FRAMES: list[bytes] = []
+
+
+@pytest.fixture(autouse=True)
+def _some_frames(frames) -> None:
+    if not _FRAMES:
+        _FRAMES.extend(frames(60))
+
+
+def test_a_tail_waits_for_files_and_for_the_rest_of_a_record(tmp_path: Path, frames) -> None:
+    folder = tmp_path / "later"
+    tail = RawTail(folder)
+    assert tail.poll() == []
+    record = struct.pack(">Q", STAMP) + frames(1)[0]
+    folder.mkdir()
+    with (folder / FRAMES_FILE).open("ab", buffering=0) as file:
+        for count in range(len(record)):
+            file.write(record[count : count + 1])
+            assert len(tail.poll()) == (count == len(record) - 1)
+    assert tail.position.frames == len(record)
+    assert tail.lost == ()
+
+
+@pytest.mark.parametrize("name", [FRAMES_FILE, LINES_FILE, RESIDUE_FILE])
+def test_a_torn_end_costs_only_the_torn_record(tmp_path: Path, frames, name: str) -> None:
+    """Wherever a file was torn, a reader gets all before it, and a writer goes on behind it."""
+    text = name == LINES_FILE
+    stream = b"1,2,3\n" * 20 if text else noisy(frames(20))
+    stored(tmp_path, stream, LineFramer() if text else Framer())
+    path = tmp_path / name
+    whole, records = path.read_bytes(), all_of(tmp_path)
+    kind = {FRAMES_FILE: "frame", LINES_FILE: "line", RESIDUE_FILE: "residue"}[name]
+    mine = [record for record in records if record.kind == kind]
+    for cut in range(1, 40):
+        path.write_bytes(whole[:-cut])
+        good = [record for record in all_of(tmp_path) if record.kind == kind]
+        assert good == mine[: len(good)]
+        writer = RawWriter(tmp_path)
+        assert writer.last_stamp >= good[-1].stamp_us
+        if text:
+            writer.append(STAMP * 2, LineFramer().feed(b"9,9\n"))
+        elif kind == "frame":
+            writer.append(STAMP * 2, Framer().feed(frames(1)[0]))
+        else:
+            writer.append(STAMP * 2, [Residue(0, b"after")])
+        writer.close()
+        after = RawTail(tmp_path)
+        again = [record for record in after.poll() if record.kind == kind]
+        assert again[:-1] == good
+        assert again[-1].stamp_us == STAMP * 2
+        assert after.lost == ()
+
+
+def test_damage_in_the_middle_costs_only_what_it_hit(tmp_path: Path, frames) -> None:
+    sent = frames(200)
+    stored(tmp_path, b"".join(sent), Framer())
+    path = tmp_path / FRAMES_FILE
+    data = bytearray(path.read_bytes())
+    choose = random.Random(4)
+    place = len(data) // 2
+    data[place : place + 30] = choose.randbytes(30)
+    del data[place // 2 : place // 2 + 11]
+    path.write_bytes(data)
+    damage = RawDamage("")
+    read = [record.data for record in read_tlog(path, damage)]
+    assert len(set(sent) - set(read)) <= 5
+    assert set(read) <= set(sent)
+    assert damage.places == 2
+    assert "damaged bytes in 2 places" in damage.sentence()
+
+
+def test_damage_in_residue_and_lines_is_stepped_over(tmp_path: Path) -> None:
+    writer = RawWriter(tmp_path)
+    for number in range(20):
+        writer.append(STAMP + number, [Residue(number * 5, b"piece")])
+        writer.append(STAMP + 100 + number, LineFramer().feed(b"1,2,3\n"))
+    writer.close()
+    residue = bytearray((tmp_path / RESIDUE_FILE).read_bytes())
+    residue[60:70] = b"\xff" * 10
+    (tmp_path / RESIDUE_FILE).write_bytes(residue)
+    lines = (tmp_path / LINES_FILE).read_bytes().replace(b"\t", b"?", 1)
+    (tmp_path / LINES_FILE).write_bytes(lines)
+    tail = RawTail(tmp_path)
+    records = tail.poll()
+    assert 17 <= sum(record.kind == "residue" for record in records) < 20
+    assert sum(record.kind == "line" for record in records) == 19
+    assert {damage.name for damage in tail.lost} == {LINES_FILE, RESIDUE_FILE}
+    assert all(damage.sentence() for damage in tail.lost)
+
+
+@given(st.binary(max_size=500))
+@settings(max_examples=50, deadline=None)
+def test_no_content_makes_the_readers_fail(content: bytes) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        for file in (FRAMES_FILE, LINES_FILE, RESIDUE_FILE):
+            (Path(name) / file).write_bytes(content)
+        RawTail(name).poll()
+        RawWriter(name).close()
+        list(read_tlog(Path(name) / FRAMES_FILE))
+
+
+def test_a_damaged_stamp_does_not_send_a_record_to_another_century(tmp_path, frames) -> None:
+    first, second = frames(2)
+    stamps = (STAMP, STAMP | 1 << 60)
+    content = b"".join(
+        struct.pack(">Q", stamp) + frame
+        for stamp, frame in zip(stamps, (first, second), strict=True)
+    )
+    (tmp_path / FRAMES_FILE).write_bytes(content)
+    damage = RawDamage("")
+    records = list(read_tlog(tmp_path / FRAMES_FILE, damage))
+    assert [record.stamp_us for record in records] == [STAMP, STAMP]
+    assert damage.stamps == 1
+
+
+def test_a_real_log_is_read_whole(real_log: Path) -> None:
+    damage = RawDamage("")
+    records = list(read_tlog(real_log, damage))
+    assert len(records) == 26_183
+    assert not damage
+    assert {record.data[0] for record in records} == {0xFE, 0xFD}
+    assert (records[-1].stamp_us - records[0].stamp_us) / 1e6 == pytest.approx(132.3, abs=0.1)
+
+
+def test_an_unreadable_file_gets_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(FlightError, match="no such file"):
+        list(read_tlog(tmp_path / "missing.tlog"))
+    (tmp_path / FRAMES_FILE).mkdir()
+    with pytest.raises(FlightError, match="cannot be read"):
+        RawTail(tmp_path).poll()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FlightError, match="cannot be written to"):
+        RawWriter(tmp_path / "file" / "folder")
+
+
+class FullDisk:
+    """Takes so many bytes, and then no more until there is room again."""
+
+    def __init__(self, room: int) -> None:
+        self.room = room
+
+    def write(self, descriptor: int, data: bytes) -> int:
+        if self.room <= 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        count = os.write(descriptor, data[: self.room])
+        self.room -= count
+        return count
+
+
+@pytest.mark.parametrize("room", [0, 1, 100, 333, 1000])
+def test_a_full_disk_is_survived(tmp_path: Path, frames, room: int) -> None:
+    """What came while the disk was full is written, in order, when there is room again."""
+    disk = FullDisk(room)
+    writer = RawWriter(tmp_path, write=disk.write)
+    sent = frames(100)
+    framer = Framer()
+    for number, frame in enumerate(sent):
+        writer.append(STAMP + number, framer.feed(b"no" + frame))
+    assert "disk" in writer.state.error
+    assert "full" in writer.state.error
+    assert writer.state.waiting_bytes > 0
+    assert not writer.retry()
+    disk.room = 10**9
+    assert writer.retry()
+    assert (writer.state.error, writer.state.waiting_bytes) == ("", 0)
+    writer.append(STAMP + 1000, framer.flush())
+    writer.close()
+    tail = RawTail(tmp_path)
+    assert [record.data for record in tail.poll() if record.kind == "frame"] == sent
+    assert tail.lost == ()
+
+
+def test_a_full_memory_keeps_the_newest_and_tells(tmp_path: Path, frames) -> None:
+    disk = FullDisk(50)  # in the middle of a record
+    writer = RawWriter(tmp_path, write=disk.write, memory_bytes=2000)
+    sent, framer = frames(300), Framer()
+    for number, frame in enumerate(sent):
+        writer.append(STAMP + number, framer.feed(frame) + framer.settle())
+    assert writer.state.waiting_bytes <= 2000
+    assert writer.state.dropped_records > 200
+    disk.room = 10**9
+    writer.close()
+    tail = RawTail(tmp_path)
+    read = [record.data for record in tail.poll()]
+    kept = len(sent) - writer.state.dropped_records
+    assert len(read) == kept
+    assert read[-10:] == sent[-10:]
+    assert read[0] == sent[0]
+    assert tail.lost == ()

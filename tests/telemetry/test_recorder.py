@@ -1,0 +1,516 @@
+"""The recorder: nothing that arrived is lost, whoever is frozen or killed above or beside it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections import deque
+from pathlib import Path
+
+import pytest
+
+from gsapp.decoding.framing import Framer, LineFramer
+from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
+from gsapp.foundation import FlightError, GroundStationError, LinkError
+from gsapp.telemetry.address import LinkAddress, parse_link
+from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.locking import FileLock, holder
+from gsapp.telemetry.recorder import PeerStream, Recorder
+from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
+from gsapp.telemetry.recorder_process import record
+from gsapp.telemetry.sources import Chunk, Source
+from gsapp.telemetry.status import (
+    LOCK_FILE,
+    RUNTIME_VARIABLE,
+    STATUS_FILE,
+    STOP_FILE,
+    RecorderStatus,
+    read_status,
+)
+
+pytestmark = pytest.mark.usefixtures("own_runtime")
+
+
+class Script(Source):
+    """A source that plays what a test hands it."""
+
+    def __init__(self, chunks=(), framing="mavlink") -> None:
+        super().__init__(LinkAddress(kind="virtual"), clock=HostClock())
+        self.framing = framing
+        self.chunks: deque[Chunk] = deque(chunks)
+        self.written: list[bytes] = []
+        self.connected = True
+
+    def open(self) -> None: ...
+
+    def read(self, timeout: float) -> list[Chunk]:
+        if self.chunks:
+            return [self.chunks.popleft()]
+        time.sleep(min(timeout, 0.01))
+        return []
+
+    def write(self, data: bytes) -> None:
+        self.written.append(data)
+
+    def close(self) -> None:
+        self.connected = False
+
+
+class Running:
+    """A recorder in a thread of this process."""
+
+    def __init__(self, source: Source, folder: Path, **options) -> None:
+        writer = options.pop("writer", None) or RawWriter(folder)
+        self.recorder = Recorder(source, writer, clock=HostClock(), **options)
+        self.stop = threading.Event()
+        self.thread = threading.Thread(target=self.recorder.run, args=(self.stop,))
+
+    def __enter__(self) -> Recorder:
+        self.thread.start()
+        return self.recorder
+
+    def __exit__(self, *_: object) -> None:
+        self.stop.set()
+        self.thread.join(10)
+        assert not self.thread.is_alive()
+
+
+def data_of(folder: Path) -> list[bytes]:
+    return [item.data for item in RawTail(folder).poll()]
+
+
+def test_frames_are_in_the_file_at_once_not_when_it_ends(tmp_path, frames, patience) -> None:
+    sent = frames(50)
+    clock = HostClock()
+    source = Script(Chunk(clock.now_us(), frame) for frame in sent)
+    with Running(source, tmp_path):
+        patience(lambda: data_of(tmp_path) == sent)
+
+
+def test_text_goes_to_its_own_file(tmp_path, patience) -> None:
+    source = Script(
+        [Chunk(1_000_000, b"1,2\r\n3,4\r\nhal"), Chunk(1_000_001, b"f\r\n\xff\n")], "text"
+    )
+    with Running(source, tmp_path):
+        patience(lambda: len(data_of(tmp_path)) == 4)
+    assert (tmp_path / LINES_FILE).read_bytes() == b"1000000\t1,2\n1000000\t3,4\n1000001\thalf\n"
+
+
+def test_stray_bytes_are_kept_with_their_place(tmp_path, frames, patience) -> None:
+    one, two = frames(2)
+    source = Script([Chunk(1_000_000, one + b"stray" + two[:-3]), Chunk(1_000_001, two[-3:])])
+    with Running(source, tmp_path):
+        patience(lambda: len(data_of(tmp_path)) == 3)
+    assert data_of(tmp_path) == [one, b"stray", two]
+    residue = (tmp_path / "residue.bin").read_bytes()
+    assert int.from_bytes(residue[8:16], "big") == len(one)
+
+
+def test_peers_that_speak_by_turns_are_framed_apart(tmp_path, frames, patience) -> None:
+    """Two senders whose frames are cut anywhere, in one socket: each is a stream of its own."""
+    first, second = frames(30, seed=1), frames(30, seed=2, system=2)
+    streams = {"a": b"".join(first), "b": b"".join(second)}
+    chunks, stamp = [], 1_000_000
+    while any(streams.values()):
+        for peer, size in (("a", 17), ("b", 23)):
+            piece, streams[peer] = streams[peer][:size], streams[peer][size:]
+            stamp += 1
+            if piece:
+                chunks.append(Chunk(stamp, piece, peer))
+    with Running(Script(chunks), tmp_path):
+        patience(lambda: len(data_of(tmp_path)) == 60)
+    assert sorted(data_of(tmp_path)) == sorted(first + second)
+
+
+def test_residue_of_several_peers_lies_where_it_came(frames) -> None:
+    stream, other = PeerStream(Framer()), PeerStream(LineFramer())
+    frame = frames(1)[0]
+    assert other.feed(b"xxxx", 0) == []
+    items = stream.feed(frame[:10], 4)
+    items += stream.feed(frame[10:15] + b"noise", 100)  # torn off, then noise
+    items += stream.flush()
+    assert [(item.offset, item.data) for item in items] == [
+        (4, frame[:10]),
+        (100, frame[10:15] + b"noise"),
+    ]
+
+
+def test_the_end_of_a_peer_settles_its_stream(tmp_path, frames, patience) -> None:
+    """A torn frame before a reconnection does not swallow the head of what follows it."""
+    one, two = frames(2)
+    chunks = [Chunk(1_000_000, one[:-4]), Chunk(1_000_001, b""), Chunk(1_000_002, two)]
+    with Running(Script(chunks), tmp_path):
+        patience(lambda: len(data_of(tmp_path)) == 2)
+    assert data_of(tmp_path) == [one[:-4], two]
+
+
+def test_stamps_of_batches_rise(tmp_path, frames, patience) -> None:
+    same = [Chunk(1_000_000, frame) for frame in frames(20)]
+    with Running(Script(same), tmp_path):
+        patience(lambda: len(data_of(tmp_path)) == 20)
+    stamps = [item.stamp_us for item in RawTail(tmp_path).poll()]
+    assert stamps == sorted(set(stamps))
+
+
+def test_the_sign_of_life_is_sent_when_asked_for(tmp_path, patience) -> None:
+    source = Script()
+    with Running(source, tmp_path, heartbeat=True):
+        patience(lambda: source.written)
+    (item,) = Framer().feed(source.written[0])[:1]
+    assert (item.message_id, item.system, item.component) == (0, 255, 190)
+    silent = Script()
+    with Running(silent, tmp_path):
+        time.sleep(0.1)
+    assert silent.written == []
+
+
+def test_a_full_disk_is_announced_long_before(tmp_path, frames, patience) -> None:
+    room = 50_000_000
+    told: list[RecorderStatus] = []
+    source = Script(Chunk(1_000_000 + n, frame) for n, frame in enumerate(frames(100)))
+    with Running(source, tmp_path, disk_free=lambda _: room, on_status=told.append):
+        patience(lambda: told and told[-1].seconds_until_full)
+    assert told[-1].disk_free_bytes == room
+    assert told[-1].seconds_until_full == pytest.approx(room / told[-1].byte_rate)
+    assert "50 MB left" in told[-1].warnings[0]
+
+
+def test_a_full_disk_does_not_end_the_record(tmp_path, frames, patience) -> None:
+    full = threading.Event()
+    full.set()
+
+    def write(descriptor: int, data: bytes) -> int:
+        if full.is_set():
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return os.write(descriptor, data)
+
+    told: list[RecorderStatus] = []
+    sent = frames(100)
+    source = Script(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+    writer = RawWriter(tmp_path, write=write)
+    with Running(source, tmp_path, writer=writer, on_status=told.append):
+        patience(lambda: told and told[-1].waiting_bytes > 100)
+        assert "disk" in told[-1].error
+        full.clear()
+        patience(lambda: data_of(tmp_path) == sent)
+        patience(lambda: not told[-1].error)
+    assert data_of(tmp_path) == sent
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files there")
+def test_a_disk_that_really_takes_no_more(tmp_path, frames) -> None:
+    """The operating system itself refuses, in the middle of a record: the file stays whole."""
+    code = textwrap.dedent(
+        """
+        import resource, sys
+        from gsapp.decoding.framing import Framer
+        from gsapp.flight.raw import RawWriter
+        writer = RawWriter(sys.argv[1])
+        framer = Framer()
+        soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
+        stream = sys.stdin.buffer.read()
+        for number in range(0, len(stream), 50):
+            writer.append(1_000_000 + number, framer.feed(stream[number : number + 50]))
+        assert writer.state.waiting_bytes > 0 and writer.state.error, writer.state
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert writer.retry()
+        writer.append(2_000_000, framer.flush())
+        writer.close()
+        """
+    )
+    sent = frames(100)
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    subprocess.run(command, input=b"".join(sent), check=True)
+    assert data_of(tmp_path) == sent
+
+
+def udp_link(port) -> tuple[str, socket.socket, tuple[str, int]]:
+    number = port(socket.SOCK_DGRAM)
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    return f"udpin:127.0.0.1:{number}", sender, ("127.0.0.1", number)
+
+
+@pytest.fixture
+def recorders():
+    """End every recorder that a test leaves behind."""
+    yield
+    for handle in find_recorders():
+        handle.stop(5.0)
+
+
+@pytest.mark.usefixtures("recorders")
+def test_a_recorder_is_started_found_and_stopped(tmp_path, frames, port, patience) -> None:
+    link, sender, target = udp_link(port)
+    folder = tmp_path / "flight"
+    handle = start_recorder(link, folder)
+    assert handle.alive()
+    assert handle.pid != os.getpid()
+    assert find_recorder(folder) == handle
+    assert find_recorders() == [handle]
+    sent = frames(200)
+    tails = [RawTail(folder) for _ in range(3)]
+    seen: list[list[bytes]] = [[] for _ in tails]
+    for number, frame in enumerate(sent):
+        sender.sendto(frame, target)
+        if number % 20 == 0:
+            time.sleep(0.005)
+            for tail, mine in zip(tails[:2], seen[:2], strict=True):  # the third one is frozen
+                mine += [item.data for item in tail.poll()]
+
+    def all_seen() -> bool:
+        for tail, mine in zip(tails, seen, strict=True):
+            mine += [item.data for item in tail.poll()]
+        return all(len(mine) == 200 for mine in seen)
+
+    patience(all_seen)
+    assert seen == [sent] * 3
+    status = patience(lambda: (s := handle.status()) and s.frames == 200 and s)
+    assert status.received_bytes == sum(map(len, sent))
+    assert status.residue_bytes == 0
+    assert status.disk_free_bytes > 0
+    assert "receiving from 127.0.0.1" in status.source_state
+    assert handle.stop()
+    assert not handle.alive()
+    assert find_recorder(folder) is None
+    assert find_recorders() == []
+    assert read_status(folder / STATUS_FILE).state == "stopped"
+    assert not (folder / STOP_FILE).exists()
+
+
+@pytest.mark.usefixtures("recorders")
+def test_pymavlink_is_sender_and_reader(tmp_path, port, patience) -> None:
+    """Foreign software at both ends: mavutil sends over TCP, mavutil opens the log."""
+    from pymavlink import mavutil
+
+    link = f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}"
+    handle = start_recorder(link, tmp_path / "flight")
+    vehicle = mavutil.mavlink_connection(link.replace("tcpin", "tcp"), source_system=1)
+    for number in range(100):
+        vehicle.mav.attitude_send(number, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
+    patience(lambda: len(data_of(tmp_path / "flight")) == 100)
+    vehicle.close()
+    handle.stop()
+    log = mavutil.mavlink_connection(str(tmp_path / "flight" / FRAMES_FILE))
+    times = []
+    while (message := log.recv_msg()) is not None:
+        times.append(message.time_boot_ms)
+    log.close()
+    assert times == list(range(100))
+
+
+@pytest.mark.usefixtures("recorders")
+def test_a_second_recorder_is_refused(tmp_path, port) -> None:
+    link, _, _ = udp_link(port)
+    other, _, _ = udp_link(port)
+    handle = start_recorder(link, tmp_path)
+    with pytest.raises(LinkError, match=f"recorded into already.*process {handle.pid}"):
+        start_recorder(other, tmp_path)
+    with pytest.raises(FlightError, match="recorded into already"):
+        record(other, tmp_path)
+    assert handle.alive()
+
+
+@pytest.mark.usefixtures("recorders")
+def test_what_cannot_begin_says_why(tmp_path, port) -> None:
+    link, _, target = udp_link(port)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(target)
+        with pytest.raises(LinkError, match="in use by another program"):
+            start_recorder(link, tmp_path / "flight")
+    with pytest.raises(LinkError, match="lacks its port"):
+        start_recorder("udpin:here", tmp_path / "flight")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(GroundStationError, match="choose another folder"):
+        start_recorder(link, tmp_path / "file" / "flight")
+
+
+@pytest.mark.usefixtures("recorders")
+def test_a_link_that_is_not_there_yet_is_waited_for(tmp_path, frames, port, patience) -> None:
+    number = port(socket.SOCK_STREAM)
+    handle = start_recorder(f"tcp:127.0.0.1:{number}", tmp_path)
+    assert "nothing answers" in handle.status().source_state
+    sent = frames(20)
+    with socket.create_server(("127.0.0.1", number)) as listener:
+        vehicle, _ = listener.accept()
+        vehicle.sendall(b"".join(sent))
+        patience(lambda: data_of(tmp_path) == sent)
+        vehicle.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no kill -9 on Windows")
+@pytest.mark.usefixtures("recorders")
+def test_killing_the_window_loses_no_byte(tmp_path, frames, port, patience) -> None:
+    """The process that started the recorder is killed in full flow; another finds it again."""
+    link, sender, target = udp_link(port)
+    folder = tmp_path / "flight"
+    code = textwrap.dedent(
+        """
+        import sys, time
+        from gsapp.flight.raw import RawTail
+        from gsapp.telemetry.recorder_control import start_recorder
+        start_recorder(sys.argv[1], sys.argv[2])
+        print("recording", flush=True)
+        tail = RawTail(sys.argv[2])
+        while True:
+            tail.poll()
+            time.sleep(0.01)
+        """
+    )
+    window = subprocess.Popen(
+        [sys.executable, "-c", code, link, str(folder)], stdout=subprocess.PIPE
+    )
+    assert window.stdout is not None
+    assert window.stdout.readline() == b"recording\n"
+    sent = frames(600)
+    for number, frame in enumerate(sent):
+        sender.sendto(frame, target)
+        if number == 300:
+            window.kill()
+            window.wait()
+        if number % 10 == 0:
+            time.sleep(0.002)
+    patience(lambda: len(data_of(folder)) == 600)
+    assert data_of(folder) == sent
+    (handle,) = find_recorders()
+    assert handle.folder == folder
+    assert handle.stop()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no kill -9 on Windows")
+@pytest.mark.usefixtures("recorders")
+def test_killing_the_recorder_loses_only_what_came_afterwards(
+    tmp_path, frames, port, patience
+) -> None:
+    link, sender, target = udp_link(port)
+    handle = start_recorder(link, tmp_path)
+    sent = frames(400)
+    tail, seen = RawTail(tmp_path), []
+
+    def send(part: list[bytes]) -> None:
+        for number, frame in enumerate(part):
+            sender.sendto(frame, target)
+            if number % 10 == 0:
+                time.sleep(0.002)
+
+    send(sent[:200])
+    patience(lambda: seen.extend(item.data for item in tail.poll()) or len(seen) == 200)
+    os.kill(handle.pid, signal.SIGKILL)
+    patience(lambda: not handle.alive())
+    assert find_recorder(tmp_path) is None
+    assert find_recorders() == []
+    with (tmp_path / FRAMES_FILE).open("ab") as file:  # as if killed in the middle of a record
+        file.write(b"\0\0\1\x8b" + b"\xfd" * 3)
+    again = start_recorder(link, tmp_path)
+    assert again.pid != handle.pid
+    assert "incomplete record of 7 bytes" in again.status().notes[0]
+    send(sent[200:])
+    patience(lambda: seen.extend(item.data for item in tail.poll()) or len(seen) == 400)
+    assert seen == sent  # the same tail, across the change of recorders
+    assert tail.lost == ()
+    stamps = [item.stamp_us for item in RawTail(tmp_path).poll()]
+    assert stamps == sorted(stamps)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
+def test_a_serial_port_that_vanishes_and_returns(tmp_path, frames, patience) -> None:
+    """A pseudo-terminal is unplugged in the middle of a frame, and comes back."""
+    device = tmp_path / "ttyGround"
+
+    def plug() -> int:
+        master, slave = os.openpty()
+        device.unlink(missing_ok=True)
+        device.symlink_to(os.ttyname(slave))
+        os.close(slave)
+        return master
+
+    master = plug()
+    stop, told = threading.Event(), []
+    thread = threading.Thread(
+        target=record,
+        args=(parse_link(f"serial:{device}:57600"), tmp_path / "flight"),
+        kwargs={"stop": stop, "on_status": told.append},
+    )
+    thread.start()
+    sent = frames(60)
+    patience(lambda: told and told[-1].connected)
+    os.write(master, b"".join(sent[:30]) + sent[30][:9])
+    patience(lambda: len(data_of(tmp_path / "flight")) == 30)
+    os.close(master)
+    device.unlink()
+    patience(lambda: not told[-1].connected)
+    master = plug()
+    patience(lambda: told[-1].connected)
+    os.write(master, b"".join(sent[31:]))
+    patience(lambda: len(data_of(tmp_path / "flight")) == 60)
+    stop.set()
+    thread.join(10)
+    os.close(master)
+    assert data_of(tmp_path / "flight") == [*sent[:30], sent[30][:9], *sent[31:]]
+
+
+def test_a_recycled_process_id_does_not_pass_for_a_recorder(tmp_path: Path) -> None:
+    """The lock tells, not the number: here a living process has it, but no lock."""
+    (tmp_path / LOCK_FILE).write_text(str(os.getpid()))
+    assert holder(tmp_path / LOCK_FILE) is None
+    assert find_recorder(tmp_path) is None
+    lock = FileLock(tmp_path / LOCK_FILE)
+    assert lock.acquire()
+    assert holder(tmp_path / LOCK_FILE) == os.getpid()
+    assert not FileLock(tmp_path / LOCK_FILE).acquire(patience=0.0)
+    lock.release()
+    assert holder(tmp_path / LOCK_FILE) is None
+
+
+def test_a_flight_is_recorded_again_from_its_record(tmp_path, frames) -> None:
+    """The road through a recorded flight ends by itself, with the same frames."""
+    first = tmp_path / "first"
+    writer, framer, sent = RawWriter(first), Framer(), frames(50)
+    for number, frame in enumerate(sent):
+        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
+    writer.close()
+    status = record(str(first), tmp_path / "second", speed=float("inf"))
+    assert status.state == "stopped"
+    assert status.frames == 50
+    assert data_of(tmp_path / "second") == sent
+
+
+def test_the_record_command_tells_what_it_did(tmp_path, frames, capsys, port) -> None:
+    from gsapp.cli.record import run
+
+    first = tmp_path / "first"
+    writer, framer = RawWriter(first), Framer()
+    for number, frame in enumerate(frames(20)):
+        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
+    writer.close()
+    handlers = {name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        run(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
+    finally:
+        for name, handler in handlers.items():
+            signal.signal(name, handler)
+    printed = capsys.readouterr().out
+    assert "Recorded 20 frames" in printed
+    assert '"state": "stopped"' in (tmp_path / "state.json").read_text()
+
+
+def test_sigterm_ends_a_record_cleanly(tmp_path, frames, port, patience) -> None:
+    if sys.platform == "win32":
+        pytest.skip("SIGTERM ends a process at once on Windows; the stop file is the way there")
+    link, sender, target = udp_link(port)
+    command = [sys.executable, "-m", "gsapp.telemetry.recorder_process", link, str(tmp_path)]
+    child = subprocess.Popen(command, env=os.environ | {RUNTIME_VARIABLE: str(tmp_path / "r")})
+    patience(lambda: find_recorder(tmp_path) and read_status(tmp_path / STATUS_FILE))
+    frame = frames(1)[0]
+    sender.sendto(frame[:-1], target)  # the beginning of a frame is kept as well
+    patience(lambda: read_status(tmp_path / STATUS_FILE).received_bytes)
+    child.send_signal(signal.SIGTERM)
+    assert child.wait(10) == 0
+    assert data_of(tmp_path) == [frame[:-1]]

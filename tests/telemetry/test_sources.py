@@ -1,0 +1,517 @@
+"""Sources: one suite for all of them, over real sockets and pseudo-terminals."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import itertools
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from gsapp.decoding.framing import Framer
+from gsapp.flight.raw import RawWriter
+from gsapp.foundation import LinkError
+from gsapp.telemetry.address import LinkAddress, parse_link
+from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.sources import (
+    SOURCES,
+    Chunk,
+    LinkAwaitedError,
+    Source,
+    open_source,
+    source_class,
+)
+
+STAMP = 1_700_000_000_000_000
+
+
+class OtherEnd:
+    """The other side of a link: sends to the source, and receives what it writes."""
+
+    def __init__(
+        self,
+        link: str,
+        send: Callable[[bytes], object],
+        receive: Callable[[], bytes] | None = None,
+        close: Callable[[], object] = lambda: None,
+        begin: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.link, self.send, self.receive, self.close, self.begin = (
+            link, send, receive, close, begin,
+        )  # fmt: skip
+
+
+def udpin_end(port, _folder) -> OtherEnd:
+    number = port(socket.SOCK_DGRAM)
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sender.settimeout(5)
+    return OtherEnd(
+        f"udpin:127.0.0.1:{number}",
+        lambda data: sender.sendto(data, ("127.0.0.1", number)),
+        lambda: sender.recv(2048),
+        sender.close,
+    )
+
+
+def udpout_end(_port, _folder) -> OtherEnd:
+    peer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    peer.bind(("127.0.0.1", 0))
+    peer.settimeout(5)
+    heard: list[tuple] = []
+
+    def receive() -> bytes:
+        data, sender = peer.recvfrom(2048)
+        heard.append(sender)
+        return data
+
+    def send(data: bytes) -> None:
+        if not heard:
+            receive()  # only who has been spoken to can answer
+        peer.sendto(data, heard[-1])
+
+    return OtherEnd(f"udpout:127.0.0.1:{peer.getsockname()[1]}", send, receive, peer.close)
+
+
+def tcp_end(_port, _folder) -> OtherEnd:
+    listener = socket.create_server(("127.0.0.1", 0))
+    listener.settimeout(5)
+    calls: list[socket.socket] = []
+
+    def connection() -> socket.socket:
+        if not calls:
+            calls.append(listener.accept()[0])
+            calls[0].settimeout(5)
+        return calls[0]
+
+    def close() -> None:
+        for call in calls:
+            call.close()
+        listener.close()
+
+    return OtherEnd(
+        f"tcp:127.0.0.1:{listener.getsockname()[1]}",
+        lambda data: connection().sendall(data),
+        lambda: connection().recv(2048),
+        close,
+    )
+
+
+def tcpin_end(port, _folder) -> OtherEnd:
+    number = port(socket.SOCK_STREAM)
+    calls: list[socket.socket] = []
+
+    def connection() -> socket.socket:
+        if not calls:
+            calls.append(socket.create_connection(("127.0.0.1", number), timeout=5))
+        return calls[0]
+
+    return OtherEnd(
+        f"tcpin:127.0.0.1:{number}",
+        lambda data: connection().sendall(data),
+        lambda: connection().recv(2048),
+        lambda: [call.close() for call in calls],
+    )
+
+
+def serial_end(_port, _folder, kind: str = "serial") -> OtherEnd:
+    if sys.platform == "win32":
+        pytest.skip("no pseudo-terminals on Windows")
+    master, slave = os.openpty()
+    path = os.ttyname(slave)
+    os.close(slave)
+    return OtherEnd(
+        f"{kind}:{path}:57600",
+        lambda data: os.write(master, data),
+        lambda: os.read(master, 2048),
+        lambda: os.close(master),
+    )
+
+
+def text_end(port, folder) -> OtherEnd:
+    return serial_end(port, folder, "text")
+
+
+def flight_end(_port, folder: Path) -> OtherEnd:
+    """Return the record of a flight: what is sent must have been recorded beforehand."""
+    writer = RawWriter(folder / "flight")
+
+    def send(data: bytes) -> None:
+        framer = Framer()
+        writer.append(STAMP, framer.feed(data) + framer.flush())
+        writer.close()
+
+    return OtherEnd(str(folder / "flight"), send)
+
+
+ENDS = {
+    "udpin": udpin_end, "udpout": udpout_end, "tcp": tcp_end, "tcpin": tcpin_end,
+    "serial": serial_end, "text": text_end, "flight": flight_end,
+}  # fmt: skip
+
+
+@pytest.fixture(params=sorted(ENDS))
+def end(request, port, tmp_path: Path) -> Iterator[OtherEnd]:
+    made = ENDS[request.param](port, tmp_path)
+    yield made
+    with contextlib.suppress(OSError):
+        made.close()
+
+
+def collect(source: Source, count: int, seconds: float = 5.0) -> list[Chunk]:
+    """Read until so many bytes have come."""
+    chunks: list[Chunk] = []
+    deadline = time.monotonic() + seconds
+    while sum(len(chunk.data) for chunk in chunks) < count and time.monotonic() < deadline:
+        chunks += source.read(0.05)
+    return chunks
+
+
+def make(end: OtherEnd) -> Source:
+    source = open_source(end.link)
+    if source.address.kind != "flight":
+        source.open()
+    return source
+
+
+def send_to(source: Source, end: OtherEnd, data: bytes) -> None:
+    if source.address.kind == "udpout":
+        source.write(b"hello")
+    thread = threading.Thread(target=end.send, args=(data,))
+    thread.start()
+    if source.address.kind == "flight":
+        thread.join()
+
+
+def test_every_kind_of_link_is_in_the_suite() -> None:
+    """The virtual aircraft has its own tests: it makes its data itself."""
+    assert set(SOURCES) == {*ENDS, "virtual"}
+
+
+@pytest.mark.parametrize("kind", sorted(ENDS))
+def test_the_registry_finds_a_source(kind: str) -> None:
+    assert issubclass(source_class(kind), Source)
+
+
+def test_all_bytes_arrive_in_order_with_rising_stamps(end: OtherEnd, frames) -> None:
+    data = b"".join(frames(40))
+    if end.link.startswith("text"):
+        data = b"1,2,3\n" * 200
+    source = make(end)
+    before = time.time_ns() // 1000
+    send_to(source, end, data)
+    chunks = collect(source, len(data))
+    after = time.time_ns() // 1000
+    assert b"".join(chunk.data for chunk in chunks) == data
+    stamps = [chunk.stamp_us for chunk in chunks]
+    assert all(first < second for first, second in itertools.pairwise(stamps))
+    assert before <= stamps[0] <= stamps[-1] <= after + 1000
+    assert source.connected or source.finished
+    assert source.framing == ("text" if end.link.startswith("text") else "mavlink")
+    source.close()
+
+
+def test_replies_go_to_whoever_spoke(end: OtherEnd, frames) -> None:
+    source = make(end)
+    if end.receive is None:
+        source.write(b"a record does not listen")
+        return
+    message = frames(1)[0]
+    send_to(source, end, message)
+    assert collect(source, len(message))
+    source.write(b"answer")
+    received = b""
+    while b"answer" not in received:
+        received += end.receive()
+    source.close()
+
+
+def test_silence_gives_nothing_and_takes_its_time(end: OtherEnd) -> None:
+    if end.receive is None:
+        pytest.skip("a record is never silent")
+    source = make(end)
+    source.read(0.0)  # a caller may be welcomed
+    start = time.monotonic()
+    assert source.read(0.05) == []
+    assert time.monotonic() - start >= 0.045
+    source.close()
+
+
+def test_a_closed_source_stays_closed(end: OtherEnd) -> None:
+    source = make(end)
+    source.close()
+    source.close()
+    source.write(b"nobody hears this")
+    assert source.read(0.0) == []
+    assert not source.connected
+    assert "closed" in source.state
+
+
+def test_what_is_away_is_said_and_does_not_raise(tmp_path: Path, port) -> None:
+    for link in (
+        f"tcp:127.0.0.1:{port(socket.SOCK_STREAM)}",
+        f"serial:{tmp_path}/ttyNone:57600",
+    ):
+        source = open_source(link)
+        with pytest.raises(LinkAwaitedError):
+            source.open()
+        assert source.read(0.0) == []
+        assert link in source.state
+        source.close()
+
+
+class FakeClock:
+    """Time that passes only when somebody sleeps."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.sleeps = 0
+
+    def now_us(self) -> int:
+        self.now += 1e-6
+        return int(self.now * 1e6)
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        assert seconds > 0.0
+        self.sleeps += 1
+        self.now += seconds
+
+
+def test_attempts_grow_rarer_and_never_spin() -> None:
+    """An hour without the port: the attempts are counted, and the reads all wait."""
+    clock, attempts = FakeClock(), []
+
+    def opener(path: str, baud: int):
+        attempts.append(clock.now)
+        raise OSError(errno.ENOENT, "could not open port")
+
+    address = parse_link("serial:/dev/ttyUSB9:57600")
+    source = source_class("serial")(address, clock=clock, ports=list, opener=opener)
+    reads = 0
+    while clock.now < 3600.0:
+        assert source.read(0.2) == []
+        reads += 1
+    assert 3000 < len(attempts) < 3700
+    assert reads - len(attempts) == clock.sleeps
+    intervals = [second - first for first, second in itertools.pairwise(attempts)]
+    assert intervals[:4] == pytest.approx([0.1, 0.2, 0.4, 0.8], abs=0.01)
+    assert max(intervals) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_peer_that_hangs_up_at_once_is_not_called_in_a_loop(port) -> None:
+    """Connecting works, but nothing comes: that is no success either."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    clock = FakeClock()
+    address = parse_link(f"tcp:127.0.0.1:{listener.getsockname()[1]}")
+    source = source_class("tcp")(address, clock=clock)
+    calls = 0
+    listener.setblocking(False)
+    for _ in range(600):
+        source.read(0.0 if source.connected else 0.05)
+        with contextlib.suppress(BlockingIOError):
+            listener.accept()[0].close()
+            calls += 1
+    assert clock.now > 20.0
+    assert 5 < calls <= 8 + clock.now / 5.0
+    source.close()
+    listener.close()
+
+
+def test_a_tcp_connection_comes_back(frames) -> None:
+    end = tcp_end(None, None)
+    source = make(end)
+    first, second = frames(2)
+    end.send(first)
+    assert b"".join(chunk.data for chunk in collect(source, len(first))) == first
+    port_number = source.address.port
+    end.close()
+    ended = [chunk for _ in range(3) for chunk in source.read(0.05)]
+    assert [chunk.data for chunk in ended] == [b""]  # this stream has ended
+    assert "ended the connection" in source.state
+    listener = socket.create_server(("127.0.0.1", port_number))
+    thread = threading.Thread(target=lambda: listener.accept()[0].sendall(second))
+    thread.start()
+    assert b"".join(chunk.data for chunk in collect(source, len(second))) == second
+    source.close()
+    listener.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
+def test_a_serial_port_is_found_again_under_another_name(frames) -> None:
+    """Unplugged, and back as another device: known by its USB serial number."""
+    first_master, first_slave = os.openpty()
+    second_master, second_slave = os.openpty()
+    first, second = os.ttyname(first_slave), os.ttyname(second_slave)
+
+    def port(device: str, number: str) -> SimpleNamespace:
+        return SimpleNamespace(device=device, serial_number=number, vid=0x0403, pid=0x6015)
+
+    plugged = [port(first, "AB12"), port("/dev/other", "ZZ99")]
+    address = parse_link(f"serial:{first}:57600")
+    source = source_class("serial")(address, clock=HostClock(), ports=lambda: list(plugged))
+    one, two = frames(2)
+    source.open()
+    os.write(first_master, one)
+    assert b"".join(chunk.data for chunk in collect(source, len(one))) == one
+    os.close(first_slave)
+    os.close(first_master)  # unplugged
+    plugged.pop(0)
+    ended = [chunk for _ in range(3) for chunk in source.read(0.05)]
+    assert [chunk.data for chunk in ended] == [b""]
+    for _ in range(4):
+        source.read(0.1)
+    assert "unplugged" in source.state
+    plugged.append(port(second, "AB12"))
+    while not source.connected:
+        source.read(0.1)
+    os.write(second_master, two)
+    assert b"".join(chunk.data for chunk in collect(source, len(two))) == two
+    assert second in source.state
+    source.close()
+    os.close(second_slave)
+    os.close(second_master)
+
+
+def refused(link: str) -> str:
+    source = open_source(link)
+    with pytest.raises(LinkError) as caught:
+        source.open()
+    assert not isinstance(caught.value, LinkAwaitedError)
+    assert source.state == str(caught.value)
+    source.close()
+    return str(caught.value)
+
+
+def test_ports_in_use_get_a_sentence(port) -> None:
+    for kind, protocol in (("udpin", socket.SOCK_DGRAM), ("tcpin", socket.SOCK_STREAM)):
+        link = f"{kind}:127.0.0.1:{port(protocol)}"
+        holder = open_source(link)
+        holder.open()
+        assert "in use by another program; close that" in refused(link)
+        holder.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
+def test_a_serial_port_in_use_gets_a_sentence() -> None:
+    end = serial_end(None, None)
+    holder = open_source(end.link)
+    holder.open()
+    assert "in use by another program; close that" in refused(end.link)
+    holder.close()
+    end.close()
+
+
+def test_names_and_addresses_that_lead_nowhere_get_a_sentence() -> None:
+    assert "is not known; check its spelling" in refused("udpin:no-such-host.invalid:14550")
+    assert "no address of this computer" in refused("udpin:192.0.2.1:14550")
+
+
+def test_denied_ports_get_a_sentence() -> None:
+    denied = OSError(errno.EACCES, "could not open port: Permission denied")
+
+    def opener(path: str, baud: int):
+        raise denied
+
+    address = parse_link("serial:/dev/ttyUSB0:57600")
+    source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
+    with pytest.raises(LinkError, match="add the user to the group"):
+        source.open()
+
+
+def test_several_peers_are_told_apart_and_all_answered(port, frames) -> None:
+    number = port(socket.SOCK_DGRAM)
+    source = open_source(f"udpin:127.0.0.1:{number}")
+    source.open()
+    senders = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2)]
+    for sender in senders:
+        sender.settimeout(5)
+        sender.sendto(frames(1)[0], ("127.0.0.1", number))
+    chunks = collect(source, 2 * len(frames(1)[0]))
+    assert len({chunk.peer for chunk in chunks}) == 2
+    source.write(b"both")
+    assert [sender.recv(100) for sender in senders] == [b"both", b"both"]
+    source.close()
+    for sender in senders:
+        sender.close()
+
+
+def test_pymavlink_is_a_peer_both_ways(port) -> None:
+    """A foreign sender over UDP and TCP, which also hears what is sent back."""
+    from pymavlink import mavutil
+
+    for kind, foreign in (("udpin", "udpout"), ("tcpin", "tcp")):
+        protocol = socket.SOCK_DGRAM if kind == "udpin" else socket.SOCK_STREAM
+        link = f"{kind}:127.0.0.1:{port(protocol)}"
+        source = open_source(link)
+        source.open()
+        peer = mavutil.mavlink_connection(f"{foreign}:127.0.0.1:{source.address.port}")
+        peer.mav.heartbeat_send(1, 3, 0, 0, 4)
+        chunks = collect(source, 12)
+        frame = b"".join(chunk.data for chunk in chunks)
+        assert frame[0] in (0xFD, 0xFE)
+        source.write(frame)
+        assert peer.recv_match(type="HEARTBEAT", blocking=True, timeout=5) is not None
+        peer.close()
+        source.close()
+
+
+def recorded(folder: Path, frames: list[bytes], period_us: int) -> str:
+    writer, framer = RawWriter(folder), Framer()
+    for number, frame in enumerate(frames):
+        writer.append(STAMP + number * period_us, framer.feed(frame) + framer.settle())
+    writer.close()
+    return str(folder)
+
+
+@pytest.mark.parametrize(("speed", "seconds"), [(1.0, 9.9), (10.0, 0.99)])
+def test_a_recorded_flight_keeps_its_pace(tmp_path: Path, frames, speed, seconds) -> None:
+    path = recorded(tmp_path / "flight", frames(100), 100_000)
+    clock = FakeClock()
+    address = LinkAddress(kind="flight", path=path)
+    source = source_class("flight")(address, clock=clock, speed=speed)
+    chunks = []
+    while not source.finished:
+        chunks += source.read(0.05)
+    assert b"".join(chunk.data for chunk in chunks) == b"".join(frames(100))
+    assert clock.now == pytest.approx(seconds, rel=0.01)
+    assert "at its end" in source.state
+
+
+def test_a_recorded_flight_as_fast_as_it_can(tmp_path: Path, frames) -> None:
+    path = recorded(tmp_path / "flight", frames(100), 1_000_000)
+    source = open_source(path, speed=float("inf"))
+    start = time.monotonic()
+    assert sum(len(chunk.data) for chunk in collect(source, len(b"".join(frames(100))))) == len(
+        b"".join(frames(100))
+    )
+    assert time.monotonic() - start < 2.0
+
+
+def test_what_is_no_record_is_refused_with_a_sentence(tmp_path: Path) -> None:
+    assert "holds no raw record" in refused(str(tmp_path))
+    (tmp_path / "notes.txt").write_text("")
+    assert "only a flight folder or a .tlog" in refused(str(tmp_path / "notes.txt"))
+
+
+def test_a_host_clock_set_back_does_not_send_stamps_back() -> None:
+    wall = [1_000_000]
+    clock = HostClock(wall_us=lambda: wall[0])
+    first = clock.now_us()
+    wall[0] -= 500_000
+    second = clock.now_us()
+    wall[0] += 10
+    third = clock.now_us()
+    assert first < second < third <= first + 20
+    wall[0] += 60_000_000  # and a leap forward is followed
+    assert clock.now_us() - third == 60_000_000
+    assert clock.correction_us > 0
