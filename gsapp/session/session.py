@@ -48,6 +48,7 @@ from gsapp.session.states import (
     patience_by_message,
 )
 from gsapp.telemetry.recorder_control import RecorderHandle
+from gsapp.telemetry.status import LOCK_FILE
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
@@ -255,7 +256,10 @@ class Session:
         FileProblemsError, UnknownNameError
             If a file holds mistakes or a name does not exist.
         """
-        path = FlightFolder.open(folder).path
+        path = Path(folder)
+        if not (path.is_dir() and (path / LOCK_FILE).exists()):
+            # A recorder that has just begun has written nothing else yet.
+            path = FlightFolder.open(path).path
         setting = setting_for(
             path,
             channel_map=channel_map,

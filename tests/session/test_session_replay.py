@@ -1,0 +1,206 @@
+"""Replays of every kind of flight, the summary, and what the bar is told."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft.reading import SHIPPED
+from gsapp.cli import replay
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.framing import Framer
+from gsapp.flight.events import Event, EventLog
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.loading import load_flight
+from gsapp.flight.raw import RawWriter
+from gsapp.flight.summary import summarize
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.session import MAX_SPEED, Session
+from gsapp.session.session import run_through
+
+START_US = 1_700_000_000_000_000
+
+
+def recorded(folder: Path, box: Any, ticks: int, *, skip: range = range(0)) -> Path:
+    """Return a flight folder as a recorder leaves it; some ticks are lost on the way."""
+    FlightFolder.create(folder)
+    writer = RawWriter(folder)
+    framer = Framer()
+    for k in range(ticks):
+        frames = box.tick(k)
+        if k not in skip:
+            writer.append(START_US + 10_000 * k + 3000, framer.feed(b"".join(frames)))
+    writer.append(START_US + 10_000 * ticks, framer.flush())
+    writer.close()
+    return folder
+
+
+def flight_csv(path: Path, count: int = 500, rate: float = 50.0) -> Path:
+    times = np.arange(count) / rate
+    alpha = np.round(3.0 + 2.0 * np.sin(times), 4)
+    lines = [f"{t:.3f},{a:.4f},{120.0 + t:.3f}" for t, a in zip(times, alpha, strict=True)]
+    path.write_text("time [s],alpha [deg],V [ft/s]\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def test_the_summary_is_that_of_the_flight_read_whole(tmp_path: Path, box: Any) -> None:
+    """Headless replay and `load_flight`, of one folder with losses: one and the same JSON."""
+    folder = recorded(tmp_path / "flight", box, 1500, skip=range(700, 760))
+    EventLog(folder / "events.jsonl").append(Event(kind="mark", text="doublet", time=4.0))
+    target = tmp_path / "out.json"
+    assert replay.run(flight=folder, json=target, channel_map="b777") == 0
+    told = json.loads(target.read_text())
+    assert told == json.loads(json.dumps(summarize(load_flight(folder, channel_map="b777"))))
+    assert told["frames"]["lost"] == 60 + 30 + 1
+    assert told["channels"]["q"]["gaps"] == 1
+    assert told["channels"]["q"]["measured"] is True
+    assert told["channels"]["phi"]["measured"] is False
+    assert told["events"][0]["text"] == "doublet"
+
+
+def test_the_summary_of_a_flight_csv(tmp_path: Path) -> None:
+    """Files that are no raw record go through the playhead, too, and come out the same."""
+    path = flight_csv(tmp_path / "flight.csv")
+    target = tmp_path / "out.json"
+    replay.run(flight=path, json=target)
+    told = json.loads(target.read_text())
+    assert told == json.loads(json.dumps(summarize(load_flight(path))))
+    assert told["channels"]["alpha"]["count"] == 500
+    session = Session.replay(path, speed=MAX_SPEED)
+    run_through(session)
+    assert session.history.rate == pytest.approx(50.0)
+    np.testing.assert_array_equal(
+        session.history.samples("alpha", 0, 500), load_flight(path).block["alpha"]
+    )
+
+
+def test_a_real_flight_replayed_is_the_flight_read_whole(tmp_path: Path, shared_data: Path) -> None:
+    """The real telemetry log, through the session and through the loader."""
+    path = shared_data / "alfa_carbonz_engine_failure.tlog"
+    target = tmp_path / "out.json"
+    replay.run(flight=path, json=target)
+    told = json.loads(target.read_text())
+    assert told == json.loads(json.dumps(summarize(load_flight(path))))
+    assert told["frames"]["good"] > 20_000
+
+
+def test_json_for_the_screen_is_nothing_but_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """``--json -`` can be piped; for people there is a table and the alarms."""
+    path = flight_csv(tmp_path / "flight.csv")
+    replay.run(flight=path, json=Path("-"))
+    assert json.loads(capsys.readouterr().out)["duration"] == pytest.approx(9.98)
+    replay.run(flight=path)
+    shown = capsys.readouterr().out
+    assert "alpha" in shown
+    assert "500" in shown
+
+
+def test_wrong_speeds_and_missing_flights_are_named(tmp_path: Path) -> None:
+    """One sentence each, with what to write instead."""
+    for text in ("0", "-1", "51", "fast", "nan"):
+        with pytest.raises(GroundStationError, match=r"give 0\.1 to 50 times real time, or max"):
+            replay.speed_of(text)
+    assert replay.speed_of("0.1") == 0.1
+    assert replay.speed_of(" Max ") == MAX_SPEED
+    with pytest.raises(FlightError, match="no flight"):
+        replay.run(flight=tmp_path / "nothing.csv")
+
+
+def test_jumps_show_the_past_as_it_was(tmp_path: Path, box: Any) -> None:
+    """After a jump back alarms, values and messages are those of that moment."""
+    folder = recorded(tmp_path / "flight", box, 3000)
+    now = [0.0]
+    session = Session.replay(
+        folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED, clock=lambda: now[0]
+    )
+    run_through(session)
+    end = session.snapshot()
+    assert end.playhead.at_end
+    assert end.playhead.time == pytest.approx(30.99)
+    log = session.board.log
+    assert log
+    middle = [onset for onset in log if onset.time <= 12.0]
+    session.replaying.seek(12.0)
+    session.update()
+    assert session.now == 12.0
+    assert session.board.log == tuple(middle)
+    assert session.history.last("q")[0] == 12.0
+    states = session.states(("q",))
+    assert states["q"].age == pytest.approx(0.0, abs=0.011)
+    session.replaying.seek(1e9)
+    session.update()
+    assert session.board.log == log
+    snapshot = session.snapshot()
+    assert (snapshot.mode, snapshot.aircraft, snapshot.channel_map) == (
+        "replay",
+        "B777",
+        "B777 box",
+    )
+    assert snapshot.link.good > 4000
+    assert snapshot.recorder.words == "none"
+
+
+def test_a_replay_goes_at_its_speed(tmp_path: Path, box: Any) -> None:
+    """Twice real time by a clock that the test turns."""
+    folder = recorded(tmp_path / "flight", box, 2000)
+    now = [0.0]
+    session = Session.replay(folder, channel_map="b777", speed=2.0, clock=lambda: now[0])
+    while not session.replaying.complete:
+        session.update(math.inf)
+    start = session.now
+    for _ in range(100):
+        now[0] += 0.02
+        session.update()
+    assert session.now == pytest.approx(start + 4.0, abs=0.011)
+    assert session.history.end == pytest.approx(session.now, abs=0.011)
+    session.replaying.pause()
+    now[0] += 1.0
+    session.update()
+    assert session.now == pytest.approx(start + 4.0, abs=0.011)
+
+
+def test_acknowledgments_of_the_flight_hold_in_its_replay(tmp_path: Path, box: Any) -> None:
+    """What the crew had seen in flight does not sound again."""
+    folder = recorded(tmp_path / "flight", box, 1000)
+    first = Session.replay(folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED)
+    run_through(first)
+    waiting = first.board.waiting
+    assert waiting
+    assert first.acknowledge_all() == len(waiting)
+    again = Session.replay(folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED)
+    again.update(0.0)
+    run_through(again)
+    assert not {alarm.key for alarm in again.board.waiting} & {alarm.key for alarm in waiting}
+
+
+def test_settings_come_from_the_folder(tmp_path: Path, box: Any) -> None:
+    """Aircraft, map and limits that lie in the folder are those in force."""
+    folder = recorded(tmp_path / "flight", box, 300)
+    place = FlightFolder.open(folder)
+    place.keep_channel_map(load_channel_map("b777").path)
+    place.keep_aircraft(SHIPPED.find("b777"))
+    (folder / "limits.toml").write_text(
+        '[[limits]]\nchannel = "q"\nhigh_caution = "5 deg/s"\nhysteresis = "1 deg/s"\n'
+    )
+    session = Session.replay(folder, speed=MAX_SPEED)
+    run_through(session)
+    assert session.snapshot().aircraft == "B777"
+    assert session.limits.bands("q").caution_high == pytest.approx(math.radians(5.0))
+    assert session.limits.bands("battery").caution_low is None
+
+
+def test_an_empty_flight_is_no_fault(tmp_path: Path) -> None:
+    """A recorder that heard nothing leaves a folder that opens, and has no time."""
+    folder = FlightFolder.create(tmp_path / "flight").path
+    session = Session.replay(folder, speed=MAX_SPEED)
+    run_through(session)
+    assert session.now is None
+    assert session.snapshot().playhead is None
+    assert session.flight().block.channels == ()
