@@ -223,7 +223,7 @@ def _draw_symbol(
     x += pen.text(painter, x, center, base, color, _SYMBOL, bold=True)
     if below:
         x += pen.px(1)
-        x += pen.text(painter, x, center + pen.px(3), below, color, _LABEL, bold=True)
+        x += pen.text(painter, x, center + pen.px(2.5), below, color, _LABEL, bold=True)
     if rest:
         x += pen.text(painter, x, center, rest, color, _BODY, room=max(room - (x - start), 1.0))
     if unit:
@@ -576,7 +576,7 @@ def draw_axis(
                 painter, plot.x + x, center, clock(time, decimals), theme.text, _LABEL,
                 align="center",
             )  # fmt: skip
-    note = "flight time" if not hidden else f"{hidden} more charts: Up, Down"
+    note = "flight time" if not hidden else f"{hidden} more: Up, Down"
     pen.text(
         painter,
         geometry.columns.gutter + pen.px(4),

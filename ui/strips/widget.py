@@ -281,6 +281,8 @@ class StripChart(QWidget):
         geometry = self._geometry
         if geometry is None:
             return
+        place = geometry.values
+        top, bottom, right = place.bottom, place.y, geometry.units.x
         for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
             chart = self._charts[number_of_chart]
             readings = tuple(
@@ -296,15 +298,18 @@ class StripChart(QWidget):
                 for spec, display in zip(chart.specs, chart.displays, strict=True)
             )
             before = self._readings.get(number_of_chart)
-            if readings != before:
-                self._readings[number_of_chart] = readings
-                place = geometry.values
-                # Units stand still, but for those of stale values, which have none.
-                same = before is not None and all(
-                    one.stale == other.stale for one, other in zip(before, readings, strict=True)
-                )
-                right = geometry.units.x if same else place.right
-                self._expose(Box(x=place.x, y=box.y, width=right - place.x, height=box.height))
+            if readings == before:
+                continue
+            self._readings[number_of_chart] = readings
+            top, bottom = min(top, box.y), max(bottom, box.bottom)
+            # Units stand still, but for those of stale values, which have none.
+            if before is None or any(
+                one.stale != other.stale for one, other in zip(before, readings, strict=True)
+            ):
+                right = place.right
+        if top < bottom:
+            # One rectangle: many small ones cost the painter more than what lies between them.
+            self._expose(Box(x=place.x, y=top, width=right - place.x, height=bottom - top))
 
     def value_at(self, channel_id: str, time: float) -> float:
         """Return the sample (SI) of a channel nearest to a time (s); NaN where there is none."""
@@ -380,7 +385,7 @@ class StripChart(QWidget):
             alone,
         )
         self.view.resize(geometry.plot.width)
-        label = pen.width("00:00", 11) * 2.4
+        label = pen.width("00:00", 11) * 1.9
         self._tick = time_step(self.view.seconds, max(int(geometry.plot.width / label), 2))
         self._picture = picture = Picture(
             self._charts, geometry, self._theme, self._tick, self._spans, self._marks
