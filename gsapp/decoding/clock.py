@@ -35,6 +35,9 @@ SAME_CLOCK = 5_000_000
 LONGEST_STEP = 3_600_000_000
 """A clock that jumps ahead by less is a pause of the link; by more, it was set."""
 
+FROZEN = 3_000_000
+"""A clock that shows the same after so much time on the host stands still."""
+
 NARROW = 2**32
 """32 bits of microseconds start over every 72 minutes."""
 
@@ -64,7 +67,7 @@ class ClockEvent:
 
     Attributes
     ----------
-    kind : {"restart", "step", "outlier", "other-clock", "no-clock", "host-step"}
+    kind : {"restart", "step", "outlier", "other-clock", "frozen-clock", "no-clock", "host-step"}
         What.
     time : int
         Flight time, microseconds.
@@ -86,12 +89,13 @@ class _Held(NamedTuple):
 class _Line:
     """One clock of the vehicle."""
 
-    __slots__ = ("held", "host", "last", "offset")
+    __slots__ = ("held", "host", "last", "offset", "repeats")
 
     def __init__(self) -> None:
         self.last: int | None = None
         self.host = 0
         self.offset = 0
+        self.repeats = 0
         self.held: list[_Held] = []
 
 
@@ -177,6 +181,11 @@ class FlightClock:
             if ahead > 0:
                 line.last = unwrapped
                 line.host = host
+                line.repeats = 0
+            elif ahead == 0 and passed > FROZEN and self._stands_still(component, line):
+                time = self.flight_time(host)
+                self._pass(time)
+                return time
             time = unwrapped + line.offset
             self._observe(time, host)
             return time
@@ -265,6 +274,18 @@ class FlightClock:
             "by their arrival",
         )
         return expected - first.stamp
+
+    def _stands_still(self, component: int, line: _Line) -> bool:
+        """Count a stamp seen long ago; return whether the clock is to be ignored for it."""
+        line.repeats += 1
+        if line.repeats == CONFIRM_COUNT:
+            self._tell(
+                "frozen-clock",
+                self.now,
+                f"the clock of component {component} stands still at {(line.last or 0) / 1e6:.3f} "
+                "s; its messages are placed by their arrival",
+            )
+        return line.repeats >= CONFIRM_COUNT
 
     def _suspect(self, line: _Line, held: _Held) -> None:
         """Hold a stamp that does not fit its line, and see whether the line has moved."""

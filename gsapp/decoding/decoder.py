@@ -37,6 +37,8 @@ _STATUSTEXT = 253
 _SYSTEM_TIME = 2
 _TEXT_CHUNK = 50
 _MANY = 1000
+# By custom ground stations number themselves from here on; what they send is no measurement.
+_GROUND_SYSTEM = 250
 
 
 class Record(Protocol):
@@ -63,7 +65,7 @@ class Notice:
     ----------
     kind : str
         ``statustext`` for what the vehicle says; ``restart``, ``step``, ``outlier``,
-        ``other-clock``, ``no-clock``, ``host-step`` of its clock (see
+        ``other-clock``, ``frozen-clock``, ``no-clock``, ``host-step`` of its clock (see
         `gsapp.decoding.clock.ClockEvent`); ``other-system``, ``other-component``,
         ``unknown-message``, ``bad-line`` of what was left out.
     time : float or None
@@ -336,6 +338,8 @@ class Decoder:
 
     def _follow(self, host: int, system: int) -> bool:
         """Return whether to follow a system that is not the one followed so far."""
+        if system >= _GROUND_SYSTEM:
+            return False
         if self._system is None:
             self._system = system
             return True

@@ -248,3 +248,23 @@ def test_a_computer_whose_clock_is_set_begins_its_delays_anew() -> None:
     assert case.times == [10_000 * k for k in range(200)]
     assert case.kinds == ["host-step"]
     assert case.clock.flight_time(HOST + 3_602_000_000) == pytest.approx(2_000_000, abs=1000)
+
+
+def test_a_clock_that_stands_still_is_ignored_and_reported() -> None:
+    """A box that always stamps zero: after three seconds its messages count by arrival."""
+    case = Case()
+    for k in range(1000):
+        case.stamp(0, 10_000 * k)
+    assert case.kinds == ["frozen-clock"]
+    late = case.times[310:]
+    assert late == sorted(set(late))
+    assert late[-1] == pytest.approx(9_990_000, abs=5_000)
+
+
+def test_a_repeated_message_after_a_pause_is_no_frozen_clock() -> None:
+    """The same stamp once more, seconds later, keeps its time."""
+    case = Case()
+    for host in (0, 10_000, 6_000_000):
+        case.stamp(min(host, 10_000), host)
+    assert case.times == [0, 10_000, 10_000]
+    assert case.kinds == []

@@ -306,6 +306,20 @@ def test_a_second_aircraft_is_left_out_and_named(cases: SimpleNamespace) -> None
         assert f"system = {3 - first}" in others[0].text
 
 
+def test_a_ground_station_is_never_taken_for_the_aircraft(cases: SimpleNamespace) -> None:
+    """MANUAL_CONTROL of a ground station heard first neither counts nor is reported."""
+    ground, aircraft = cases.Sender(system=255, component=190), cases.Sender(system=7)
+    decoder = Decoder(load_channel_map("px4"))
+    records = []
+    for k in range(10):
+        records.append(ground(50_000 * k, "manual_control", 7, 900, 0, 0, 0, 0))
+        records.append(aircraft.attitude(50_000 * k + 10, 50 * k, 0.1))
+    found = cases.gather(decoder.feed(records) + decoder.finish())
+    assert decoder.system == 7
+    assert "stick_pitch" not in found
+    assert decoder.notices == []
+
+
 def test_a_second_component_is_left_out_and_named(cases: SimpleNamespace) -> None:
     """A gimbal that sends ATTITUDE too does not mix into the autopilot's."""
     autopilot, gimbal = cases.Sender(component=1), cases.Sender(component=154)
