@@ -171,6 +171,7 @@ class FlightUnderWay:
         flown = flown_model(aircraft, base, hide)
         self._airframe = Airframe(
             plan,
+            aircraft,
             flown,
             turbulence=plan.conditions.turbulence if turbulence is None else turbulence,
             random=air_random,
@@ -178,7 +179,7 @@ class FlightUnderWay:
         )
         # The pilot has learned on this very aircraft, with all that it hides.
         density = self._airframe.density(plan.pattern.height)
-        feel = learn(flown, plan.pattern.speed, density)
+        feel = learn(self._airframe.simulator.model, plan.pattern.speed, density)
         make = _human_pilot if hands is None else hands
         self._hands = make(plan, feel, pilot_random, self._dt)
         self._instruments = Instruments(aircraft, instrument_random, self._dt)

@@ -1,7 +1,7 @@
 """Three wheels on the runway: springs, dampers, tires.
 
 The source gives no numbers of the gear but its layout, one nose wheel and two mains. Stiffness
-and damping are chosen so that the aircraft sits down 2 cm under its weight and does not bounce
+and damping are chosen so that the aircraft sits down 3 cm under its weight and does not bounce
 twice; they matter to the look of a landing, not to any derivative.
 """
 
@@ -43,7 +43,8 @@ class LandingGear:
     """
 
     ROLLING_FRICTION = 0.03
-    BRAKE_FRICTION = 0.45
+    BRAKE_FRICTION = 0.9
+    """At full brake, which stands for chocks as well."""
     SIDE_FRICTION = 0.7
     STEERING = math.radians(20.0)
     """Angle of the nose wheel at full stick, rad."""
@@ -59,7 +60,7 @@ class LandingGear:
             Wheel(position=(-0.03 * length, half_track, self.height), steers=False, brakes=True),
         )
         weight = aircraft.mass.mass * GRAVITY
-        self._stiffness = weight / 2.0 / 0.02
+        self._stiffness = weight / 2.0 / 0.03
         self._damping = 0.9 * math.sqrt(self._stiffness * aircraft.mass.mass / 2.0)
 
     def loads(
@@ -101,7 +102,7 @@ class LandingGear:
             along, side, vertical = u + q * z - r * y, v + r * x - p * z, w + p * y - q * x
             sinking = matrix[6] * along + matrix[7] * side + matrix[8] * vertical
             # The damper pulls no wheel into the ground, and bites as the tire flattens.
-            bite = min(deep / 0.01, 1.0)
+            bite = min(deep / 0.03, 1.0)
             push = max(self._stiffness * deep + bite * self._damping * sinking, 0.0)
             weight_on_wheels = weight_on_wheels or not wheel.steers
             angle = steer * self.STEERING if wheel.steers else 0.0

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.dynamics.terms import make_term
 from gsapp.foundation import FlightError
 
-STALL = ("aero.CN.stall", "aero.CA.stall", "aero.Cm.stall")
-"""Every real aircraft has these; within the linear angles of attack they are exactly zero."""
 
-
-def flown_model(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> FlightModel:
-    """Return the equations that the virtual aircraft really follows.
+def flown_model(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> Model:
+    """Return the model that the virtual aircraft really follows.
 
     Parameters
     ----------
@@ -36,9 +32,7 @@ def flown_model(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> F
         effect_id, parameters = parse_effect(text)
         make_term(effect_id, aircraft).values_for(parameters)
         model = model.with_effect(effect_id, parameters)
-    have = {effect.id for effect in model.effects}
-    stall = [make_term(name, aircraft) for name in STALL if name in effect_ids()]
-    return FlightModel(aircraft, model, extra=[term for term in stall if term.id not in have])
+    return model
 
 
 def parse_effect(text: str) -> tuple[str, dict[str, float]]:

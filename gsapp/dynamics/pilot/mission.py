@@ -166,7 +166,7 @@ class Mission:
         view = yield Intent(phase="take-off", throttle=takeoff.throttle, steer=0.0)
         while view.on_ground or view.height < 1.0:
             # The eye is late by a few tenths of a second, and so is the aircraft.
-            lifting = view.speed > takeoff.speed - 2.0
+            lifting = view.speed > takeoff.speed - 4.0
             view = yield Intent(
                 phase="take-off",
                 throttle=takeoff.throttle,
@@ -198,7 +198,7 @@ class Mission:
         wanted = self._plan.pattern.height if height is None else height
         # An aircraft that has become slow is not made to climb.
         most = min(max(4.0 - 0.8 * (self._plan.landing.speed + 4.0 - view.speed), 0.0), 4.0)
-        climb = min(max(0.15 * (wanted - view.height), -4.0), most)
+        climb = min(max(0.11 * (wanted - view.height), -4.0), most)
         return math.atan2(climb, max(view.speed, 15.0))
 
     def _pattern(self) -> Stage:
@@ -244,7 +244,7 @@ class Mission:
         radius = max(radius, 1.0)
         bank = math.atan(view.speed**2 / (GRAVITY * radius))
         usual = self._plan.pattern.bank
-        return min(max(bank, usual - 10.0 * _DEG), usual + 8.0 * _DEG)
+        return min(max(bank, usual - 10.0 * _DEG), usual + 4.0 * _DEG)
 
     def _straight(self, leg: Leg) -> Stage:
         view = yield Intent(phase="pattern", path=0.0, speed=self._plan.pattern.speed)
@@ -361,14 +361,16 @@ class Mission:
 
     def _rollout(self) -> Stage:
         view = yield Intent(phase="landed", throttle=0.0)
-        since = view.time
+        since, pitch = view.time, view.pitch
         while view.time - since < 60.0 and view.speed > 1.5:
-            settled = view.time - since > 1.0
+            rolled = view.time - since
+            settled = rolled > 2.5
             view = yield Intent(
                 phase="landed",
                 throttle=0.0,
                 steer=min(max(-0.02 * view.across, -0.1), 0.1),
-                pitch=0.0,
+                # The nose wheel is let down, not dropped.
+                pitch=max(pitch - 4.0 * _DEG * rolled, 0.0),
                 brake=0.5 if settled else 0.0,
                 flap=self._plan.landing.flap,
             )
