@@ -23,7 +23,6 @@ from gsapp.dynamics.arithmetic import Value
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.buildup import linear_build_up
 from gsapp.dynamics.equations import (
-    INERTIAL,
     POLAR_STATES,
     Body,
     Loads,
@@ -33,7 +32,7 @@ from gsapp.dynamics.equations import (
     polar_rates,
 )
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.terms import COEFFICIENTS, TARGETS, VARIABLES, Term
+from gsapp.dynamics.terms import TARGETS, VARIABLES, Term, TermJacobian
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -95,38 +94,40 @@ class Totals(NamedTuple):
     variables: list[Value]
 
 
-class ModelJacobian(NamedTuple):
-    """Derivatives of the rates of all states, shapes (n, n_states, ...).
-
-    Attributes
-    ----------
-    states : ndarray, shape (n, n_states, n_states)
-    inputs : ndarray, shape (n, n_states, len(INPUTS))
-    parameters : ndarray, shape (n, n_states, n_parameters)
-    """
-
-    states: FloatArray
-    inputs: FloatArray
-    parameters: FloatArray
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Differential:
-    """Total derivatives of intermediate results by (states, inputs, parameters), in that order.
+    """Total derivatives by all states, then `INPUTS`, then all parameters: n_all columns.
 
     Attributes
     ----------
+    totals : Totals
+        The values, arrays of shape (n,) or floats.
+    variables : ndarray, shape (n, n_variables, n_all)
+        Of `gsapp.dynamics.terms.VARIABLES`.
+    coefficients : ndarray, shape (n, 6, n_all)
+        Of CN, CA, CY, Cl, Cm, Cn.
     loads : ndarray, shape (n, 6, n_all)
+        Of X, Y, Z, L, M, N.
     body : ndarray, shape (n, 5, n_all)
         Of mass, ixx, iyy, izz, ixz.
     cg : ndarray, shape (n, 3, n_all)
     rates : ndarray, shape (n, n_states, n_all)
+    n_states : int
     """
 
+    totals: Totals
+    variables: FloatArray
+    coefficients: FloatArray
     loads: FloatArray
     body: FloatArray
     cg: FloatArray
     rates: FloatArray
+    n_states: int
+
+    def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the columns by states, by inputs and by parameters of one of the arrays."""
+        one, two = self.n_states, self.n_states + len(INPUTS)
+        return array[..., :one], array[..., one:two], array[..., two:]
 
 
 class FlightModel:
@@ -355,6 +356,185 @@ class FlightModel:
         totals = self.totals(state, inputs, parameters)
         polar = polar_rates(PolarState(*state[:9]), totals.loads, totals.body)
         return (*polar, *totals.term_rates)
+
+    # --- derivatives ----------------------------------------------------------------------------
+
+    def differentiate(
+        self,
+        state: Sequence[Value],
+        inputs: Sequence[Value],
+        parameters: Sequence[Value] | None = None,
+    ) -> Differential:
+        """Return the exact total derivatives; arguments as in `totals`, n = 1 for numbers."""
+        values = self.defaults if parameters is None else parameters
+        totals = self.totals(state, inputs, parameters)
+        columns = [np.atleast_1d(np.asarray(x, dtype=float)) for x in (*state, *inputs, *values)]
+        count = np.broadcast_shapes(*(column.shape for column in columns))[0]
+        n_states = len(self.state_names)
+        first = n_states + len(INPUTS)
+        dv = self._variable_derivatives(totals, state, inputs, count, first + len(values))
+        ds = np.zeros((count, len(TARGETS), dv.shape[2]))
+        offsets, forces, moments = self._passes
+        job = _Pass(totals.variables, dv, state, values, ds, first)
+        job.add(offsets)
+        V, rho = state[0], inputs[6]
+        power = self._thrust_per_density
+        fade = 1.0 - self._thrust_slope * V
+        throttle, spread = n_states + 4, n_states + 5
+        dv[:, _THRUST] += ds[:, _TARGET_INDEX["thrust"]]
+        dv[:, _THRUST, throttle] += power * rho * fade
+        dv[:, _THRUST, n_states + 6] += power * inputs[4] * fade
+        dv[:, _THRUST, 0] -= power * inputs[4] * rho * self._thrust_slope
+        job.add(forces)
+
+        coefficients = totals.coefficients
+        qbar = totals.variables[16]
+        d_qbar = dv[:, 16]
+        d_coefficients = ds[:, :6].copy()
+        d_coefficients[:, 0] -= ds[:, 7]
+        d_coefficients[:, 1] -= ds[:, 6]
+        area = self.area
+
+        def dimensional(index: int, name: str, length: float) -> FloatArray:
+            slope = _column(qbar) * d_coefficients[:, index]
+            return area * length * (slope + _column(coefficients[name]) * d_qbar)
+
+        d_loads = np.zeros((count, 6, dv.shape[2]))
+        d_loads[:, 0] = dv[:, _THRUST] - dimensional(1, "CA", 1.0) + ds[:, 8]
+        d_loads[:, 1] = dimensional(2, "CY", 1.0) + ds[:, 9]
+        d_loads[:, 2] = ds[:, 10] - dimensional(0, "CN", 1.0)
+        d_body = ds[:, 15:20].copy()
+        d_body[:, 0, n_states + 7] += 1.0
+        polar = PolarState(*state[:9])
+        equations = polar_jacobian(polar, totals.loads, totals.body)
+        if self._needs_flow_rates:
+            for row, index, length in ((1, _ALPHA_DOT, self.chord), (2, _BETA_DOT, self.span)):
+                d_rate = (
+                    np.einsum("ni,nij->nj", equations.loads[:, row, :3], d_loads[:, :3])
+                    + equations.body[:, row, :1] * d_body[:, 0]
+                )
+                d_rate[:, :9] += equations.states[:, row]
+                dv[:, index] = _column(0.5 * length / V) * d_rate
+                dv[:, index, 0] -= totals.variables[index] / V
+        job.add(moments)
+
+        d_coefficients[:, 3:] = ds[:, 3:6]
+        height, sideways = self._engine_offsets
+        d_spread = np.zeros_like(d_qbar)
+        d_spread[:, spread] = power * rho * fade
+        d_spread[:, n_states + 6] = power * inputs[5] * fade
+        d_spread[:, 0] = -power * inputs[5] * rho * self._thrust_slope
+        loads, (cx, cy, cz), d_cg = totals.loads, totals.cg, ds[:, 20:23]
+        dX, dY, dZ = d_loads[:, 0], d_loads[:, 1], d_loads[:, 2]
+        d_loads[:, 3] = dimensional(3, "Cl", self.span) + ds[:, 11]
+        d_loads[:, 3] += _cross(cz, loads.Y, cy, loads.Z, d_cg[:, 2], dY, d_cg[:, 1], dZ)
+        d_loads[:, 4] = dimensional(4, "Cm", self.chord) + ds[:, 12] + height * dv[:, _THRUST]
+        d_loads[:, 4] += _cross(cx, loads.Z, cz, loads.X, d_cg[:, 0], dZ, d_cg[:, 2], dX)
+        d_loads[:, 5] = dimensional(5, "Cn", self.span) + ds[:, 13] + sideways * d_spread
+        d_loads[:, 5] += _cross(cy, loads.X, cx, loads.Y, d_cg[:, 1], dX, d_cg[:, 0], dY)
+
+        rates = np.zeros((count, n_states, dv.shape[2]))
+        rates[:, :9] = equations.loads @ d_loads + equations.body @ d_body
+        rates[:, :9, :9] += equations.states
+        for entry in self._entries:
+            if entry.term.states:
+                job.add_rates(entry, rates)
+        return Differential(
+            totals=totals,
+            variables=dv,
+            coefficients=d_coefficients,
+            loads=d_loads,
+            body=d_body,
+            cg=d_cg,
+            rates=rates,
+            n_states=n_states,
+        )
+
+    def _variable_derivatives(
+        self,
+        totals: Totals,
+        state: Sequence[Value],
+        inputs: Sequence[Value],
+        count: int,
+        n_all: int,
+    ) -> FloatArray:
+        """Return the derivatives of all variables but thrust and the flow rates."""
+        n_states = len(self.state_names)
+        dv = np.zeros((count, len(_VARIABLE_NAMES), n_all))
+        V, rho = state[0], inputs[6]
+        for index in range(6):
+            dv[:, index, index] = 1.0
+        for row, rate, length in ((6, 3, self.span), (7, 4, self.chord), (8, 5, self.span)):
+            dv[:, row, rate] = 0.5 * length / V
+            dv[:, row, 0] = -totals.variables[row] / V
+        for index in range(7):
+            dv[:, 9 + index, n_states + index] = 1.0
+        dv[:, 16, 0] = rho * V
+        dv[:, 16, n_states + 6] = 0.5 * V * V
+        return dv
+
+
+class _Pass(NamedTuple):
+    """What the derivatives of the terms are computed from, and where they are summed."""
+
+    variables: list[Value]
+    derivatives: FloatArray
+    state: Sequence[Value]
+    parameters: Sequence[Value]
+    sums: FloatArray
+    first_parameter: int
+
+    def add(self, entries: Sequence[_Entry]) -> None:
+        for entry in entries:
+            jacobian = self._jacobian(entry)
+            self._chain(
+                entry, self.sums[:, entry.target], jacobian.reads, jacobian.states,
+                jacobian.parameters,
+            )  # fmt: skip
+
+    def add_rates(self, entry: _Entry, rates: FloatArray) -> None:
+        jacobian = self._jacobian(entry)
+        for row in range(len(entry.term.states)):
+            self._chain(
+                entry,
+                rates[:, entry.states.start + row],
+                jacobian.rate_reads[row],
+                jacobian.rate_states[row],
+                jacobian.rate_parameters[row],
+            )
+
+    def _jacobian(self, entry: _Entry) -> TermJacobian:
+        return entry.term.jacobian(
+            entry.read(self.variables), self.state[entry.states], self.parameters[entry.parameters]
+        )
+
+    def _chain(
+        self,
+        entry: _Entry,
+        out: FloatArray,
+        by_reads: Sequence[Value],
+        by_states: Sequence[Value],
+        by_parameters: Sequence[Value],
+    ) -> None:
+        for index, slope in zip(entry.reads, by_reads, strict=True):
+            out += _column(slope) * self.derivatives[:, index]
+        for offset, slope in enumerate(by_states):
+            out[:, entry.states.start + offset] += slope
+        for offset, slope in enumerate(by_parameters):
+            out[:, self.first_parameter + entry.parameters.start + offset] += slope
+
+
+def _column(value: Value) -> FloatArray:
+    """Return the value ready to multiply arrays of shape (n, n_all)."""
+    return np.asarray(value, dtype=float)[..., None]
+
+
+def _cross(
+    a: Value, b: Value, c: Value, d: Value,
+    da: FloatArray, db: FloatArray, dc: FloatArray, dd: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Return the derivative of a b - c d."""
+    return _column(a) * db + _column(b) * da - _column(c) * dd - _column(d) * dc
 
 
 def _engine_offsets(positions: Sequence[tuple[float, float, float]]) -> tuple[float, float]:

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsapp.dynamics.arithmetic import Value, choose, clip
-from gsapp.dynamics.terms import Parameter, Term, TermJacobian, Values, register
+from gsapp.dynamics.terms import Parameter, Term, TermFactory, TermJacobian, Values, register
 from gsapp.quantities import FloatArray
 
 SHORTEST = 5e-3
@@ -541,6 +541,10 @@ def _parameter(
     )
 
 
+def _constant(term: SignalTerm) -> TermFactory:
+    return lambda _: term
+
+
 _TAU = _parameter("tau", "s", 0.06, (0.0, 1.0), "time constant")
 _DELAY = _parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is")
 
@@ -548,7 +552,7 @@ _DELAY = _parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is")
 def _register_controls() -> None:
     for surface, channel in SURFACES.items():
         word = surface.capitalize()
-        common = {"target": f"control.{surface}", "reads": (channel,)}
+        target, reads = f"control.{surface}", (channel,)
         rows: tuple[SignalTerm, ...] = (
             Backlash(
                 id=f"control.{surface}.backlash",
@@ -556,7 +560,8 @@ def _register_controls() -> None:
                 equation=f"{channel} moves only when the play of width slop is used up",
                 states=("position",),
                 parameters=_parameter("slop", "rad", 0.02, (0.0, 0.2), "whole width of the play"),
-                **common,
+                target=target,
+                reads=reads,
             ),
             Saturation(
                 id=f"control.{surface}.saturation",
@@ -565,7 +570,8 @@ def _register_controls() -> None:
                 parameters=_parameter(
                     "limit", "rad", 0.1, (0.0, 1.6), "largest deflection reached", 1.6
                 ),
-                **common,
+                target=target,
+                reads=reads,
             ),
             Lag(
                 id=f"control.{surface}.lag",
@@ -573,7 +579,8 @@ def _register_controls() -> None:
                 equation=f"{channel}' = (command - {channel})/tau",
                 states=("position",),
                 parameters=_TAU,
-                **common,
+                target=target,
+                reads=reads,
             ),
             RateLimit(
                 id=f"control.{surface}.rate",
@@ -583,7 +590,8 @@ def _register_controls() -> None:
                 parameters=_parameter(
                     "limit", "rad/s", 1.0, (0.01, 100.0), "fastest deflection", 100.0
                 ),
-                **common,
+                target=target,
+                reads=reads,
             ),
             Delay(
                 id=f"control.{surface}.delay",
@@ -591,7 +599,8 @@ def _register_controls() -> None:
                 equation=f"{channel}(t) = command(t - delay)",
                 states=("x1", "x2"),
                 parameters=_DELAY,
-                **common,
+                target=target,
+                reads=reads,
             ),
             Scale(
                 id=f"control.{surface}.gearing",
@@ -600,11 +609,12 @@ def _register_controls() -> None:
                 parameters=_parameter(
                     "gearing", "", 0.8, (-3.0, 3.0), "deflection over record", 1.0
                 ),
-                **common,
+                target=target,
+                reads=reads,
             ),
         )
         for term in rows:
-            register(term.id, lambda _, term=term: term)
+            register(term.id, _constant(term))
 
 
 def _register_sensors() -> None:
@@ -614,14 +624,15 @@ def _register_sensors() -> None:
     for channel in SENSOR_CHANNELS:
         unit = units.get(channel, "rad")
         bias = typical.get(channel, 0.015)
-        common = {"target": f"sensor.{channel}", "reads": (channel,)}
+        target, reads = f"sensor.{channel}", (channel,)
         rows: tuple[SignalTerm, ...] = (
             Scale(
                 id=f"sensor.{channel}.scale",
                 title=f"{channel} sensor reads too much or too little",
                 equation=f"{channel} recorded = scale * {channel}",
                 parameters=_parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),
-                **common,
+                target=target,
+                reads=reads,
             ),
             Bias(
                 id=f"sensor.{channel}.bias",
@@ -630,7 +641,8 @@ def _register_sensors() -> None:
                 parameters=_parameter(
                     "bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"
                 ),
-                **common,
+                target=target,
+                reads=reads,
             ),
             Delay(
                 id=f"sensor.{channel}.delay",
@@ -638,7 +650,8 @@ def _register_sensors() -> None:
                 equation=f"{channel} recorded(t) = {channel}(t - delay)",
                 states=("x1", "x2"),
                 parameters=_DELAY,
-                **common,
+                target=target,
+                reads=reads,
             ),
             Lag(
                 id=f"sensor.{channel}.lag",
@@ -646,17 +659,19 @@ def _register_sensors() -> None:
                 equation=f"recorded' = ({channel} - recorded)/tau",
                 states=("recorded",),
                 parameters=_TAU,
-                **common,
+                target=target,
+                reads=reads,
             ),
             Reversed(
                 id=f"sensor.{channel}.reversed",
                 title=f"{channel} sensor has the wrong sign",
                 equation=f"{channel} recorded = -{channel}",
-                **common,
+                target=target,
+                reads=reads,
             ),
         )
         for term in rows:
-            register(term.id, lambda _, term=term: term)
+            register(term.id, _constant(term))
 
 
 _register_controls()

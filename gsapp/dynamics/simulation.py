@@ -18,6 +18,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.actuators import ControlPosition, actuators
+from gsapp.dynamics.arithmetic import Value
 from gsapp.dynamics.atmosphere import (
     GRAVITY,
     SEA_LEVEL_DENSITY,
@@ -545,7 +546,7 @@ def _to_body(matrix: Matrix, earth: tuple[float, float, float]) -> tuple[float, 
     )
 
 
-def _faded(loads: Loads, thrust: float, scale: float) -> Loads:  # type: ignore[misc]
+def _faded(loads: Loads, thrust: Value, scale: float) -> Loads:
     """Return the loads with all but the thrust faded out at hardly any airspeed."""
     return Loads(
         thrust + scale * (loads.X - thrust),
