@@ -33,7 +33,14 @@ class Pen:
         self.theme = theme
         self.ratio = ratio
         self._fonts: dict[tuple[int, bool, bool], tuple[QFont, QFontMetricsF]] = {}
+        self._colors: dict[str, QColor] = {}
         self._widths: dict[tuple[str, float, bool], float] = {}
+
+    def color(self, text: str) -> QColor:
+        """Return the color of ``#rrggbb``."""
+        if text not in self._colors:
+            self._colors[text] = QColor(text)
+        return self._colors[text]
 
     def px(self, points: float) -> int:
         """Return points of the design in pixels of the screen."""
@@ -88,7 +95,7 @@ class Pen:
         elif align == "center":
             x -= width / 2.0
         painter.setFont(font)
-        painter.setPen(QColor(color))
+        painter.setPen(self.color(color))
         painter.drawText(QPointF(round(x), round(center + metrics.capHeight() / 2.0)), text)
         return width
 
@@ -156,7 +163,7 @@ def draw_names(
         x = geometry.columns.gutter
         if number_of_chart == selected and focused:
             bar = QRect(x - pen.px(4), box.y, pen.px(3), box.height)
-            painter.fillRect(bar, QColor(theme.selection))
+            painter.fillRect(bar, pen.color(theme.selection))
         _draw_name(painter, pen, geometry, chart, box)
         draw_ticks(painter, pen, geometry, chart, box)
 
@@ -167,7 +174,7 @@ def _draw_group(painter: QPainter, pen: Pen, name: str, box: Box) -> None:
     theme = pen.theme
     line = max(pen.px(1), 1)
     x = box.right - pen.px(8)
-    painter.fillRect(QRect(x, box.y, line, box.height), QColor(theme.axis))
+    painter.fillRect(QRect(x, box.y, line, box.height), pen.color(theme.axis))
     room = box.height - pen.px(2)
     if pen.width(name, _LABEL) > room and room < pen.px(36):
         return
@@ -239,13 +246,13 @@ def draw_ticks(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
     line = max(pen.px(1), 1)
     edge = geometry.plot.x
     free = thickness(theme, geometry.ratio) / 2.0 + 1.0
-    painter.fillRect(QRect(edge - line, box.y, line, box.height), QColor(theme.axis))
+    painter.fillRect(QRect(edge - line, box.y, line, box.height), pen.color(theme.axis))
     decimals = _tick_decimals(chart.ticks)
     half = pen.px(_LABEL) * 0.42
     for value in chart.ticks:
         row = box.y + value_row(chart, box, value, free)
         painter.fillRect(
-            QRect(edge - pen.px(4), round(row - line / 2.0), pen.px(4), line), QColor(theme.axis)
+            QRect(edge - pen.px(4), round(row - line / 2.0), pen.px(4), line), pen.color(theme.axis)
         )
         center = min(max(row, box.y + half), box.bottom - half)
         pen.text(
@@ -341,7 +348,7 @@ def _draw_hatching(painter: QPainter, pen: Pen, cell: QRect, unit_x: float) -> N
     painter.save()
     painter.setClipRect(box, Qt.ClipOperation.IntersectClip)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
-    painter.setPen(QPen(QColor(pen.theme.axis), max(pen.px(1), 1)))
+    painter.setPen(QPen(pen.color(pen.theme.axis), max(pen.px(1), 1)))
     step = pen.px(6)
     for x in range(box.x() - box.height(), box.x() + box.width(), step):
         painter.drawLine(x, box.y() + box.height(), x + box.height(), box.y())
@@ -369,7 +376,7 @@ def _draw_tags(painter: QPainter, pen: Pen, reading: Reading, cell: QRect, cente
             box = QRectF(x, round(middle - pen.px(7)), width + pen.px(8), pen.px(14))
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(fill))
+            painter.setBrush(pen.color(fill))
             painter.drawRoundedRect(box, pen.px(3), pen.px(3))
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             x += pen.px(4)
@@ -420,13 +427,13 @@ def draw_header(
     center = header.center + pen.px(1)
     if view.paused:
         banner = QRect(0, 0, plot.right, header.height - pen.px(3))
-        painter.fillRect(banner, QColor(theme.banner))
+        painter.fillRect(banner, pen.color(theme.banner))
         middle = banner.height() / 2.0
         x = float(pen.px(10))
         bar = pen.px(3)
         for shift in (0, 2 * bar):
             painter.fillRect(
-                QRectF(x + shift, middle - pen.px(5), bar, pen.px(10)), QColor(theme.banner_text)
+                QRectF(x + shift, middle - pen.px(5), bar, pen.px(10)), pen.color(theme.banner_text)
             )
         x += pen.px(18)
         behind = f"PAUSED   {behind_text(view.seconds_behind)} behind"
@@ -516,20 +523,20 @@ def draw_lane(
         if end < 0 or begin >= latest:
             continue
         left, right = max(begin, 0), min(end + line, latest)
-        color = QColor(theme.span if span.kind == "maneuver" else theme.event)
+        color = pen.color(theme.span if span.kind == "maneuver" else theme.event)
         top = lane.y + pen.px(2)
         painter.fillRect(QRect(plot.x + left, top, right - left, lane.bottom - top), color)
-        painter.fillRect(QRect(plot.x + left, top, right - left, line), QColor(theme.span_edge))
+        painter.fillRect(QRect(plot.x + left, top, right - left, line), pen.color(theme.span_edge))
         labels.append((left, span.label, True))
     for mark in marks:
         x = view.x(mark.time)
         if not 0 <= x < latest:
             continue
         flag = QRect(plot.x + x, lane.y + pen.px(5), pen.px(6), pen.px(7))
-        painter.fillRect(flag, QColor(theme.span_edge))
+        painter.fillRect(flag, pen.color(theme.span_edge))
         painter.fillRect(
             QRect(plot.x + x, lane.y + pen.px(5), line, lane.height - pen.px(5)),
-            QColor(theme.span_edge),
+            pen.color(theme.span_edge),
         )
         labels.append((x, mark.label, False))
     labels.sort(key=lambda label: label[0])
@@ -561,7 +568,7 @@ def draw_axis(
     theme = pen.theme
     axis, plot = geometry.axis, geometry.plot
     line = max(pen.px(1), 1)
-    painter.fillRect(QRect(plot.x, axis.y, plot.width, line), QColor(theme.axis))
+    painter.fillRect(QRect(plot.x, axis.y, plot.width, line), pen.color(theme.axis))
     center = axis.y + pen.px(14)
     first, last = view.columns
     decimals = step_decimals(step) if step < 1.0 else 0
@@ -570,7 +577,7 @@ def draw_axis(
         x = view.x(time)
         if not 0 <= x < plot.width:
             continue
-        painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), QColor(theme.axis))
+        painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), pen.color(theme.axis))
         if half <= x <= plot.width - half:
             pen.text(
                 painter, plot.x + x, center, clock(time, decimals), theme.text, _LABEL,
@@ -602,13 +609,13 @@ def draw_cursor_lines(
         left, right = max(left, first), min(right, last)
         if right > left:
             bracket = QRect(plot.x + left, plot.y + pen.px(6), right - left, max(pen.px(2), 1))
-            painter.fillRect(bracket, QColor(theme.cursor))
+            painter.fillRect(bracket, pen.color(theme.cursor))
     line = max(pen.px(1), 1)
     near = pen.px(14)
     for name, x in places.items():
         if not 0 <= x < plot.width or not first - near <= x < last + near:
             continue
-        color = QColor(cursor_color(theme, name))
+        color = pen.color(cursor_color(theme, name))
         painter.fillRect(QRect(plot.x + x, plot.y, line, plot.height), color)
         if name != "cursor":
             size = near
@@ -623,7 +630,7 @@ def draw_cursor_lines(
 def draw_nothing(painter: QPainter, pen: Pen, geometry: Geometry, words: str) -> None:
     """Say in the middle of the plot why there is nothing to see."""
     plot = geometry.plot
-    painter.setPen(QPen(QColor(pen.theme.muted)))
+    painter.setPen(QPen(pen.color(pen.theme.muted)))
     pen.text(
         painter,
         plot.x + plot.width / 2.0,

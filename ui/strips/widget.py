@@ -39,7 +39,7 @@ from ui.theme import DAYLIGHT, Theme, sizes
 from ui.words import DASH
 
 _FRAME = 16  # ms between looks at the history
-_READ_EVERY = 0.1  # s between new values: faster, nobody can read them
+_READ_EVERY = 0.15  # s between new values: faster, nobody can read them
 _STALE_AFTER = 3.0
 
 
