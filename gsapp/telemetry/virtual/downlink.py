@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch
+from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch, truth_block
+from gsapp.quantities import Block
 from gsapp.telemetry.virtual.box import Box
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
 
@@ -66,11 +67,16 @@ class Downlink:
         if thin:
             self._kept = Box(layout(thin=False, attitude_sent=attitude, position_sent=position))
         self._announced: set[str] = set()
+        self._flown: list[Block] = []
 
     @property
     def finished(self) -> bool:
         """Return whether the flight is over."""
         return self._flight.finished
+
+    def truth(self) -> Block:
+        """Return what has really happened so far; see `gsapp.dynamics.pilot.airframe.TRUTH`."""
+        return Block.concatenate(self._flown)
 
     def answer(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
@@ -79,6 +85,8 @@ class Downlink:
     def advance(self, ticks: int) -> Iterator[Packet]:
         """Fly on and yield one packet for each tick."""
         stretch = self._flight.advance(ticks)
+        if len(stretch):
+            self._flown.append(truth_block([stretch]))
         for index, row in enumerate(stretch.board.tolist()):
             yield self._packet(stretch, index, dict(zip(stretch.board_names, row, strict=True)))
 
