@@ -16,6 +16,7 @@ from __future__ import annotations
 import codecs
 import re
 from enum import Enum
+from functools import cache
 from struct import Struct
 from typing import Final, NamedTuple
 
@@ -56,6 +57,30 @@ class _Head(NamedTuple):
     known: bool
 
 
+@cache
+def _known_heads() -> re.Pattern[bytes]:
+    """Return a pattern of whole headers that belong to messages of known id.
+
+    For MAVLink 1, where the length of each is known, it is exact; for MAVLink 2 it lets pass
+    some more.
+    """
+    ids: dict[int, set[int]] = {}
+    for number, wire in wire_formats().items():
+        if number < 256:
+            ids.setdefault(wire.size, set()).add(number)
+            ids.setdefault(wire.full_size, set()).add(number)
+    first = b"|".join(
+        _byte_set({size}) + b"..." + _byte_set(numbers) for size, numbers in sorted(ids.items())
+    )
+    highest = _byte_set({number >> 16 for number in wire_formats()})
+    pattern = rb"\xfe(?:" + first + rb")|\xfd.[\x00\x01]......" + highest
+    return re.compile(pattern, re.DOTALL)
+
+
+def _byte_set(values: set[int]) -> bytes:
+    return b"[" + b"".join(b"\\x%02x" % value for value in sorted(values)) + b"]"
+
+
 class Framer:
     """Split a byte stream into MAVLink 1 and 2 frames (signed ones too) and residue.
 
@@ -72,6 +97,7 @@ class Framer:
 
     def __init__(self) -> None:
         self._known = wire_formats()
+        self._suspect = _known_heads().search
         self._buffer = b""
         self._offset = 0  # of the first byte of the buffer in the stream
         self._synchronous = True  # the buffer begins where a frame ended, or the stream began
@@ -138,6 +164,7 @@ class Framer:
         buffer, size, base = self._buffer, len(self._buffer), self._offset
         known, senders = self._known, self._senders
         checksum, find, make = crc16.mcrf4xx, buffer.find, tuple.__new__
+        suspect = self._suspect
         items: list[Frame | Residue] = []
         append = items.append
         position = done = 0  # of the candidate; of the first byte that has not come out
@@ -167,14 +194,17 @@ class Framer:
                 if (version == 2 or length in (wire_size, full_size)) and checksum(
                     buffer[position + 1 : body] + extra
                 ) == buffer[body] | buffer[body + 1] << 8:
-                    inner = find(b"\xfd", position + 1, end)
-                    if inner < 0:
-                        inner = find(b"\xfe", position + 1, end)
-                    verdict = (
-                        _Verdict.ACCEPT
-                        if inner < 0
-                        else self._overlapped(position, end, final=final)
-                    )
+                    if (
+                        find(b"\xfd", position + 1, end) < 0
+                        and find(b"\xfe", position + 1, end) < 0
+                    ) or (
+                        buffer[end - 1] < MAGIC_2
+                        and end == body + 2
+                        and not suspect(buffer, position + 1, end)
+                    ):
+                        verdict = _Verdict.ACCEPT
+                    else:
+                        verdict = self._overlapped(position, end, final=final)
                 else:
                     verdict = _Verdict.REJECT
                 accepted_known = True

@@ -1,0 +1,200 @@
+"""Framing, decoding and mapping, in messages per second, against pymavlink in the same run.
+
+The stream is that of a full-rate link: volts at 100 Hz and nine companion messages, 248 messages
+per second of flight.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from pymavlink import mavutil
+
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.decoder import Decoder
+from gsapp.decoding.dialect import dialect
+from gsapp.decoding.frames import Frame
+from gsapp.decoding.framing import Framer
+from gsapp.decoding.health import LinkHealth
+from gsapp.flight.raw import FRAMES_FILE, RawTail, RawWriter
+from gsapp.flight.records import RawRecord
+
+START_US = 1_700_000_000_000_000
+LIVE_SECONDS = 0.04  # how often a window looks
+RATES = {
+    "daq": 100, "attitude": 50, "servo": 50, "rc": 20, "rpm": 10, "pressure": 10, "hud": 5,
+    "status": 1, "heartbeat": 1, "time": 1,
+}  # fmt: skip
+
+
+def messages_at(now: float, names: list[str]) -> list[object]:
+    """Return the messages that are sent at a moment (seconds)."""
+    module, wave = dialect(), math.sin(now)
+    ms, us = int(now * 1000), int(now * 1e6)
+    volts = [2.5 + 0.5 * math.sin(now + 0.3 * k) for k in range(20)] + [0.0] * 38
+    make: dict[str, Callable[[], object]] = {
+        "daq": lambda: module.MAVLink_debug_float_array_message(us, b"daq", 0, volts),
+        "attitude": lambda: module.MAVLink_attitude_message(ms, wave, -wave, wave, 0.1, 0.2, 0.3),
+        "servo": lambda: module.MAVLink_servo_output_raw_message(us % 2**32, 0, *[1500] * 8),
+        "rc": lambda: module.MAVLink_rc_channels_message(ms, 18, *[1500] * 18, 200),
+        "rpm": lambda: module.MAVLink_raw_rpm_message(0, 7000.0 + wave),
+        "pressure": lambda: module.MAVLink_scaled_pressure_message(ms, 980.0, 2.0 + wave, 1500),
+        "hud": lambda: module.MAVLink_vfr_hud_message(30.0, 31.0, 90, 60, 300.0, 0.1),
+        "status": lambda: module.MAVLink_sys_status_message(
+            0, 0, 0, 500, 11800, 900, 80, 0, 0, 0, 0, 0, 0
+        ),
+        "heartbeat": lambda: module.MAVLink_heartbeat_message(1, 3, 81, 0, 4, 3),
+        "time": lambda: module.MAVLink_system_time_message(START_US + us, ms),
+    }
+    return [make[name]() for name in names]
+
+
+def full_stream(seconds: int) -> list[tuple[int, bytes]]:
+    """Return stamps and frames of so many seconds of flight."""
+    packer = dialect().MAVLink(None, srcSystem=1, srcComponent=1)
+    stream = []
+    for tick in range(seconds * 100):
+        names = [name for name, rate in RATES.items() if tick % (100 // rate) == 0]
+        for message in messages_at(tick / 100, names):
+            stream.append((START_US + tick * 10_000, bytes(message.pack(packer))))
+            packer.seq = (packer.seq + 1) % 256
+    return stream
+
+
+def per_second(count: int, work: Callable[[], int], repeats: int = 3) -> float:
+    """Return the best rate of several runs; each must deal with all messages."""
+    best = 0.0
+    for _ in range(repeats):
+        start = time.perf_counter()
+        done = work()
+        elapsed = time.perf_counter() - start
+        if done != count:
+            raise RuntimeError(f"{done} of {count} messages came out")
+        best = max(best, count / elapsed)
+    return best
+
+
+def chunks_of(data: bytes, size: int) -> list[bytes]:
+    """Cut a stream as reads would."""
+    return [data[start : start + size] for start in range(0, len(data), size)]
+
+
+def frame_only(chunks: list[bytes]) -> int:
+    """Frame a stream; return how many frames came."""
+    framer = Framer()
+    return sum(len(framer.feed(chunk)) for chunk in chunks) + len(framer.flush())
+
+
+def foreign_framing(data: bytes) -> int:
+    """Let pymavlink frame and unpack a stream."""
+    return len(dialect().MAVLink(None).parse_buffer(data))
+
+
+def foreign_log(path: Path) -> int:
+    """Let pymavlink read a log with its recv_msg."""
+    log = mavutil.mavlink_connection(str(path))
+    count = 0
+    while log.recv_msg() is not None:
+        count += 1
+    log.close()
+    return count
+
+
+def decode(batches: list[list[RawRecord]]) -> int:
+    """Decode and map records that are framed already."""
+    decoder = Decoder(load_channel_map("b777"))
+    for batch in batches:
+        decoder.feed(batch)
+    decoder.finish()
+    return sum(map(len, batches))
+
+
+def frame_and_decode(chunks: list[tuple[int, bytes]]) -> int:
+    """Frame, decode and map a stream in one go."""
+    framer, decoder, count = Framer(), Decoder(load_channel_map("b777")), 0
+    for stamp, chunk in chunks:
+        records = [RawRecord(stamp, "frame", item.data) for item in framer.feed(chunk)]
+        decoder.feed(records)
+        count += len(records)
+    last = [RawRecord(stamp, "frame", item.data) for item in framer.flush()]
+    decoder.feed(last)
+    decoder.finish()
+    return count + len(last)
+
+
+def watch(batches: list[list[RawRecord]]) -> int:
+    """Count the health of the link."""
+    health = LinkHealth()
+    for batch in batches:
+        health.feed(batch)
+    return health.good
+
+
+def read_back(folder: Path) -> int:
+    """Read the raw files of a flight."""
+    return sum(isinstance(record, RawRecord) for record in RawTail(folder).poll())
+
+
+def stored(folder: Path, stream: list[tuple[int, bytes]]) -> None:
+    """Write the stream as the recorder does."""
+    writer, framer = RawWriter(folder), Framer()
+    for stamp, group in itertools.groupby(stream, key=lambda entry: entry[0]):
+        items = framer.feed(b"".join(frame for _, frame in group))
+        writer.append(stamp, [item for item in items if isinstance(item, Frame)])
+    writer.append(stream[-1][0] + 1, framer.flush())
+    writer.close()
+
+
+def main(*options: str) -> dict[str, float]:
+    """Measure, print and return messages per second and ratios to pymavlink."""
+    seconds = 10 if "--quick" in options else 60
+    stream = full_stream(seconds)
+    count = len(stream)
+    data = b"".join(frame for _, frame in stream)
+    step = int(LIVE_SECONDS * 1e6)
+    live = [
+        (stamp * step, b"".join(frame for _, frame in group))
+        for stamp, group in itertools.groupby(stream, key=lambda entry: entry[0] // step)
+    ]
+    batches = [
+        [RawRecord(stamp, "frame", frame) for stamp, frame in group]
+        for _, group in itertools.groupby(stream, key=lambda entry: entry[0] // step)
+    ]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        stored(folder, stream)
+        foreign = per_second(count, lambda: foreign_log(folder / FRAMES_FILE))
+        results = {
+            "pymavlink recv_msg on a log": foreign,
+            "pymavlink parse_buffer": per_second(count, lambda: foreign_framing(data)),
+            "framing, 64 KiB reads": per_second(count, lambda: frame_only(chunks_of(data, 65536))),
+            "framing, live reads": per_second(count, lambda: frame_only([d for _, d in live])),
+            "framing, 64-byte reads": per_second(count, lambda: frame_only(chunks_of(data, 64))),
+            "reading raw files": per_second(count, lambda: read_back(folder)),
+            "link health": per_second(count, lambda: watch(batches)),
+            "decoding and mapping, live": per_second(count, lambda: decode(batches)),
+            "decoding and mapping, whole": per_second(
+                count, lambda: decode([list(itertools.chain.from_iterable(batches))])
+            ),
+            "framing, decoding and mapping, 64 KiB reads": per_second(
+                count, lambda: frame_and_decode([(START_US, c) for c in chunks_of(data, 65536)])
+            ),
+            "framing, decoding and mapping, live": per_second(
+                count, lambda: frame_and_decode(live)
+            ),
+        }
+    mean = len(data) / count
+    print(f"{count} messages of {mean:.0f} bytes on average, {seconds} s of flight at full rate")
+    for name, rate in results.items():
+        print(f"{name:44} {rate:12,.0f} messages/s   {rate / foreign:6.1f} x recv_msg")
+    return results
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
