@@ -22,12 +22,14 @@ from typing import Any, NamedTuple
 LATE = 2_000_000
 """A stamp may be so much older than the newest one before it: reordered, not restarted."""
 
-AHEAD = 10_000_000
+AHEAD = 1_500_000
 """A stamp may be so much newer than the time that has passed on the host."""
 
 CONFIRM_COUNT = 5
 CONFIRM_SPAN = 500_000
-"""So many stamps, over so much time, must agree before a clock is believed to have been set."""
+CONFIRM_HOST = 5_000_000
+"""So many stamps must agree before a clock is believed to have been set, over so much of its own
+time, or of the host's if it stands still."""
 
 SAME_CLOCK = 5_000_000
 """Two clocks that agree within this much are the same clock."""
@@ -46,6 +48,8 @@ UNIX = 10**15
 
 DRIFT = 2e-4
 """How fast the two clocks may drift apart; crystals do 1e-4 at worst."""
+
+_MOST_BEGINNINGS = 16
 
 PATIENCE = 30_000_000
 """How long messages without a stamp wait for the first one with a stamp, host time."""
@@ -242,12 +246,16 @@ class FlightClock:
             expected = self.flight_time(held.host)
             turns = (expected - held.stamp + period // 2) // period
             held = _Held(held.stamp + max(turns, 0) * period, held.host, held.item)
-        if line.held and not _follows(line.held[-1], held):
-            self.dropped += len(line.held)
-            line.held.clear()
-        line.held.append(held)
-        if len(line.held) >= 2:
+        agreeing = [each for each in line.held if _follows(each, held)]
+        if agreeing:
+            self.dropped += len(line.held) - len(agreeing)
+            line.held = [*agreeing, held]
             self._settle_first(component, line)
+        else:
+            line.held.append(held)
+            if len(line.held) > _MOST_BEGINNINGS:
+                del line.held[0]
+                self.dropped += 1
         return None
 
     def _settle_first(self, component: int, line: _Line) -> None:
@@ -292,8 +300,10 @@ class FlightClock:
         if line.held and not _follows(line.held[-1], held):
             self._drop(line)
         line.held.append(held)
-        stamps = [each.stamp for each in line.held]
-        if len(stamps) >= CONFIRM_COUNT and max(stamps) - min(stamps) >= CONFIRM_SPAN:
+        if len(line.held) < CONFIRM_COUNT:
+            return
+        span = held.stamp - line.held[0].stamp
+        if span >= CONFIRM_SPAN or held.host - line.held[0].host >= CONFIRM_HOST:
             self._move(line)
 
     def _move(self, line: _Line) -> None:
@@ -332,16 +342,19 @@ class FlightClock:
             self.released.append(Placed(time, item))
 
     def _drop(self, line: _Line) -> None:
-        self.dropped += len(line.held)
         strange = line.held[0].stamp / 1e6
         count = len(line.held)
         line.held.clear()
-        self._tell(
-            "outlier",
-            self.now,
-            f"{count} message{'s' if count > 1 else ''} with an impossible time "
-            f"({strange:.3f} s) left out",
-        )
+        before, self.dropped = self.dropped, self.dropped + count
+        # Two vehicles of one number would tell at every message: the first, tenth, hundredth do.
+        if len(str(before)) < len(str(self.dropped)) or not before:
+            self._tell(
+                "outlier",
+                self.now,
+                f"{self.dropped} message{'s' if self.dropped > 1 else ''} with an impossible time "
+                f"(the last: {strange:.3f} s) left out; if more follow, two senders share one "
+                "number",
+            )
 
     def _observe(self, time: int, host: int) -> None:
         """Take note of a stamp's delay: the lower envelope, which may rise as fast as drift."""

@@ -126,7 +126,7 @@ def test_a_restart_goes_on_by_arrival_and_is_reported() -> None:
     assert case.times[199] == 504_990_000
 
 
-@pytest.mark.parametrize("wrong", [0, 499_000_000, 600_000_000, 4_000_000_000_000_000])
+@pytest.mark.parametrize("wrong", [0, 499_000_000, 513_000_000, 600_000_000, 4_000_000_000_000_000])
 def test_one_outlier_is_dropped_and_reported(wrong: int) -> None:
     """A single impossible stamp begins no new segment."""
     case = Case()
@@ -135,13 +135,9 @@ def test_one_outlier_is_dropped_and_reported(wrong: int) -> None:
         if k == 25:
             case.stamp(wrong, 10_000 * k + 1)
     case.finish()
-    placed = [time for time in case.times if 510_000_000 <= time < 511_000_000]
-    assert placed == [510_000_000 + 10_000 * k for k in range(50)]
-    assert "restart" not in case.kinds
-    if wrong < 10**15:
-        assert case.times == placed
-        assert case.kinds == ["outlier"]
-        assert case.clock.dropped == 1
+    assert case.times == [510_000_000 + 10_000 * k for k in range(50)]
+    assert case.kinds == ["outlier"]
+    assert case.clock.dropped == 1
 
 
 def test_a_bad_first_stamp_does_not_become_the_truth() -> None:
@@ -268,3 +264,27 @@ def test_a_repeated_message_after_a_pause_is_no_frozen_clock() -> None:
         case.stamp(min(host, 10_000), host)
     assert case.times == [0, 10_000, 10_000]
     assert case.kinds == []
+
+
+def test_two_vehicles_of_one_number_do_not_flood_the_reports() -> None:
+    """Interleaved stamps of two clocks: the first one counts, the other is told of now and then."""
+    case = Case()
+    for k in range(1000):
+        case.stamp(500_000_000 + 10_000 * k, 10_000 * k)
+        case.stamp(90_000_000 + 10_000 * k, 10_000 * k + 1)
+    assert case.times == [500_000_000 + 10_000 * k for k in range(1000)]
+    assert set(case.kinds) == {"outlier"}
+    assert len(case.kinds) <= 4
+    assert case.clock.dropped >= 990
+
+
+def test_a_clock_that_goes_back_and_stands_still() -> None:
+    """It restarts at zero and never counts again: nothing waits forever."""
+    case = Case()
+    for k in range(100):
+        case.stamp(500_000_000 + 10_000 * k, 10_000 * k)
+    for k in range(1000):
+        case.stamp(0, 1_000_000 + 10_000 * k)
+    assert case.kinds[0] == "restart"
+    assert len(case.times) == 1100
+    assert case.times[-1] == pytest.approx(510_990_000, abs=20_000)
