@@ -31,7 +31,7 @@ def summarize(flight: Flight) -> dict[str, Any]:
     """
     frames = flight.frames
     return {
-        "duration": flight.duration,
+        "duration": round(flight.duration, 6),
         "channels": {
             name: {
                 **channel_statistics(flight.block.times, flight.block[name]),
@@ -76,7 +76,7 @@ def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:
     period = float(np.median(spacings)) if spacings.size else math.nan
     return {
         "count": int(samples.size),
-        "rate": 1.0 / period if period > 0.0 else None,
+        "rate": round(1.0 / period, 6) if period > 0.0 else None,
         "min": float(samples.min()),
         "max": float(samples.max()),
         "mean": float(samples.mean()),

@@ -180,6 +180,26 @@ def test_a_pause_of_a_day_costs_no_memory(tmp_path):
     assert (~np.isnan(flight.block["q"])).sum() >= 195
 
 
+def test_text_lines_and_the_rate_of_the_folder(tmp_path):
+    """A flight of text lines opens by its map, on the grid that flight.toml asks for."""
+    info = FlightInfo.model_validate({"grid_rate": "50 Hz"})
+    folder = FlightFolder.create(tmp_path / "f", info)
+    (tmp_path / "map.toml").write_text(
+        'name = "lines"\n[text]\ncolumns = ["time [ms]", "alpha [deg]", "", "q [deg/s]"]\n'
+    )
+    folder.keep_channel_map(tmp_path / "map.toml")
+    lines = [f"{START_US + k * 20_000}\t{k * 20},{k},x,{2 * k}" for k in range(100)]
+    lines = [line.replace(",x,", ",7,") for line in lines]
+    lines[40] = f"{START_US + 40 * 20_000}\tgarbled"
+    (folder.path / "raw.txt").write_text("\n".join(lines) + "\n")
+    flight = load_flight(folder.path)
+    assert flight.rate == pytest.approx(50.0)
+    np.testing.assert_allclose(flight.block["q"], 2 * flight.block["alpha"])
+    np.testing.assert_allclose(flight.block["alpha"], np.deg2rad(flight.block.times * 50))
+    assert any("garbled" in event.text for event in flight.events)
+    assert load_flight(folder.path, rate=25).rate == pytest.approx(25.0)
+
+
 def test_map_is_guessed_or_asked_for(tmp_path):
     """The box is known by its array; a log of nobody known asks for --map and lists the maps."""
     path = tmp_path / "box.tlog"
