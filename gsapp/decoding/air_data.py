@@ -55,10 +55,10 @@ def calibrated_airspeed(qbar: FloatArray) -> FloatArray:
 
 
 def dynamic_pressure(V: FloatArray, rho: FloatArray) -> FloatArray:
-    """Return rho V^2 / 2 (Pa)."""
-    return 0.5 * rho * V * V
+    """Return rho V^2 / 2 (Pa), with the sign of V: noise about zero stays about zero."""
+    return 0.5 * rho * V * np.abs(V)
 
 
 def sea_level_dynamic_pressure(Vc: FloatArray) -> FloatArray:
-    """Return the dynamic pressure (Pa) that a calibrated airspeed (m/s) means."""
-    return 0.5 * SEA_LEVEL_DENSITY * Vc * Vc
+    """Return the dynamic pressure (Pa) that a calibrated airspeed (m/s) means, with its sign."""
+    return 0.5 * SEA_LEVEL_DENSITY * Vc * np.abs(Vc)

@@ -38,6 +38,7 @@ def test_nonsense_gives_nothing_rather_than_a_number() -> None:
     speed = air_data.true_airspeed(np.array([-3.0, np.nan]), np.array([1.2, 1.2]))
     assert speed[0] == 0.0
     assert np.isnan(speed[1])
+    assert air_data.sea_level_dynamic_pressure(np.array([-2.0]))[0] == -2.45
 
 
 def outputs(*available: str) -> dict[str, tuple[str, ...]]:
