@@ -12,15 +12,18 @@ from typing import Any
 
 import numpy as np
 
+from gsapp.dynamics.dual import Dual
 from gsapp.quantities import FloatArray
 
 Value = float | FloatArray
 """A number, or an array of shape (n,) with one number for each sample."""
 
 
-def functions(value: Value) -> Any:
-    """Return the module `math` for a single float, `numpy` for anything else."""
-    return math if isinstance(value, float) else np
+def functions(value: Value | Dual) -> Any:
+    """Return `math` for a single float, `Dual` for one with derivatives, else `numpy`."""
+    if isinstance(value, float):
+        return math
+    return Dual if isinstance(value, Dual) else np
 
 
 def clip(value: Value, low: Value, high: Value) -> Value:

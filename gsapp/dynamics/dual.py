@@ -1,0 +1,100 @@
+"""Numbers that carry their derivatives: formulas written once give value and Jacobian.
+
+A `Dual` holds a value of shape (n,) and its derivatives by m quantities, shape (n, m). What is
+done to it is done to both, exactly. Used where the formula is short and its hand-made derivative
+would be longer than the formula.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gsapp.quantities import FloatArray
+
+
+class Dual:
+    """A value with its derivatives.
+
+    Parameters
+    ----------
+    value : ndarray, shape (n,)
+    slope : ndarray, shape (n, m)
+    """
+
+    __slots__ = ("slope", "value")
+    # Arrays on the left leave the operation to this class.
+    __array_ufunc__ = None
+
+    def __init__(self, value: FloatArray, slope: FloatArray) -> None:
+        self.value = value
+        self.slope = slope
+
+    def _chain(self, value: FloatArray, factor: FloatArray) -> Dual:
+        return Dual(value, factor[:, None] * self.slope)
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slope)
+
+    def __add__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value + other.value, self.slope + other.slope)
+        return Dual(self.value + other, self.slope)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Dual:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Dual:
+        return (-self) + other
+
+    def __mul__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(
+                self.value * other.value,
+                self.value[:, None] * other.slope + other.value[:, None] * self.slope,
+            )
+        return self._chain(self.value * other, other + np.zeros_like(self.value))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            return self * (1.0 / other)
+        return self * (1.0 / other)
+
+    def __rtruediv__(self, other: Any) -> Dual:
+        inverse = 1.0 / self.value
+        return self._chain(other * inverse, -other * inverse * inverse)
+
+    # The functions of `gsapp.dynamics.arithmetic.functions`.
+
+    @staticmethod
+    def sin(x: Dual) -> Dual:
+        """Return the sine."""
+        return x._chain(np.sin(x.value), np.cos(x.value))
+
+    @staticmethod
+    def cos(x: Dual) -> Dual:
+        """Return the cosine."""
+        return x._chain(np.cos(x.value), -np.sin(x.value))
+
+    @staticmethod
+    def sqrt(x: Dual) -> Dual:
+        """Return the square root."""
+        root = np.sqrt(x.value)
+        return x._chain(root, 0.5 / root)
+
+    @staticmethod
+    def asin(x: Dual) -> Dual:
+        """Return the arc sine."""
+        return x._chain(np.asin(x.value), 1.0 / np.sqrt(1.0 - x.value * x.value))
+
+    @staticmethod
+    def atan2(y: Dual, x: Dual) -> Dual:
+        """Return the angle of the point (x, y)."""
+        square = x.value * x.value + y.value * y.value
+        slope = (x.value / square)[:, None] * y.slope - (y.value / square)[:, None] * x.slope
+        return Dual(np.atan2(y.value, x.value), slope)

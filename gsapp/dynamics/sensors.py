@@ -1,0 +1,256 @@
+"""What instruments are exposed to where they sit: vanes, pitot, accelerometers (notes, section 7).
+
+Positions are from the center of gravity, body axes, m. The formulas take single numbers, arrays
+of shape (n,), and numbers with derivatives (`gsapp.dynamics.dual.Dual`) alike. `OutputModel` puts
+them behind a `FlightModel`: predicted measurements with their exact Jacobians.
+
+Lag, delay, scale and bias of an instrument are terms on the path of its signal
+(`gsapp.dynamics.signals`), found in ``FlightModel.sensor_terms``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.arithmetic import Value, functions
+from gsapp.dynamics.dual import Dual
+from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.flight_model import INPUTS, Differential, FlightModel
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import FloatArray
+
+Vector = tuple[Any, Any, Any]
+"""Three components along the body axes, each a number, an array (n,), or a `Dual`."""
+
+OUTPUTS = (
+    "V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi", "ax", "ay", "an",
+    "qbar", "p_dot", "q_dot", "r_dot",
+)  # fmt: skip
+"""What `OutputModel` can predict."""
+
+
+def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
+    """Return the velocity through the air at a place on the aircraft.
+
+    Parameters
+    ----------
+    position : tuple
+        From the CG, m.
+    flow : tuple
+        u, v, w at the CG, m/s.
+    rates : tuple
+        p, q, r, rad/s.
+    """
+    x, y, z = position
+    u, v, w = flow
+    p, q, r = rates
+    return u + q * z - r * y, v + r * x - p * z, w + p * y - q * x
+
+
+def alpha_vane(flow: Vector, upwash: float = 1.0) -> Any:
+    """Return the angle (rad) of an alpha vane in the local flow u, v, w (m/s)."""
+    return upwash * functions(flow[0]).atan2(flow[2], flow[0])
+
+
+def beta_vane(flow: Vector, kind: str = "fixed", sidewash: float = 1.0) -> Any:
+    """Return the angle (rad) of a beta vane in the local flow.
+
+    ``fixed`` on the body's z axis shows the flank angle atan(v/u); a ``swivel`` head turns with
+    alpha and shows asin(v/V).
+    """
+    u, v, _ = flow
+    m = functions(u)
+    if kind == "fixed":
+        return sidewash * m.atan2(v, u)
+    return sidewash * m.asin(v / airspeed(flow))
+
+
+def airspeed(flow: Vector) -> Any:
+    """Return the speed (m/s) of the local flow, as a pitot tube sees it."""
+    u, v, w = flow
+    return functions(u).sqrt(u * u + v * v + w * w)
+
+
+def beta_from_flank(flank: Value, alpha: Value) -> Value:
+    """Return the sideslip (rad) for the angle of a fixed vane, both at the CG."""
+    m = functions(flank)
+    return m.atan(m.tan(flank) * m.cos(alpha))  # type: ignore[no-any-return]
+
+
+def accelerations_at(
+    position: Vector, specific_force: Vector, rates: Vector, spin: Vector
+) -> Vector:
+    """Return ax, ay, an (m/s^2; an positive up) as an accelerometer at a place reads them.
+
+    Parameters
+    ----------
+    position : tuple
+        From the CG, m.
+    specific_force : tuple
+        ax, ay, an at the CG, m/s^2.
+    rates, spin : tuple
+        p, q, r (rad/s) and their rates (rad/s^2).
+    """
+    x, y, z = position
+    ax, ay, an = specific_force
+    p, q, r = rates
+    p_dot, q_dot, r_dot = spin
+    return (
+        ax - (q * q + r * r) * x + (p * q - r_dot) * y + (p * r + q_dot) * z,
+        ay + (p * q + r_dot) * x - (p * p + r * r) * y + (q * r - p_dot) * z,
+        an - (p * r - q_dot) * x - (q * r + p_dot) * y + (p * p + q * q) * z,
+    )
+
+
+def accelerations_at_cg(position: Vector, measured: Vector, rates: Vector, spin: Vector) -> Vector:
+    """Return ax, ay, an at the CG from those measured at a place: `accelerations_at` undone."""
+    x, y, z = position
+    return accelerations_at((-x, -y, -z), measured, rates, spin)
+
+
+def flow_at_cg(
+    aircraft: Aircraft, V: Value, alpha: Value, beta: Value, rates: tuple[Value, Value, Value]
+) -> tuple[Value, Value, Value]:
+    """Return V, alpha, beta at the CG from what the pitot and the two vanes show.
+
+    Each shows the flow at its own place; three rounds of correction leave less than 1e-6 rad.
+    """
+    sensors = aircraft.sensors
+    vane, fin, pitot = sensors.alpha_vane, sensors.beta_vane, sensors.air_data
+    m = functions(V)
+    speed, attack, slip = V, alpha / vane.upwash, beta / fin.upwash
+    shown = (V, attack, slip)
+    for _ in range(4):
+        u = speed * m.cos(attack) * m.cos(slip)
+        flow = (u, speed * m.sin(slip), speed * m.sin(attack) * m.cos(slip))
+        at_fin = velocity_at(fin.position, flow, rates)
+        speed = speed + shown[0] - airspeed(velocity_at(pitot.position, flow, rates))
+        attack = attack + shown[1] - alpha_vane(velocity_at(vane.position, flow, rates))
+        slip = slip + shown[2] - beta_vane(at_fin, fin.kind)
+    return speed, attack, slip
+
+
+class OutputModel:
+    """Predicted measurements of a flight model, at the places of the instruments.
+
+    Parameters
+    ----------
+    model : FlightModel
+    channels : sequence of str
+        From `OUTPUTS`. V, qbar, alpha, beta, ax, ay, an are as their instruments show them where
+        they sit, relative to the CG with the model's offset; the rest belongs to the whole body.
+
+    Raises
+    ------
+    UnknownNameError
+        If a channel cannot be predicted.
+    """
+
+    def __init__(self, model: FlightModel, channels: Sequence[str]) -> None:
+        unknown = [name for name in channels if name not in OUTPUTS]
+        if unknown:
+            raise UnknownNameError(
+                f"{', '.join(unknown)} cannot be predicted by the equations; "
+                f"they give {', '.join(OUTPUTS)}"
+            )
+        self.model = model
+        self.channels = tuple(channels)
+
+    def values(
+        self,
+        state: Sequence[Value],
+        inputs: Sequence[Value],
+        parameters: Sequence[Value] | None = None,
+    ) -> tuple[Value, ...]:
+        """Return the channels in order; arguments as in `FlightModel.totals`."""
+        totals = self.model.totals(state, inputs, parameters)
+        rates = self.model.rates(state, inputs, parameters)
+        table = self._predict(
+            state[:9], rates[3:6], totals.loads[:3], totals.body.mass, totals.cg, inputs[6]
+        )
+        return tuple(table[name] for name in self.channels)
+
+    def jacobian(
+        self,
+        state: Sequence[Value],
+        inputs: Sequence[Value],
+        parameters: Sequence[Value] | None = None,
+    ) -> tuple[FloatArray, FloatArray, Differential]:
+        """Return values, total derivatives, and the differential of the equations.
+
+        Returns
+        -------
+        values : ndarray, shape (n, n_channels)
+        derivatives : ndarray, shape (n, n_channels, n_all)
+            By all states, then inputs, then parameters, as in `Differential`.
+        differential : Differential
+        """
+        differential = self.model.differentiate(state, inputs, parameters)
+        rates = self.model.rates(state, inputs, parameters)
+        count, n_states, n_all = differential.rates.shape
+        totals = differential.totals
+        unit = np.eye(n_all)
+
+        def dual(value: Value, slope: FloatArray) -> Dual:
+            full = np.array(np.broadcast_to(np.asarray(value, dtype=float), (count,)))
+            return Dual(full, np.array(np.broadcast_to(slope, (count, n_all))))
+
+        table = self._predict(
+            tuple(dual(x, unit[index]) for index, x in enumerate(state[:9])),
+            tuple(dual(rates[index], differential.rates[:, index]) for index in range(3, 6)),
+            tuple(dual(totals.loads[index], differential.loads[:, index]) for index in range(3)),
+            dual(totals.body.mass, differential.body[:, 0]),
+            tuple(dual(totals.cg[index], differential.cg[:, index]) for index in range(3)),
+            dual(inputs[6], unit[n_states + INPUTS.index("rho")]),
+        )
+        chosen = [table[name] for name in self.channels]
+        values = np.stack([x.value for x in chosen], axis=-1)
+        return values, np.stack([x.slope for x in chosen], axis=1), differential
+
+    def _predict(
+        self,
+        polar: Sequence[Any],
+        spin: Sequence[Any],
+        force: Sequence[Any],
+        mass: Any,
+        cg: Sequence[Any],
+        rho: Any,
+    ) -> dict[str, Any]:
+        sensors = self.model.aircraft.sensors
+        V, alpha, beta, p, q, r = polar[:6]
+        m = functions(V)
+        rates = (p, q, r)
+        forward = V * m.cos(beta)
+        flow = (forward * m.cos(alpha), V * m.sin(beta), forward * m.sin(alpha))
+
+        def place(position: Vector) -> Vector:
+            x, y, z = position
+            return x - cg[0], y - cg[1], z - cg[2]
+
+        def flow_at(position: Vector) -> Vector:
+            return velocity_at(place(position), flow, rates)
+
+        specific = (force[0] / mass, force[1] / mass, -(force[2] / mass))
+        ax, ay, an = accelerations_at(
+            place(sensors.accelerometer.position), specific, rates, (spin[0], spin[1], spin[2])
+        )
+        vane, fin = sensors.alpha_vane, sensors.beta_vane
+        speed = airspeed(flow_at(sensors.air_data.position))
+        table = dict(zip(POLAR_STATES, polar, strict=True))
+        table.update(
+            V=speed,
+            qbar=0.5 * rho * speed * speed,
+            alpha=alpha_vane(flow_at(vane.position), vane.upwash),
+            beta=beta_vane(flow_at(fin.position), fin.kind, fin.upwash),
+            ax=ax,
+            ay=ay,
+            an=an,
+            p_dot=spin[0],
+            q_dot=spin[1],
+            r_dot=spin[2],
+        )
+        return table
