@@ -354,6 +354,19 @@ class _Watch:
         """Return whether any threshold is on."""
         return any(latch.on for latch in self._latches.values())
 
+    def quiet_between(self) -> tuple[float, float] | None:
+        """Return between which values samples change nothing at all; None if any may."""
+        if any(latch.on or latch.since is not None for latch in self._latches.values()):
+            return None
+        low, high = -math.inf, math.inf
+        if self._armed:
+            high = min(latch.threshold for latch in self._latches.values())
+            if self.rule.asleep_at is not None:
+                high = min(high, self._sign * self.rule.asleep_at)
+        elif self.rule.armed_at is not None:
+            low = self._sign * self.rule.armed_at
+        return (low, high) if self._sign > 0 else (-high, -low)
+
     def feed(self, first: int, values: FloatArray) -> list[_Step]:
         """Take in samples from index `first` on; return where the severity changed."""
         if self._next is not None and first != self._next:
@@ -413,6 +426,13 @@ class _Watch:
         return stretches
 
 
+class _Watched(NamedTuple):
+    """The rules of one channel, and its place among all channels."""
+
+    place: int
+    watches: list[_Watch]
+
+
 class LimitMonitor:
     """Watches the samples of all channels against their limits, and raises alarms.
 
@@ -430,29 +450,40 @@ class LimitMonitor:
         self._limits = limits
         self._board = board
         self._rate = rate
-        self._watches: dict[str, list[_Watch]] = {}
+        self._channels: dict[str, _Watched] = {}
+        self._places: dict[tuple[str, ...], npt.NDArray[np.int64]] = {}
+        # Between these nothing happens, by the place of the channel; empty where it might.
+        self._lowest = np.empty(0)
+        self._highest = np.empty(0)
 
     def reset(self) -> None:
         """Forget every sample seen. The board is the owner's to reset."""
-        self._watches.clear()
+        self._channels.clear()
+        self._places.clear()
+        self._lowest = self._highest = np.empty(0)
 
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels, on consecutive places of the grid."""
         if not len(block):
             return
         first = round(float(block.times[0]) * self._rate)
+        places = self._places_of(block.channels)
+        # The usual case, all columns at once: nobody near a limit, nothing pending.
+        lows = np.fmin.reduce(block.values, axis=0)
+        highs = np.fmax.reduce(block.values, axis=0)
+        lowest, highest = self._lowest[places], self._highest[places]
+        stirred = (lows < lowest) | (highs > highest) | np.isnan(lowest)
+        if not stirred.any():
+            return
         steps: list[tuple[_Step, LimitRule]] = []
         touched: list[_Watch] = []
-        for column, channel_id in enumerate(block.channels):
-            watches = self._watches.get(channel_id)
-            if watches is None:
-                rules = self._limits.rules(channel_id)
-                watches = self._watches[channel_id] = [_Watch(rule, self._rate) for rule in rules]
-            values = block.values[:, column]
-            for watch in watches:
-                steps += [(step, watch.rule) for step in watch.feed(first, values)]
+        for column in np.flatnonzero(stirred).tolist():
+            watched = self._channels[block.channels[column]]
+            for watch in watched.watches:
+                steps += [(step, watch.rule) for step in watch.feed(first, block.values[:, column])]
                 if watch.on:
                     touched.append(watch)
+            self._set_quiet(watched)
         for step, rule in sorted(steps, key=lambda pair: pair[0][:2]):
             if step.severity is Severity.NORMAL:
                 self._board.reach(step.key, step.value)
@@ -468,6 +499,35 @@ class LimitMonitor:
                 )
         for watch in touched:
             self._board.reach(watch.rule.key, watch.peak)
+
+    def _places_of(self, channels: tuple[str, ...]) -> npt.NDArray[np.int64]:
+        found = self._places.get(channels)
+        if found is None:
+            for channel_id in channels:
+                if channel_id not in self._channels:
+                    rules = self._limits.rules(channel_id)
+                    watched = _Watched(
+                        len(self._channels), [_Watch(rule, self._rate) for rule in rules]
+                    )
+                    self._channels[channel_id] = watched
+                    self._lowest = np.append(self._lowest, 0.0)
+                    self._highest = np.append(self._highest, 0.0)
+                    self._set_quiet(watched)
+            found = np.array([self._channels[name].place for name in channels], dtype=np.int64)
+            self._places[channels] = found
+        return found
+
+    def _set_quiet(self, watched: _Watched) -> None:
+        low, high = -math.inf, math.inf
+        for watch in watched.watches:
+            quiet = watch.quiet_between()
+            # While something is under way even a missing sample matters, and so does any value.
+            low, high = (
+                (math.nan, math.nan) if quiet is None else (max(low, quiet[0]), min(high, quiet[1]))
+            )
+            if quiet is None:
+                break
+        self._lowest[watched.place], self._highest[watched.place] = low, high
 
 
 class PresenceMonitor:
@@ -498,6 +558,7 @@ class PresenceMonitor:
         self._board = board
         self._group = group
         self._patience = max(1, math.ceil(patience / self.TICK))
+        self._members: dict[tuple[str, ...], dict[str, list[int]]] = {}
         self._front: int | None = None
         self._judged: int | None = None
         self._last: dict[str, int] = {}
@@ -514,24 +575,37 @@ class PresenceMonitor:
         if not len(block):
             return
         ticks = np.floor_divide(block.times + 1e-6, self.TICK).astype(np.int64)
-        present: npt.NDArray[np.bool_] = np.logical_not(np.isnan(block.values))
-        columns = np.flatnonzero(np.any(present, axis=0)).tolist()
-        if not columns:
-            return
-        every = bool(np.all(present))
-        whole = np.unique(ticks)
-        groups: dict[str, list[int]] = {}
-        for column in columns:
-            name = self._group(block.channels[column])
-            if name is not None:
-                groups.setdefault(name, []).append(column)
-        for name, members in groups.items():
-            seen = whole if every else np.unique(ticks[np.any(present[:, members], axis=1)])
-            self._coming.setdefault(name, []).append(seen)
-        newest = int(ticks[np.flatnonzero(np.any(present, axis=1))[-1]])
+        missing: npt.NDArray[np.bool_] = np.isnan(block.values)
+        if missing.any():
+            present = np.logical_not(missing)
+            rows = np.flatnonzero(np.any(present, axis=1))
+            if not rows.size:
+                return
+            newest = int(ticks[rows[-1]])
+            for name, members in self._groups(block.channels).items():
+                self._note(name, ticks[np.any(present[:, members], axis=1)])
+        else:
+            newest = int(ticks[-1])
+            for name in self._groups(block.channels):
+                self._note(name, ticks)
         self._front = newest if self._front is None else max(self._front, newest)
         if self._judged is None:
             self._judged = int(ticks[0]) - 1
+
+    def _groups(self, channels: tuple[str, ...]) -> dict[str, list[int]]:
+        """Return the columns of a block by what carries them."""
+        found = self._members.get(channels)
+        if found is None:
+            found = self._members[channels] = {}
+            for column, channel_id in enumerate(channels):
+                name = self._group(channel_id)
+                if name is not None:
+                    found.setdefault(name, []).append(column)
+        return found
+
+    def _note(self, name: str, ticks: npt.NDArray[np.int64]) -> None:
+        if ticks.size:
+            self._coming.setdefault(name, []).append(ticks)
 
     def settle(self) -> None:
         """Judge the ticks whose time has come; once after all blocks of a step."""

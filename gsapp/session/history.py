@@ -109,6 +109,12 @@ class _SparseArray:
             self._pool.values[begin : begin + count] = values[done : done + count]
             done += count
 
+    def write_within(self, first: int, values: FloatArray) -> None:
+        """Put values at positions that lie in one segment."""
+        segment, start = divmod(first, self.size)
+        begin = self._base(segment) + start
+        self._pool.values[begin : begin + len(values)] = values
+
     def scatter(self, indices: IndexArray, values: FloatArray) -> None:
         """Put values at single positions; of several at one position the last one stays."""
         segments, inside = np.divmod(indices, self.size)
@@ -154,6 +160,19 @@ class _Track:
         self.start: int | None = None
         self.next: int | None = None
         self.last: tuple[int, float] | None = None
+
+    def go_on(self, first: int, last: int, values: FloatArray, newest: float) -> None:
+        """Take in the next samples, inside one segment, of which the last is a number.
+
+        Nearly all samples come this way, a few at a time, for dozens of channels.
+        """
+        self.raw.write_within(first, values)
+        if self.dirty_last == first and last - self.dirty_first < _RAW_SEGMENT:
+            self.dirty_last = last
+        else:
+            self.soil(first, last)
+        self.next = last
+        self.last = (last - 1, newest)
 
     def soil(self, first: int, last: int) -> None:
         """Note that samples ``first <= k < last`` changed."""
@@ -354,11 +373,16 @@ class History:
             indices = np.rint(scaled[usable]).astype(np.int64)
             values = values[usable]
             first, last = int(indices.min()), int(indices.max())
+        newest = values[-1].tolist()
+        within = indices is None and first % _RAW_SEGMENT + count <= _RAW_SEGMENT
         for column, channel_id in enumerate(block.channels):
             track = self._tracks.get(channel_id)
             if track is None:
                 track = self._tracks[channel_id] = _Track(self._pool)
-            self._put(track, first, last + 1, indices, values[:, column])
+            if within and first == track.next and newest[column] == newest[column]:
+                track.go_on(first, last + 1, values[:, column], newest[column])
+            else:
+                self._put(track, first, last + 1, indices, values[:, column])
         self._end = last + 1 if self._end is None else max(self._end, last + 1)
 
     @staticmethod

@@ -618,10 +618,9 @@ class Session:
 
     def _carrier(self, channel_id: str) -> str | None:
         """Return the message that carries a channel."""
-        found = self._messages.get(channel_id)
-        if found is None:
-            found = self._messages[channel_id] = message_of(self.sources.get(channel_id))
-        return found
+        if channel_id not in self._messages:
+            self._messages[channel_id] = message_of(self.sources.get(channel_id))
+        return self._messages[channel_id]
 
     def _playhead(self) -> Playhead | None:
         feed = self.replaying
