@@ -339,6 +339,24 @@ def test_what_was_rewritten_is_painted_anew():
     assert np.array_equal(seen(picture, view), seen(fresh, view))
 
 
+@pytest.mark.parametrize("window", [0.8, 3.0, 20.0])
+def test_a_replay_shows_what_a_live_flight_would(window):
+    """Proves the horizon: playing, jumping back and playing again equal a picture made at once."""
+    rng = np.random.default_rng(3)
+    history = history_of(rng.normal(0.0, 0.3, (3000, len(CHANNELS))), CHANNELS)
+    history.horizon = 10.0
+    view = view_of(history, width=150, window=window)
+    picture, _ = picture_of(view)
+    for horizon in (10.0, 10.02, 10.03, 10.5, 11.0, 4.0, 4.02, 4.1, 25.0, 25.01, 9.0):
+        history.horizon = horizon
+        view.follow(history.end)
+        picture.advance(history, view)
+        fresh, _ = picture_of(view)
+        fresh.advance(history, view)
+        assert np.array_equal(seen(picture, view), seen(fresh, view))
+        assert view.x(horizon) == view.width - 1
+
+
 class CountingHistory:
     """A history that counts how many columns it is asked for."""
 

@@ -433,6 +433,39 @@ def test_charts_that_find_no_room_come_into_sight_when_chosen(qtbot, strips):
     assert 15 in strips.geometry_in_pixels.numbers
 
 
+def test_being_told_the_same_again_costs_nothing(qtbot, strips):
+    """Proves that a window may tell everything on every tick: nothing is made anew."""
+    limits = {"V": Bands(warning_high=30.0)}
+    spans, marks = [Span(label="one", start=52.0)], [Mark(label="here", time=53.0)]
+
+    def tell():
+        strips.set_layout(LAYOUT)
+        strips.set_theme(DAYLIGHT)
+        strips.set_units("US")
+        strips.set_scale(1.0)
+        strips.set_limits(dict(limits))
+        strips.set_spans(list(spans))
+        strips.set_marks(list(marks))
+        settle(qtbot, strips)
+
+    tell()
+    picture = strips.picture
+    tell()
+    assert strips.picture is picture
+
+
+def test_a_widget_never_shown_can_be_pictured(qtbot, history):
+    """Proves that a report or a headless run gets a full picture."""
+    widget = StripChart(timed=False)
+    qtbot.addWidget(widget)
+    widget.resize(800, 400)
+    widget.set_layout(LAYOUT)
+    widget.set_history(history)
+    screen = pixels_of(image_of(widget))
+    assert count(screen, DAYLIGHT.trace("blue")) > 500
+    assert widget.readings(3)[0].text.startswith("1")
+
+
 def test_nothing_yet_is_said(qtbot):
     """Proves that an empty display explains itself and does not fail."""
     widget = StripChart(timed=False)

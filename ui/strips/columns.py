@@ -17,7 +17,7 @@ import numpy as np
 from gsapp.quantities import FloatArray
 
 # The history answers quickest for bins that its own cells fill without a remainder.
-_CELLS = ((4096, 256), (128, 16))
+_CELLS = ((16385, 4096), (1025, 256), (65, 16))
 _WIDEST_SAMPLE = 64
 
 
@@ -35,6 +35,10 @@ class Samples(Protocol):
     @property
     def revision(self) -> int:
         """Return a number that changes whenever what was drawn may have become wrong."""
+
+    @property
+    def start(self) -> float:
+        """Return the flight time at which the flight begins, s."""
 
     @property
     def end(self) -> float | None:

@@ -155,6 +155,12 @@ class StripView:
                 steps -= int(math.copysign(1, steps))
                 before = self._scale
 
+    def follow(self, now: float) -> None:
+        """Take a new newest time, s; one before the paused picture, as in a replay, goes on."""
+        self.now = now
+        if self._held is not None and self._held > now:
+            self._held = None
+
     def pause(self) -> None:
         """Stand still where we are."""
         if self._held is None and self.now is not None:

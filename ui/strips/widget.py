@@ -130,7 +130,9 @@ class StripChart(QWidget):
         self.view_changed.emit()
 
     def set_layout(self, layout: StripLayout) -> None:
-        """Show other charts."""
+        """Show other charts; a window other than the former layout's is taken over, too."""
+        if layout == self._layout:
+            return
         if layout.window != self._layout.window:
             self.view.set_window(layout.window)
         self._layout = layout
@@ -145,20 +147,26 @@ class StripChart(QWidget):
 
     def set_theme(self, theme: Theme) -> None:
         """Take the colors and line weight of a theme."""
+        if theme is self._theme:
+            return
         self._theme = theme
         self._charts.clear()
         self._rebuild()
 
     def set_units(self, system: str) -> None:
         """Show ``US`` or ``SI`` units."""
+        if system == self._units:
+            return
         self._units = system
         self._charts.clear()
         self._rebuild()
 
     def set_scale(self, scale: float) -> None:
         """Take another size of type and lines: 1.0 to 2.5."""
-        self._zoom = sizes(scale).scale
-        self._rebuild()
+        held = sizes(scale).scale
+        if held != self._zoom:
+            self._zoom = held
+            self._rebuild()
 
     def set_spans(self, spans: Sequence[Span]) -> None:
         """Show these labeled stretches across all charts."""
@@ -174,6 +182,8 @@ class StripChart(QWidget):
 
     def set_limits(self, limits: Mapping[str, Limits]) -> None:
         """Draw these limits, and name the values beyond them; by channel id."""
+        if dict(limits) == self._limits:
+            return
         self._limits = dict(limits)
         self._charts.clear()
         self._rebuild()
@@ -249,9 +259,9 @@ class StripChart(QWidget):
             end = max(end, self._given_now)
         if end is None:
             return
-        self.view.now = end
+        self.view.follow(end)
         if self.view.start is None:
-            self.view.start = float(getattr(history, "start", 0.0))
+            self.view.start = history.start
 
     def _follow(self, history: Samples) -> None:
         picture, geometry = self._picture, self._geometry
@@ -451,6 +461,8 @@ class StripChart(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the parts that changed."""
         if self._stale_build or self._geometry is None:
+            if self._history is not None:
+                self._take_time(self._history)
             self._build()
             if self._history is not None and self.view.now is not None:
                 self._read_values(self._history)
