@@ -301,16 +301,24 @@ class Recorder:
     def _read(self) -> None:
         """Take from the source, and nothing else."""
         while not self._ended.is_set() and not self.source.finished:
-            if chunks := self.source.read(_READ_SECONDS):
+            try:
+                chunks = self.source.read(_READ_SECONDS)
+            except Exception as error:  # a fault of a driver must not end the record
+                self.source.state = f"{self.source.address}: {error}; trying again"
+                self._ended.wait(_RETRY_SECONDS)
+                continue
+            if chunks:
                 self._arrived.put(chunks)
 
     def _keep(self) -> None:
         """Flush to the disk, and tell the state."""
         next_sync = time.monotonic() + _SYNC_SECONDS
         while True:
-            status = self.status("recording")
-            write_status(self._status_path, status)
-            self._on_status(status)
+            # Whatever goes wrong in telling, the flushing below goes on.
+            with contextlib.suppress(Exception):
+                status = self.status("recording")
+                write_status(self._status_path, status)
+                self._on_status(status)
             if self._ended.wait(_STATUS_SECONDS):
                 return
             if time.monotonic() >= next_sync:

@@ -78,6 +78,11 @@ class RecorderHandle:
             if time.monotonic() >= deadline:
                 return False
             time.sleep(_LOOK_SECONDS)
+        for child in _children:
+            if child.pid == self.pid:
+                # The lock goes a moment before the process.
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.wait(2.0)
         return True
 
 

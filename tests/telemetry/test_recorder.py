@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -11,7 +12,7 @@ import sys
 import textwrap
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from pathlib import Path
 
 import pytest
@@ -169,6 +170,25 @@ def test_the_sign_of_life_is_sent_when_asked_for(tmp_path, patience) -> None:
     with Running(silent, tmp_path):
         time.sleep(0.1)
     assert silent.written == []
+
+
+def test_a_fault_of_a_driver_does_not_end_the_record(tmp_path, frames, patience) -> None:
+    class Faulty(Script):
+        faults = 1
+
+        def read(self, timeout: float) -> list[Chunk]:
+            if self.faults:
+                self.faults -= 1
+                raise RuntimeError("driver fault")
+            return super().read(timeout)
+
+    def tell(_: RecorderStatus) -> None:
+        raise ValueError("nobody listens")
+
+    sent = frames(5)
+    source = Faulty(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+    with Running(source, tmp_path, on_status=tell):
+        patience(lambda: data_of(tmp_path) == sent)
 
 
 def test_a_full_disk_is_announced_long_before(tmp_path, frames, patience) -> None:
@@ -514,3 +534,70 @@ def test_sigterm_ends_a_record_cleanly(tmp_path, frames, port, patience) -> None
     child.send_signal(signal.SIGTERM)
     assert child.wait(10) == 0
     assert data_of(tmp_path) == [frame[:-1]]
+
+
+@pytest.mark.usefixtures("recorders")
+def test_bad_input_over_a_link_is_kept_byte_for_byte(tmp_path, frames, port, patience) -> None:
+    """Garbage, torn frames, both versions, unknown ids, two aircraft: all of it, in order."""
+    choose = random.Random(5)
+    unknown = bytes((0xFD, 5, 0, 0, 9, 1, 1)) + (15_000_000).to_bytes(3, "little") + b"1234567"
+    one, two = frames(200, seed=1, system=1), frames(200, seed=2, system=2)
+    stream, whole = b"", []
+    for number, pair in enumerate(zip(one, two, strict=True)):
+        stream += b"".join(pair)
+        whole += pair
+        if number % 10 == 0:
+            stream += choose.randbytes(choose.randrange(30))
+        if number % 10 == 3:
+            stream += pair[0][: len(pair[0]) // 2]
+        if number % 10 == 6:
+            stream += unknown
+    handle = start_recorder(f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}", tmp_path)
+    address = parse_link(handle.status().link)
+    with socket.create_connection((address.host, address.port)) as vehicle:
+        for start in range(0, len(stream), 777):
+            vehicle.sendall(stream[start : start + 777])
+        patience(lambda: handle.status().received_bytes == len(stream))
+    handle.stop()
+    records = RawTail(tmp_path).poll()
+    assert b"".join(item.data for item in records) == stream
+    found = [item.data for item in records if item.kind == "frame"]
+    assert Counter(whole) - Counter(found) == Counter()
+    assert found.count(unknown) == 20
+
+
+def filled_disk(folder: Path):
+    """Return a small disk of its own with little room left, or skip."""
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=400k", "none", str(folder)]
+    if sys.platform != "linux" or subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("only the superuser of a Linux computer may make a small disk")
+    (folder / "filler").write_bytes(bytes(340_000))
+
+
+@pytest.mark.usefixtures("recorders")
+def test_a_recorder_lives_through_a_disk_that_is_full(tmp_path, frames, port, patience) -> None:
+    """A real disk without room: said in the status, survived, and written when room returns."""
+    disk = tmp_path / "disk"
+    filled_disk(disk)
+    link, sender, target = udp_link(port)
+    try:
+        handle = start_recorder(link, disk / "flight")
+        sent = frames(2000)
+        for number, frame in enumerate(sent):
+            sender.sendto(frame, target)
+            if number % 20 == 0:
+                time.sleep(0.002)
+        patience(lambda: handle.status().waiting_bytes > 10_000)
+        status = handle.status()
+        assert "is full" in status.error
+        assert status.frames > 1000
+        (disk / "filler").unlink()
+        patience(lambda: len(data_of(disk / "flight")) == len(sent))
+        assert data_of(disk / "flight") == sent
+        patience(lambda: not handle.status().error)
+        assert handle.stop()
+    finally:
+        if running := find_recorder(disk / "flight"):
+            running.stop()
+        subprocess.run(["umount", str(disk)], check=True)  # noqa: S607

@@ -428,6 +428,38 @@ def test_denied_ports_get_a_sentence() -> None:
         source.open()
 
 
+def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
+    """Drivers raise more than they say: `termios.error` is no OSError."""
+
+    class Port:
+        timeout = 0.0
+
+        def read(self, _count: int) -> bytes:
+            raise TypeError("an integer is required")
+
+        def close(self) -> None:
+            raise TypeError("closed already")
+
+    address = parse_link("serial:/dev/ttyUSB0:57600")
+    source = source_class("serial")(
+        address, clock=HostClock(), ports=list, opener=lambda _path, _baud: Port()
+    )
+    source.open()
+    assert [chunk.data for chunk in source.read(0.01)] == [b""]
+    assert "has gone; plug it in again" in source.state
+    source.close()
+
+
+def test_a_rate_that_a_port_cannot_run_at_gets_a_sentence() -> None:
+    def opener(path: str, baud: int):
+        raise OSError(errno.EINVAL, "invalid baud rate: 300")
+
+    address = parse_link("serial:/dev/ttyUSB0:300")
+    source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
+    with pytest.raises(LinkError, match="cannot run at 300 baud; choose the rate"):
+        source.open()
+
+
 def test_several_peers_are_told_apart_and_all_answered(port, frames) -> None:
     number = port(socket.SOCK_DGRAM)
     source = open_source(f"udpin:127.0.0.1:{number}")

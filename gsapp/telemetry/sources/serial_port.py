@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -51,7 +52,21 @@ def open_port(path: str, baud: int) -> Any:
     """Open a serial port for this program alone."""
     import serial
 
-    return serial.Serial(path, baud, timeout=0, write_timeout=1.0, exclusive=True)
+    try:
+        return serial.Serial(path, baud, timeout=0, write_timeout=0.1, exclusive=True)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, f"invalid baud rate: {error}") from error
+
+
+@contextlib.contextmanager
+def _as_os_errors() -> Iterator[None]:
+    """Turn what the driver raises into OSError: `termios.error` and TypeError are none."""
+    try:
+        yield
+    except OSError:
+        raise
+    except Exception as error:
+        raise OSError(errno.EIO, str(error)) from error
 
 
 class SerialSource(ReconnectingSource):
@@ -91,7 +106,8 @@ class SerialSource(ReconnectingSource):
 
     def _connect(self) -> None:
         self._path = self._find()
-        self._port = self._opener(self._path, self.address.baud)
+        with _as_os_errors():
+            self._port = self._opener(self._path, self.address.baud)
         for port in self._ports():
             if port.device == self._path and port.vid is not None and port.pid is not None:
                 self._identity = Identity(
@@ -115,14 +131,15 @@ class SerialSource(ReconnectingSource):
     def _receive(self, timeout: float) -> list[Chunk]:
         if self._port is None:
             return []
-        self._port.timeout = max(timeout, 0.0)
-        data = self._port.read(1)
-        if not data:
-            return []
-        stamp = self.clock.now_us()
-        waiting = self._port.in_waiting
-        if waiting:
-            data += self._port.read(waiting)
+        with _as_os_errors():
+            self._port.timeout = max(timeout, 0.0)
+            data = self._port.read(1)
+            if not data:
+                return []
+            stamp = self.clock.now_us()
+            waiting = self._port.in_waiting
+            if waiting:
+                data += self._port.read(waiting)
         return [Chunk(stamp, bytes(data))]
 
     def _send(self, data: bytes) -> None:
@@ -132,7 +149,8 @@ class SerialSource(ReconnectingSource):
     def _disconnect(self) -> None:
         if self._port is not None:
             port, self._port = self._port, None
-            port.close()
+            with _as_os_errors():
+                port.close()
 
     def _problem(self, error: OSError) -> LinkError:
         if isinstance(error, LinkError):

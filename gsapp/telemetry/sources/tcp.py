@@ -56,7 +56,7 @@ class TcpSource(ReconnectingSource):
 
     def _send(self, data: bytes) -> None:
         if self._socket is not None:
-            self._socket.sendall(data)
+            self._socket.send(data)
 
     def _disconnect(self) -> None:
         if self._socket is not None:
@@ -131,10 +131,8 @@ class TcpInSource(ReconnectingSource):
     def _from_client(self, client: socket.socket) -> Chunk:
         try:
             data = client.recv(_READ_BYTES)
-        except (BlockingIOError, InterruptedError):
-            data = b""
         except OSError:
-            data = b""
+            data = b""  # an error ends a connection as well
         stamp = self.clock.now_us()
         peer = self._clients[client]
         if not data:

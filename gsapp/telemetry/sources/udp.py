@@ -86,9 +86,11 @@ class UdpInSource(_UdpSource):
 
     def _accepts(self, sender: tuple[Any, ...]) -> bool:
         if sender not in self._peers:
-            self._peers.pop(next(iter(self._peers)), 0.0) if len(self._peers) >= _MOST_PEERS else 0
+            if len(self._peers) >= _MOST_PEERS:
+                del self._peers[min(self._peers, key=self._peers.__getitem__)]
             self._peers[sender] = 0.0
-            self.state = f"{self.address}: receiving from {', '.join(p[0] for p in self._peers)}"
+            heard = ", ".join(sorted({peer[0] for peer in self._peers}))
+            self.state = f"{self.address}: receiving from {heard}"
         self._peers[sender] = self.clock.monotonic()
         return True
 
