@@ -52,11 +52,9 @@ def run(
     """
     times = speed_of(speed)
     if not headless:
-        from importlib import import_module
+        from ui.app import run_window
 
-        # By name: only the composition root may know the window, and only when it is wanted.
-        window = import_module("ui.app").run_window
-        return int(window(flight=flight, speed=str(speed), channel_map=channel_map))
+        return int(run_window(flight=flight, speed=str(speed), channel_map=channel_map))
     import sys
 
     from rich.console import Console

@@ -63,6 +63,7 @@ class RecordReader:
         self._path = path
         self._grows = grows
         self._held: list[RawRecord] = []
+        self._next_guess = 0
         self.problem = ""
         self.decoder: Decoder | None = None
         if setting.channel_map is not None:
@@ -98,8 +99,10 @@ class RecordReader:
 
     def _hold(self, records: list[RawRecord], more: bool) -> list[RawRecord]:
         """Keep records until they tell which map fits; then return all of them."""
+        if len(self._held) >= _GUESS_RECORDS and self.problem:
+            return []  # enough was seen to know that none fits
         self._held += records
-        if not self._held or self.problem:
+        if len(self._held) <= self._next_guess:
             return []
         enough = len(self._held) >= _GUESS_RECORDS
         if self._grows and not enough:
@@ -113,13 +116,12 @@ class RecordReader:
         try:
             channel_map = guess_map(self._held[:_GUESS_RECORDS], self._path)
         except FlightError as error:
-            if self._grows and len(self._held) < _GUESS_RECORDS:
-                return []
             if not self._grows:
                 raise
             self.problem = str(error)
-            self._held.clear()
+            self._next_guess = len(self._held) * 3 // 2
             return []
+        self.problem = ""
         setting = self._setting
         self._begin(
             Setting(

@@ -26,6 +26,10 @@ class Box:
         self._packer.seq = (self._packer.seq + 1) % 256
         return frame
 
+    def say(self, text: str) -> bytes:
+        """Return a frame of words."""
+        return self._pack(self._module.MAVLink_statustext_message(6, text.encode()))
+
     def tick(self, k: int) -> list[bytes]:
         """Return the frames of one hundredth of a second."""
         module = self._module

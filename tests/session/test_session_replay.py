@@ -13,6 +13,7 @@ import pytest
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.cli import replay
 from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer
 from gsapp.flight.events import Event, EventLog
 from gsapp.flight.folder import FlightFolder
@@ -204,3 +205,40 @@ def test_an_empty_flight_is_no_fault(tmp_path: Path) -> None:
     assert session.now is None
     assert session.snapshot().playhead is None
     assert session.flight().block.channels == ()
+
+
+def test_what_the_vehicle_said_is_told_at_its_time(tmp_path: Path, box: Any) -> None:
+    """STATUSTEXT comes with the playhead, and goes with it."""
+    folder = FlightFolder.create(tmp_path / "flight").path
+    writer, framer = RawWriter(folder), Framer()
+    for k in range(1500):
+        frames = box.tick(k)
+        if k in (300, 900):
+            frames.append(box.say(f"engine {k}"))
+        writer.append(START_US + 10_000 * k, framer.feed(b"".join(frames)))
+    writer.close()
+    session = Session.replay(folder, channel_map="b777", speed=MAX_SPEED)
+    run_through(session)
+    assert [event.text for event in session.messages()] == ["engine 300", "engine 900"]
+    assert session.messages()[0].time == pytest.approx(4.0, abs=0.02)
+    session.replaying.seek(6.0)
+    assert [event.text for event in session.messages()] == ["engine 300"]
+
+
+def test_a_record_that_fits_no_map_says_so(tmp_path: Path) -> None:
+    """The names of the maps are in the sentence; nothing is decoded by guesswork."""
+    folder = FlightFolder.create(tmp_path / "flight").path
+    writer, framer = RawWriter(folder), Framer()
+    module = dialect()
+    packer = module.MAVLink(None, srcSystem=1, srcComponent=1)
+    for k in range(100):
+        frame = bytes(module.MAVLink_attitude_message(k, 0, 0, 0, 0, 0, 0).pack(packer))
+        writer.append(START_US + 50_000 * k, framer.feed(frame))
+    writer.close()
+    with pytest.raises(FlightError, match="which channel map fits"):
+        run_through(Session.replay(folder, speed=MAX_SPEED))
+    (folder / "recorder.lock").touch()
+    live = Session.follow(folder)
+    live.update()
+    assert "b777" in live.snapshot().problem
+    assert live.history.channels == ()
