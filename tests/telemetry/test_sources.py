@@ -16,6 +16,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from gsapp.decoding.frames import Frame
 from gsapp.decoding.framing import Framer
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import LinkError
@@ -191,7 +192,7 @@ def send_to(source: Source, end: OtherEnd, data: bytes) -> None:
 
 
 def test_every_kind_of_link_is_in_the_suite() -> None:
-    """The virtual aircraft has its own tests: it makes its data itself."""
+    """The virtual aircraft makes its data itself: it has a test of its own below."""
     assert set(SOURCES) == {*ENDS, "virtual"}
 
 
@@ -547,3 +548,20 @@ def test_a_host_clock_set_back_does_not_send_stamps_back() -> None:
     wall[0] += 60_000_000  # and a leap forward is followed
     assert clock.now_us() - third == 60_000_000
     assert clock.correction_us > 0
+
+
+def test_the_virtual_aircraft_is_a_source_like_any_other() -> None:
+    """It makes its data itself, in a process of its own: whole frames, rising stamps, an end."""
+    source = open_source("virtual", speed=10.0)
+    source.open()
+    chunks = collect(source, 5000, 30.0)
+    framer = Framer()
+    items = [item for chunk in chunks for item in framer.feed(chunk.data)] + framer.settle()
+    assert all(isinstance(item, Frame) and item.known for item in items)
+    assert {0, 350} <= {item.message_id for item in items}
+    assert all(first.stamp_us < second.stamp_us for first, second in itertools.pairwise(chunks))
+    source.write(b"it need not listen")
+    source.close()
+    source.close()
+    assert source.read(0.0) == []
+    assert not source.connected
