@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from calibration import Certificate
 from calibration.certificate import reference_ratio
@@ -14,8 +15,10 @@ from gsapp.decoding.conversions import CONVERSIONS
 from gsapp.quantities import FloatArray, base_id, channel, to_si
 
 _CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
+_RAIL = 1e-3
 _STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
 Columns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]
+BoolArray = npt.NDArray[np.bool_]
 
 
 def number_of(columns: Columns, ref: FieldRef) -> FloatArray:
@@ -23,17 +26,19 @@ def number_of(columns: Columns, ref: FieldRef) -> FloatArray:
 
     An element of an array is found in a field of shape (n, k), or in one called ``name[index]``.
 
+    Contiguous, so that functions round alike however many samples there are.
+
     Raises
     ------
     KeyError
         If there is no such field.
     """
     if ref.index is None:
-        return np.asarray(columns[ref.field], dtype=np.float64)
+        return np.ascontiguousarray(columns[ref.field], dtype=np.float64)
     names = getattr(columns, "dtype", None)
     if names is None and ref.field not in columns:
-        return np.asarray(columns[f"{ref.field}[{ref.index}]"], dtype=np.float64)
-    return np.asarray(columns[ref.field][:, ref.index], dtype=np.float64)
+        return np.ascontiguousarray(columns[f"{ref.field}[{ref.index}]"], dtype=np.float64)
+    return np.ascontiguousarray(columns[ref.field][:, ref.index], dtype=np.float64)
 
 
 def linear_factors(entry: MapEntry) -> tuple[float, float]:
@@ -86,7 +91,7 @@ class _Calibrations:
 
     def evaluate(
         self, volts: FloatArray, excitation: FloatArray | None
-    ) -> tuple[FloatArray, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
+    ) -> tuple[FloatArray, BoolArray]:
         """Return SI values and where volts were outside what was calibrated, shape (n, m).
 
         The same steps as `Certificate.evaluate`, so the same numbers to the last bit.
@@ -180,12 +185,18 @@ class Stream:
         return tuple(output.channel for output in self.outputs)
 
     def watch_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:
-        """Count samples at or beyond the ends of these instruments' ranges, SI, by channel."""
+        """Count samples at the ends of these instruments' ranges, SI, by channel.
+
+        A converter rounds the rail to one of its counts, so a thousandth of the range before
+        the end counts as the end.
+        """
         low = np.full(len(self.outputs), -np.inf)
         high = np.full(len(self.outputs), np.inf)
         for place, output in enumerate(self.outputs):
             if output.channel in ranges:
-                low[place], high[place] = ranges[output.channel]
+                bottom, top = ranges[output.channel]
+                margin = _RAIL * (top - bottom if np.isfinite(top - bottom) else abs(top))
+                low[place], high[place] = bottom + margin, top - margin
         if np.isfinite(low).any() or np.isfinite(high).any():
             self._ranges = (low, high)
 
@@ -225,28 +236,30 @@ class Stream:
         if not finite.all():
             si[~finite] = np.nan
         values: FloatArray = si[:, self._picked]
+        outside: BoolArray | None = None
         if self._calibrations is not None:
             supply = None if self._supply is None else si[:, self._supply]
             calibrated, outside = self._calibrations.evaluate(
                 si[:, self._calibrations.columns], supply
             )
             values[:, self._calibrated_outputs] = calibrated
-            if outside.any():
-                self._count(outside, self._calibrated_outputs)
-        if self._ranges is not None:
-            beyond = (values <= self._ranges[0]) | (values >= self._ranges[1])
-            if beyond.any():
-                self._count(beyond, np.arange(len(self.outputs)))
+        self._count_clipped(values, outside)
         return values
 
-    def _count(
-        self,
-        flags: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-        places: np.ndarray[tuple[int, ...], np.dtype[np.intp]],
-    ) -> None:
-        totals = flags.sum(axis=0)
+    def _count_clipped(self, values: FloatArray, outside: BoolArray | None) -> None:
+        """Count samples outside calibration, or at the end of the instrument's range."""
+        clipped: BoolArray | None = None
+        if self._ranges is not None:
+            clipped = (values <= self._ranges[0]) | (values >= self._ranges[1])
+        if outside is not None and outside.any():
+            if clipped is None:
+                clipped = np.zeros(values.shape, dtype=bool)
+            clipped[:, self._calibrated_outputs] |= outside
+        if clipped is None or not clipped.any():
+            return
+        totals = clipped.sum(axis=0)
         for column in np.flatnonzero(totals).tolist():
-            name = self.outputs[int(places[column])].channel
+            name = self.outputs[column].channel
             self.clipped[name] = self.clipped.get(name, 0) + int(totals[column])
 
     def _plan_fields(self) -> None:

@@ -278,14 +278,16 @@ def test_without_certificates_there_are_volts_only(cases: SimpleNamespace) -> No
 
 
 def test_clipped_gyros_are_counted(cases: SimpleNamespace) -> None:
-    """Samples at the rail of a gyro, and beyond its certificate, are counted by channel."""
+    """A gyro at its rail, as the converter rounds it, and one beyond its certificate."""
     decoder = Decoder(load_channel_map("b777"), aircraft=load_aircraft("b777"))
     send = cases.Sender()
     volts = [2.5] * 20
-    volts[8] = 4.75
+    step = 5.0 / 4096
+    volts[8], volts[9] = round(4.5 / step) * step, 4.75
     records = [send.daq(10_000 * k, 10_000 * k, volts) for k in range(5)]
     decoder.feed(records)
-    assert decoder.clipped["q"] >= 5
+    assert decoder.clipped["q"] == 5
+    assert decoder.clipped["r"] == 5
     assert "p" not in decoder.clipped
 
 
