@@ -153,7 +153,10 @@ def record(
 @app.command()
 def replay(
     flight: FlightPath,
-    speed: Annotated[str, typer.Option(metavar="X|max", help="Times real time")] = "1",
+    speed: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="X|max", help="Times real time; 1 in the window, max headless"),
+    ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
     json: JsonFile = None,
     channel_map: MapName = None,
@@ -165,10 +168,12 @@ def replay(
     if not headless and json is None:
         from ui.app import run_window
 
-        raise typer.Exit(run_window(flight=flight, speed=speed, channel_map=channel_map))
+        raise typer.Exit(run_window(flight=flight, speed=speed or "1", channel_map=channel_map))
     from gsapp.cli import replay as command
 
-    command.run(flight=flight, speed=speed, headless=True, json=json, channel_map=channel_map)
+    command.run(
+        flight=flight, speed=speed or "max", headless=True, json=json, channel_map=channel_map
+    )
 
 
 @app.command("import")
@@ -192,6 +197,9 @@ def export(
     to: Annotated[str, typer.Option(metavar="csv|mat|parquet", help="Format")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File to write")],
     channel_map: MapName = None,
+    units: Annotated[
+        str, typer.Option(metavar="us|metric|si", help="Units of the values written")
+    ] = "us",
 ) -> None:
     """Write a flight for other programs.
 
@@ -199,7 +207,7 @@ def export(
     """
     from gsapp.cli import export as command
 
-    command.run(flight=flight, to=to, out=out, channel_map=channel_map)
+    command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units)
 
 
 def main() -> None:
