@@ -266,7 +266,7 @@ class Decoder:
     def finish(self) -> list[Block]:
         """Return the rows that still waited for something better; nothing more will come."""
         self.clock.finish()
-        self._take_released(self.clock.now)
+        self._take_released(self.health.last_stamp or 0)
         return self._pull(final=True)
 
     def _pull(self, *, final: bool) -> list[Block]:
