@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, Literal, Optional
 
 import typer
 
@@ -194,11 +194,11 @@ def import_(
 @app.command()
 def export(
     flight: FlightPath,
-    to: Annotated[str, typer.Option(metavar="csv|mat|parquet", help="Format")],
+    to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File to write")],
     channel_map: MapName = None,
     units: Annotated[
-        str, typer.Option(metavar="us|metric|si", help="Units of the values written")
+        Literal["us", "metric", "si"], typer.Option(help="Units of the values written")
     ] = "us",
 ) -> None:
     """Write a flight for other programs.
