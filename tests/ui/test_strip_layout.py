@@ -6,6 +6,7 @@ import math
 import pytest
 
 from gsapp.foundation import FileProblemsError
+from ui.strips.charts import make_chart
 from ui.strips.layout import (
     Strip,
     StripGroup,
@@ -15,6 +16,7 @@ from ui.strips.layout import (
     load_layout,
     save_layout,
 )
+from ui.theme import THEMES, contrast
 
 LAYOUT = StripLayout(
     name="Stalls",
@@ -102,6 +104,21 @@ def test_charts_move_within_groups_and_across_them():
     assert back == LAYOUT
     assert LAYOUT.moved(0, -1) == LAYOUT
     assert LAYOUT.moved(3, 1) == LAYOUT
+
+
+def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
+    """Proves colors and styles: measured solid, computed dashed, previous gray."""
+    traces = (
+        Trace(channel="q"),
+        Trace(channel="r", style="computed"),
+        Trace(channel="p", style="previous"),
+    )
+    for theme in THEMES.values():
+        chart = make_chart(Strip(traces=traces), 1, theme, "SI", None)
+        assert len(set(chart.colors)) == 3
+        assert chart.dashed == (False, True, False)
+        assert chart.colors[2] == theme.previous
+        assert all(contrast(ink, theme.background) >= 7.0 for ink in chart.inks[2:])
 
 
 def test_sixteen_charts_by_default_for_what_the_flight_has():

@@ -133,6 +133,7 @@ def test_partial_repaints_equal_a_full_repaint(qtbot, strips):
 
 def test_space_pauses_says_so_and_recording_goes_on(qtbot, strips, history):
     """Proves the pause: picture still, banner with seconds, history still growing."""
+    strips.set_recording(True)
     with qtbot.waitSignal(strips.view_changed):
         qtbot.keyClick(strips, Qt.Key.Key_Space)
     settle(qtbot, strips)
@@ -150,6 +151,16 @@ def test_space_pauses_says_so_and_recording_goes_on(qtbot, strips, history):
     assert not strips.view.paused
     assert count(pixels_of(image_of(strips))[:20], DAYLIGHT.banner) < 500
     assert strips.view.x(history.end) == strips.view.width - 1
+
+
+def test_a_pause_speaks_of_recording_only_while_there_is_any(qtbot, strips):
+    """Proves that a finished flight, paused, does not claim to be recorded."""
+    press(qtbot, strips, Qt.Key.Key_Space)
+    without = pixels_of(image_of(strips))[:20]
+    strips.set_recording(True)
+    settle(qtbot, strips)
+    told = pixels_of(image_of(strips))[:20]
+    assert count(told, DAYLIGHT.banner) < count(without, DAYLIGHT.banner) - 100
 
 
 def test_arrows_scroll_back_while_the_stream_goes_on(qtbot, strips, history):

@@ -31,8 +31,9 @@ class Chart:
     ----------
     strip : Strip
         Its place in the layout.
-    specs, displays, colors, dashed : tuple
-        For each line: channel, how its values are shown, ``#rrggbb``, whether it is dashed.
+    specs, displays, colors, inks, dashed : tuple
+        For each line: channel, how its values are shown, ``#rrggbb`` of the line and of its text,
+        whether it is dashed.
     limits : Limits or None
         Of the first channel.
     steady : SteadyRange
@@ -47,6 +48,7 @@ class Chart:
     specs: tuple[ChannelSpec, ...]
     displays: tuple[Display, ...]
     colors: tuple[str, ...]
+    inks: tuple[str, ...]
     dashed: tuple[bool, ...]
     limits: Limits | None
     steady: SteadyRange
@@ -111,6 +113,8 @@ def make_chart(strip: Strip, group: int, theme: Theme, system: str, limits: Limi
         specs=specs,
         displays=displays,
         colors=tuple(colors),
+        # The gray of previous lines is too faint to be read.
+        inks=tuple(theme.muted if color == theme.previous else color for color in colors),
         dashed=tuple(trace.style == "computed" for trace in strip.traces),
         limits=limits,
         steady=steady,

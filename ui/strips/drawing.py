@@ -23,7 +23,7 @@ from ui.theme import Theme
 from ui.words import DASH, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
-_CURSOR_NAMES = {"cursor": "", "a": "A", "b": "B", "delta": "B\N{MINUS SIGN}A"}
+_CURSOR_NAMES = {"cursor": "cursor", "a": "A", "b": "B", "delta": "B\N{MINUS SIGN}A"}
 
 
 class Pen:
@@ -194,7 +194,7 @@ def _draw_name(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
     if count == 1:
         spec, display = chart.specs[0], chart.displays[0]
         center = box.center - (pen.px(8) if tall else 0)
-        _draw_symbol(painter, pen, x, center, spec.symbol, chart.colors[0], display.unit, room)
+        _draw_symbol(painter, pen, x, center, spec.symbol, chart.inks[0], display.unit, room)
         if tall:
             below = box.center + pen.px(9)
             pen.text(painter, x, below, spec.title, theme.muted, _LABEL, room=room)
@@ -202,14 +202,14 @@ def _draw_name(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
     fitting = max(min(count, int(box.height // pen.px(15))), 1)
     if fitting < count:
         # One line for all: the letters alone, each in its color.
-        for spec, color in zip(chart.specs, chart.colors, strict=True):
+        for spec, color in zip(chart.specs, chart.inks, strict=True):
             used = _draw_symbol(painter, pen, x, box.center, spec.symbol, color, "", room)
             x, room = x + used + pen.px(6), room - used - pen.px(6)
             if room <= pen.px(10):
                 break
         return
     step = min(box.height / count, pen.px(18))
-    for place, (spec, color) in enumerate(zip(chart.specs, chart.colors, strict=True)):
+    for place, (spec, color) in enumerate(zip(chart.specs, chart.inks, strict=True)):
         center = box.center + (place - (count - 1) / 2.0) * step
         unit = chart.displays[place].unit
         _draw_symbol(painter, pen, x, center, spec.symbol, color, unit, room)
@@ -318,7 +318,7 @@ def _draw_reading(
     pixels: int,
 ) -> None:
     theme = pen.theme
-    color = chart.colors[index]
+    color = chart.inks[index]
     if reading.stale:
         color = theme.muted
         _draw_hatching(painter, pen, cell, unit_x)
@@ -399,7 +399,7 @@ def draw_cursor_values(
         step = box.height / len(lines)
         pixels = max(min(pen.px(_BODY), round(step / 0.82)), pen.px(8))
         for index, text in enumerate(lines):
-            color = pen.theme.text if name == "delta" else chart.colors[index]
+            color = pen.theme.text if name == "delta" else chart.inks[index]
             pen.text(
                 painter,
                 column.right - pen.px(6),
@@ -419,7 +419,13 @@ def cursor_color(theme: Theme, name: str) -> str:
 
 
 def draw_header(
-    painter: QPainter, pen: Pen, geometry: Geometry, view: StripView, title: str
+    painter: QPainter,
+    pen: Pen,
+    geometry: Geometry,
+    view: StripView,
+    title: str,
+    *,
+    recording: bool,
 ) -> None:
     """Write the pause or the window above the plot, and the headings of the columns of values."""
     theme = pen.theme
@@ -438,7 +444,9 @@ def draw_header(
         x += pen.px(18)
         behind = f"PAUSED   {behind_text(view.seconds_behind)} behind"
         x += pen.text(painter, x, middle, behind, theme.banner_text, _BODY, bold=True)
-        note = "Recording goes on. Home: back to now"
+        note = "Home: back to now"
+        if recording:
+            note = f"Recording goes on. {note}"
         if x + pen.px(24) + pen.width(note, _BODY) < plot.right:
             pen.text(
                 painter, plot.right - pen.px(10), middle, note, theme.banner_text, _BODY,
@@ -456,29 +464,15 @@ def draw_header(
     width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
     pen.text(painter, right - width - pen.px(6), center, "now", theme.muted, _LABEL, align="right")
     for name, column in geometry.cursors:
+        x = column.right - pen.px(6)
+        color = cursor_color(theme, name)
+        heading, short = _heading(view, name), _CURSOR_NAMES[name]
+        pen.text(painter, x, center, heading, color, _LABEL, bold=True, align="right")
+        below = color if name != "cursor" else theme.muted
         pen.text(
-            painter,
-            column.right - pen.px(6),
-            center,
-            _heading(view, name),
-            cursor_color(theme, name),
-            _LABEL,
-            bold=True,
-            align="right",
-        )
-        short = _CURSOR_NAMES[name]
-        if short:
-            lane = geometry.lane.center
-            pen.text(
-                painter, column.right - pen.px(6), lane, short, cursor_color(theme, name), _LABEL,
-                bold=True, align="right",
-            )  # fmt: skip
-        else:
-            lane = geometry.lane.center
-            pen.text(
-                painter, column.right - pen.px(6), lane, "cursor", theme.muted, _LABEL,
-                align="right",
-            )  # fmt: skip
+            painter, x, geometry.lane.center, short, below, _LABEL,
+            bold=name != "cursor", align="right",
+        )  # fmt: skip
 
 
 def _heading(view: StripView, name: str) -> str:

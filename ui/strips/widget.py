@@ -93,6 +93,7 @@ class StripChart(QWidget):
         self._stale_after = _STALE_AFTER
         self._stale_of: Mapping[str, float] = {}
         self._given_now: float | None = None
+        self._recording = False
         self.view = StripView(window=self._layout.window)
         self._charts: dict[int, Chart] = {}
         self._pen = Pen(self._theme, 1.0)
@@ -205,6 +206,12 @@ class StripChart(QWidget):
         None goes by the newest sample alone.
         """
         self._given_now = flight_time
+
+    def set_recording(self, recording: bool) -> None:
+        """Say whether a recorder runs; a paused display then tells that it goes on."""
+        if recording != self._recording:
+            self._recording = recording
+            self.update()
 
     def refresh(self) -> None:
         """Paint everything anew, as after changing `view`."""
@@ -495,7 +502,9 @@ class StripChart(QWidget):
         top = Box(x=0, y=0, width=geometry.header.width, height=plot.y)
         if touched(geometry.header):
             painter.fillRect(_rect(top), background)
-            drawing.draw_header(painter, pen, geometry, view, self._layout.name)
+            drawing.draw_header(
+                painter, pen, geometry, view, self._layout.name, recording=self._recording
+            )
         if touched(geometry.lane):
             painter.fillRect(_rect(geometry.lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
