@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import mmap
 import os
 import sys
@@ -16,6 +17,8 @@ import platformdirs
 from gsapp.quantities import FloatArray
 
 _STEP = 8 * 2**20  # bytes; small enough that growing never holds up a screen update
+# What a file system answers that cannot set room aside; writing does it everywhere.
+_NOT_OFFERED = (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS)
 _ITEM = 8  # bytes of a float64
 
 
@@ -108,8 +111,13 @@ class SpillPool:
         """Take real disk blocks: a map over a hole kills the process when the disk is full."""
         held = os.fstat(file.fileno()).st_size
         if hasattr(os, "posix_fallocate"):
-            os.posix_fallocate(file.fileno(), held, size - held)
-            return
+            try:
+                os.posix_fallocate(file.fileno(), held, size - held)
+            except OSError as error:
+                if error.errno not in _NOT_OFFERED:
+                    raise
+            else:
+                return
         file.seek(held)
         remaining = size - held
         while remaining > 0:

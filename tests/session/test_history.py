@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import tracemalloc
 import warnings
 from pathlib import Path
@@ -240,6 +242,20 @@ def test_a_full_disk_moves_the_history_into_memory(monkeypatch: pytest.MonkeyPat
     )
     low, _ = history.extremes("q", 0, 3, 900_000)
     np.testing.assert_array_equal(low, [values.min()] * 3)
+
+
+def test_a_file_system_that_cannot_set_room_aside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file is then made longer by writing, as on systems without that call."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EOPNOTSUPP, "not supported")
+
+    monkeypatch.setattr(os, "posix_fallocate", refuse, raising=False)
+    history = History(["q"], RATE)
+    values = np.random.default_rng(2).normal(size=1_500_000)
+    history.append(block(0, {"q": values}))
+    assert history.on_disk
+    np.testing.assert_array_equal(history.samples("q", 0, values.size), values)
 
 
 def test_the_work_follows_the_bins_and_not_the_samples() -> None:
