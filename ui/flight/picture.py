@@ -29,6 +29,10 @@ class FlightPicture:
     ----------
     available : tuple of str
         Channels that the flight can have.
+    present : frozenset of str
+        Those that had a sample so far.
+    settled : bool
+        Whether `present` can be trusted: every message had time to come.
     sources : mapping of str to Source
         Where each comes from.
     limits : mapping of str to Limits
@@ -48,6 +52,8 @@ class FlightPicture:
     """
 
     available: tuple[str, ...] = ()
+    present: frozenset[str] = frozenset()
+    settled: bool = False
     sources: Mapping[str, Source] = field(default_factory=dict)
     limits: Mapping[str, Limits] = field(default_factory=dict)
     marks: tuple[Mark, ...] = ()
@@ -58,6 +64,18 @@ class FlightPicture:
     waiting: int = 0
     replay: ReplayPicture | None = None
     now: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a channel comes from, as the charts say it; fits `ui.strips.furniture.Source`.
+
+    A value that the aircraft sends in engineering units wants no certificate of ours: only what
+    should have one and has none is called not calibrated.
+    """
+
+    kind: str
+    calibrated: bool
 
 
 def source_note(source: Source) -> str:

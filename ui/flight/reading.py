@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gsapp.flight.events import Event
+from gsapp.quantities import base_id
 from gsapp.session import Bands, Session, SessionSnapshot, Severity
 from ui.flight.lines import (
     alarm_lines,
@@ -15,7 +16,7 @@ from ui.flight.lines import (
     mark_lines,
     message_lines,
 )
-from ui.flight.picture import FlightPicture, ReplayPicture
+from ui.flight.picture import FlightPicture, Origin, ReplayPicture
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts
 from ui.strips.furniture import Source
@@ -23,6 +24,8 @@ from ui.strips.furniture import Source
 _NO_BANDS = Bands()
 _DUMB = ("silent", "lost")
 _MESSAGES_EVERY = 5
+_FIRST_SECONDS = 3.0
+"""Seconds of a live flight after which channels without a sample are taken for absent."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +53,7 @@ class PictureTaker:
         self._limits: Mapping[str, Bands] = {}
         self._messages: tuple[Line, ...] = ()
         self._count = 0
+        self._first: float | None = None
 
     def take(self, snapshot: SessionSnapshot, units: str) -> FlightPicture:
         """Return what is beside the samples now."""
@@ -62,6 +66,8 @@ class PictureTaker:
         playhead = snapshot.playhead
         return FlightPicture(
             available=self._available,
+            present=frozenset(session.history.channels),
+            settled=self._settled(snapshot),
             sources=self._sources,
             limits=self._limits,
             marks=chart_marks(marks),
@@ -83,15 +89,37 @@ class PictureTaker:
             now=snapshot.now,
         )
 
+    def _settled(self, snapshot: SessionSnapshot) -> bool:
+        if snapshot.playhead is not None:
+            return snapshot.playhead.complete
+        history = self._session.history
+        if history.end is None or not snapshot.caught_up:
+            return False
+        self._first = history.end if self._first is None else self._first
+        return history.end - self._first >= _FIRST_SECONDS
+
     def _look_at_channels(self) -> None:
         session = self._session
         sources = session.sources
         available = tuple(dict.fromkeys((*sources, *session.history.channels)))
         if available != self._available or len(sources) != len(self._sources):
             self._available = available
-            self._sources = dict(sources)
+            missing = without_certificate(session)
+            self._sources = {
+                name: Origin(source.kind, base_id(name) not in missing)
+                for name, source in sources.items()
+            }
             bands = {name: session.limits.bands(name) for name in available}
             self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
+
+
+def without_certificate(session: Session) -> frozenset[str]:
+    """Return the instruments that the channel map calibrates and that have no certificate."""
+    decoder = session.decoder
+    if decoder is None:
+        return frozenset()
+    wanted = {entry.calibration for entry in decoder.channel_map.entries if entry.calibration}
+    return frozenset(wanted - set(session.certificates))
 
 
 def _spoken(events: Sequence[Event]) -> tuple[_Message, ...]:
@@ -118,7 +146,7 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         aircraft=snapshot.aircraft,
         calibration=_count(len(stamps)),
         calibrated_on="" if oldest is None else f"since {oldest.day} {oldest:%b}",
-        uncalibrated=len(snapshot.uncalibrated),
+        uncalibrated=len(without_certificate(session)),
         alarms=AlarmFacts(
             sentences=tuple(alarm_sentence(alarm, units) for alarm in waiting),
             severe=any(alarm.severity is Severity.WARNING for alarm in waiting),

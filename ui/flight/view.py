@@ -194,7 +194,10 @@ class FlightView(QWidget):
 
     def show_layout(self, name: str) -> None:
         """Show a layout by name."""
-        available = self._picture.available
+        picture = self._picture
+        available = picture.available
+        if picture.settled:
+            available = tuple(known for known in available if known in picture.present)
         if name in LAYOUT_NAMES:
             layout = shipped_layout(name, available)
         elif name in self._layouts.names:
@@ -236,11 +239,15 @@ class FlightView(QWidget):
             self.show_layout(OVERVIEW)
 
     def _show_channels(self) -> None:
-        notes = {
-            name: note
-            for name, source in self._picture.sources.items()
-            if (note := source_note(source))
-        }
+        picture = self._picture
+        notes = {}
+        for name in picture.available:
+            source = picture.sources.get(name)
+            note = source_note(source) if source is not None else ""
+            if picture.settled and name not in picture.present:
+                note = f"{note}, no samples" if note else "no samples"
+            if note:
+                notes[name] = note
         layout = self.charts.strip_layout
         self.channels.show_channels(self._picture.available, layout, notes)
         self.channels.show_layouts(self._layouts.names, self._layout_name)
@@ -269,7 +276,11 @@ class FlightView(QWidget):
         if self._fresh_layout and picture.available:
             self._fresh_layout = False
             self.show_layout(self._layout_name or OVERVIEW)
-        elif picture.available != former.available or picture.sources != former.sources:
+        elif (picture.available, picture.sources, picture.settled) != (
+            former.available,
+            former.sources,
+            former.settled,
+        ):
             if self._layout_name in LAYOUT_NAMES:
                 self.show_layout(self._layout_name)
             else:

@@ -255,7 +255,7 @@ def _alarms(facts: BarFacts) -> BarPart:
 def _sound(facts: BarFacts) -> BarPart:
     return BarPart(
         id="sound",
-        word="SOUND  S",
+        word="SOUND",
         value="off" if facts.muted else "on",
         state="caution" if facts.muted else "plain",
         width=64,

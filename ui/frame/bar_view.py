@@ -82,9 +82,13 @@ class BarPartView(QWidget):
         painter.end()
 
     def _word(self, painter: QPainter, line: QRectF) -> None:
-        painter.setFont(self._look.font("label"))
+        font = self._look.font("label")
+        painter.setFont(font)
         painter.setPen(self._look.color("muted" if self.part.state != "warning" else "text"))
-        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, self.part.word)
+        word = QFontMetricsF(font).elidedText(
+            self.part.word, Qt.TextElideMode.ElideRight, line.width()
+        )
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
 
     def _value(self, painter: QPainter, line: QRectF) -> None:
         look, part = self._look, self.part

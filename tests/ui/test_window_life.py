@@ -1,0 +1,248 @@
+"""The whole life of a flight in the window, with real sockets, files and processes."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication, QImage
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import Aircraft, alpha_sent, free_port, open_window, until, write_flight
+
+import ui.window
+from gsapp.telemetry.recorder_control import find_recorder
+from ui.dialogs.requests import ConnectRequest
+from ui.window import MainWindow
+
+
+@pytest.fixture(autouse=True)
+def _alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither see recorders of others nor be asked questions."""
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path) -> Iterator[MainWindow]:
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    yield made
+    made.desk.close()
+
+
+def press(qtbot: QtBot, window: MainWindow, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
+    held = Qt.KeyboardModifier.NoModifier
+    for modifier in modifiers:
+        held |= modifier
+    qtbot.keyClick(window.view.charts, key, held)
+
+
+def samples(window: MainWindow) -> int:
+    """Count the samples of alpha so far."""
+    history = window.desk.history
+    if history is None or history.end is None or "alpha" not in history.channels:
+        return 0
+    return int(np.isfinite(history.samples("alpha", 0, history.index(history.end) + 1)).sum())
+
+
+def traced_pixels(window: MainWindow) -> int:
+    """Count the pixels of the charts that have the color of a trace."""
+    image = window.view.charts.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    pixels = np.frombuffer(image.constBits(), dtype=np.uint32) & 0xFFFFFF
+    colors = [int(color[1:], 16) for color in window.look.theme.traces.values()]
+    return int(np.isin(pixels, colors).sum())
+
+
+def test_from_the_first_byte_to_the_end_of_the_recording(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Connect, record, draw, mark, pause, close, find again, stop: as a crew would."""
+    port, folder = free_port(), tmp_path / "flights" / "first"
+    with Aircraft(port):
+        window.desk.connect_aircraft(
+            ConnectRequest(
+                link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
+                aircraft="b777", calibration="b777",
+            )
+        )  # fmt: skip
+        until(qtbot, lambda: window.desk.is_open and samples(window) > 60)
+        history = window.desk.history
+        assert history is not None
+        until(qtbot, lambda: traced_pixels(window) > 200)
+        # What is drawn is what was sent, through volts, converter and certificates.
+        drawn = history.block(("alpha",), 0.0, history.end)
+        known = ~np.isnan(drawn["alpha"])
+        sent = alpha_sent(drawn.times[known])
+        assert known.sum() > 40
+        np.testing.assert_allclose(drawn["alpha"][known], sent, atol=1e-4)
+
+        # The bar tells of link and recorder, each in words and numbers.
+        bar = window.bar.views
+        until(qtbot, lambda: bar["link"].part.value.endswith("/s"))
+        until(qtbot, lambda: bar["record"].part.note.startswith("growing"))
+        assert "B" in bar["record"].part.value
+        assert bar["aircraft"].part.value == "B777"
+        until(
+            qtbot,
+            lambda: any(
+                "Engines" in line.cells[1] for line in window.view.messages.view.lines.lines
+            ),
+        )
+
+        # A mark with one key; its text afterwards.
+        press(qtbot, window, Qt.Key.Key_M)
+        until(qtbot, lambda: len(window.view.marks.view.lines.lines) == 1)
+        key = window.view.marks.view.lines.lines[0].key
+        window.view.marks.edited.emit(key, "first mark")
+        assert window.desk.session.marks[0].text == "first mark"
+
+        # A paused display stands still, the recording goes on.
+        press(qtbot, window, Qt.Key.Key_Space)
+        assert window.view.charts.view.paused
+        held, end = window.view.charts.view.columns, history.end
+        until(qtbot, lambda: history.end > end + 0.3)
+        assert window.view.charts.view.columns == held
+        press(qtbot, window, Qt.Key.Key_Home)
+        assert not window.view.charts.view.paused
+
+        # Closing the window leaves the recorder running; the next window finds it with one key.
+        window.close()
+        recorder = find_recorder(folder)
+        assert recorder is not None
+        again = open_window(tmp_path)
+        qtbot.addWidget(again)
+        assert any("Ctrl+R" in text for text in again.banners.texts())
+        again.activateWindow()
+        until(qtbot, lambda: QGuiApplication.focusWindow() is again.windowHandle())
+        qtbot.wait(50)
+        qtbot.keyClick(again, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
+        until(qtbot, lambda: again.desk.is_open and (again.desk.time or 0.0) > 1.0)
+        until(
+            qtbot,
+            lambda: [line.cells[1] for line in again.view.marks.view.lines.lines] == ["first mark"],
+        )
+        until(qtbot, lambda: again.desk.records_here)
+
+    # The aircraft is silent now: no number of it is left standing.
+    until(qtbot, lambda: again.bar.views["link"].part.state == "warning")
+    assert again.bar.views["link"].part.value == "–"
+    assert again.bar.views["flight"].part.value == "–"
+
+    again.desk.stop_recording()
+    until(qtbot, lambda: any("has ended" in text for text in again.banners.texts()))
+    assert find_recorder(folder) is None
+    assert again.bar.views["record"].part.value == "stopped"
+    again.desk.close()
+
+
+def test_a_flight_is_replayed_with_keys_alone(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    until(qtbot, lambda: window.view.replay.isVisible())
+    assert window.desk.replay_span == (0.0, pytest.approx(19.98))
+    start = window.desk.time
+
+    press(qtbot, window, Qt.Key.Key_Space)
+    until(qtbot, lambda: (window.desk.time or 0.0) > 0.2)
+    press(qtbot, window, Qt.Key.Key_Space)
+    held = window.desk.time
+    qtbot.wait(60)
+    assert window.desk.time == held > start
+
+    press(qtbot, window, Qt.Key.Key_Period)
+    assert window.desk.time == pytest.approx(held + 0.02, abs=0.011)
+    press(qtbot, window, Qt.Key.Key_BracketRight)
+    assert window.desk.speed == 2.0
+    until(qtbot, lambda: window.view.replay.speed.currentText() == "2x")
+
+    # By the slider, with the keyboard: 10 s on, to the end, back to the start.
+    slider = window.view.replay.slider
+    slider.setFocus()
+    window.desk.seek(5.0)
+    window.desk.tick()
+    until(qtbot, lambda: slider.accessibleDescription().startswith("00:05"))
+    qtbot.keyClick(slider, Qt.Key.Key_PageDown)
+    assert window.desk.time == pytest.approx(15.0)
+    qtbot.keyClick(slider, Qt.Key.Key_Home)
+    assert window.desk.time == 0.0
+
+    # As fast as it can, to the end.
+    window.desk.set_speed(float("inf"))
+    press(qtbot, window, Qt.Key.Key_Space)
+    until(qtbot, lambda: window.desk.time == pytest.approx(19.98))
+    assert traced_pixels(window) > 200
+
+
+def test_cursors_give_values_and_differences(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """A and B half a period of alpha apart: the table says twice the amplitude."""
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    window.desk.seek(19.0)
+    until(qtbot, lambda: window.desk.is_settled)
+    window.view.show_panel(1)
+    window.view.charts.set_cursor("a", 10.5)
+    window.view.charts.set_cursor("b", 11.5)
+    lines = {line.key: line.cells for line in window.view.values.view.lines.lines}
+    assert lines["alpha"][2:] == ("4.6", "1.1", "−3.4")
+    assert lines["V"][2:] == ("100.0", "100.0", "0.0")
+    assert "B − A 1.00 s" in window.view.values.times.text()
+    window.appearance.other_units()
+    lines = {line.key: line.cells for line in window.view.values.view.lines.lines}
+    assert lines["V"][0] == "V m/s"
+    assert float(lines["V"][2]) == pytest.approx(30.48, abs=0.01)
+
+
+def test_files_that_cannot_be_read_are_told_in_a_sentence(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time [s],alpha [volts]\n0,1\n1,2\n")
+    window.desk.open_flight(bad)
+    until(qtbot, lambda: bool(window.banners.texts()))
+    assert "alpha" in window.banners.texts()[0]
+    assert not window.desk.is_open
+    window.desk.open_flight(tmp_path / "nowhere")
+    until(qtbot, lambda: any("nowhere" in text for text in window.banners.texts()))
+
+
+def test_a_port_in_use_is_told_and_the_window_goes_on(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    def told() -> bool:
+        return any("in use" in text for text in window.banners.texts())
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        link = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
+        window.desk.connect_link(link)
+        until(qtbot, lambda: told() or window.bar.views["link"].part.state == "warning", 15_000)
+    if window.desk.records_here:
+        window.desk.stop_recording()
+
+
+def test_a_flight_is_exported_in_the_background(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    from gsapp.flight import load_flight
+    from ui.work import Work
+
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    target = tmp_path / "out.csv"
+    work = Work("Exporting", lambda progress: window.desk.export("csv", target, progress), window)
+    window.opening.run(work, "Exported.")
+    work.start()
+    until(qtbot, lambda: "Exported." in window.banners.texts())
+    assert load_flight(target).block.channels == load_flight(tmp_path / "small.csv").block.channels
