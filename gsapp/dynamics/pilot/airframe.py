@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from gsapp.dynamics.atmosphere import Atmosphere, Turbulence, Wind
 from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import Atmosphere, Turbulence, Wind
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.pilot.exposure import (
     CALM,
@@ -167,9 +167,7 @@ class Airframe:
 
     def density(self, height: float) -> float:
         """Return the density of the air at a height above the field, kg/m^3."""
-        return float(
-            self.simulator.atmosphere.density(self._plan.conditions.elevation + height)
-        )
+        return float(self.simulator.atmosphere.density(self._plan.conditions.elevation + height))
 
     def advance(self, sticks: Sticks) -> None:
         """Go on by one step with the sticks where they are."""
@@ -246,7 +244,9 @@ class Airframe:
             da + aileron,
             da - aileron,
             dr,
-            self._through("alpha", alpha_vane(velocity_at(vane.position, flow, rates), vane.upwash)),
+            self._through(
+                "alpha", alpha_vane(velocity_at(vane.position, flow, rates), vane.upwash)
+            ),
             self._through(
                 "beta", beta_vane(velocity_at(fin.position, flow, rates), fin.kind, fin.upwash)
             ),

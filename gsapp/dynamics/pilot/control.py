@@ -79,7 +79,7 @@ class PitchKeeper:
             if not view.on_ground:
                 self._level += 0.06 * error * self._dt
                 self._level = min(max(self._level, -6.0 * _DEG), 14.0 * _DEG)
-            target = self._level + intent.path + 0.25 * error
+            target = self._level + intent.path + intent.firmness * error
         elif intent.pitch is not None:
             target = intent.pitch
         else:

@@ -17,9 +17,7 @@ def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
     return u + q * z - r * y, v + r * x - p * z, w + p * y - q * x
 
 
-def accelerations_at(
-    position: Vector, force: Vector, rates: Vector, spin: Vector
-) -> Vector:
+def accelerations_at(position: Vector, force: Vector, rates: Vector, spin: Vector) -> Vector:
     """Return ax, ay, an (m/s^2) as an accelerometer at a place reads them.
 
     Parameters

@@ -201,9 +201,7 @@ class FlightUnderWay:
     def maneuvers(self) -> tuple[FlownManeuver, ...]:
         """Return the maneuvers so far."""
         return tuple(
-            FlownManeuver(
-                t_start=start, t_end=end, inputs=maneuver.inputs, kind=maneuver.shape
-            )
+            FlownManeuver(t_start=start, t_end=end, inputs=maneuver.inputs, kind=maneuver.shape)
             for start, end, maneuver in _flown(self._hands)
         )
 
@@ -216,7 +214,7 @@ class FlightUnderWay:
         """Fly on for up to `count` samples."""
         first = self._count
         truth, exposed, board = [], [], []
-        phases = []
+        phases: list[str] = []
         airframe, hands = self._airframe, self._hands
         while len(phases) < count and not self.finished:
             situation = airframe.situation()
@@ -236,7 +234,7 @@ class FlightUnderWay:
         shown = self._instruments.read(signals, speeds)
         return Stretch(
             first=first,
-            times=np.arange(first, self._count) * self._dt,
+            times=np.arange(first, self._count, dtype=np.float64) * self._dt,
             truth=np.array(truth, dtype=np.float64).reshape(len(phases), len(TRUTH)),
             volts=self._converter.volts(shown),
             board_names=BOARD,

@@ -61,7 +61,7 @@ class LandingGear:
         )
         weight = aircraft.mass.mass * GRAVITY
         self._stiffness = weight / 2.0 / 0.03
-        self._damping = 0.9 * math.sqrt(self._stiffness * aircraft.mass.mass / 2.0)
+        self._damping = 1.3 * math.sqrt(self._stiffness * aircraft.mass.mass / 2.0)
 
     def loads(
         self,

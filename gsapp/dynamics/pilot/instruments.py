@@ -98,9 +98,7 @@ def instruments_of(aircraft: Aircraft) -> tuple[Instrument, ...]:
         ("static_pressure", air.static_noise, air.static_range),
         ("dynamic_pressure", air.noise, air.range),
     ):
-        found.append(
-            Instrument(name=name, lag=air.lag, delay=air.delay, noise=noise, range=limits)
-        )
+        found.append(Instrument(name=name, lag=air.lag, delay=air.delay, noise=noise, range=limits))
     found += [
         Instrument(name="temperature", lag=5.0, noise=0.05),
         Instrument(name="throttle", noise=0.001),

@@ -75,7 +75,7 @@ def _rates(
     motion: Sequence[float],
     inputs: Sequence[float],
 ) -> tuple[float, ...]:
-    """Return V', alpha', beta', p', q', r' at alpha, beta, p, q, r, phi and de, da, dr, throttle."""
+    """Return V' alpha' beta' p' q' r' at alpha beta p q r phi and de da dr throttle."""
     alpha, beta, p, q, r, phi = motion
     de, da, dr, throttle = inputs
     state = (speed, alpha, beta, p, q, r, phi, alpha, 0.0)
@@ -84,7 +84,7 @@ def _rates(
     return tuple(float(rate) for rate in model.rates(full, given)[:6])
 
 
-def _solve(equations: object, start: Sequence[float], why: str) -> np.ndarray:  # type: ignore[type-arg]
+def _solve(equations: object, start: Sequence[float], why: str) -> np.ndarray:
     found, _, status, _ = fsolve(equations, start, full_output=True)
     if status != 1 or not np.all(np.isfinite(found)):
         raise FlightError(why)
@@ -94,7 +94,7 @@ def _solve(equations: object, start: Sequence[float], why: str) -> np.ndarray:  
 def _level(model: FlightModel, speed: float, density: float) -> tuple[float, float, float]:
     """Return alpha, elevator (rad) and throttle in level flight."""
 
-    def balance(x: np.ndarray) -> list[float]:  # type: ignore[type-arg]
+    def balance(x: np.ndarray) -> list[float]:
         rates = _rates(
             model, speed, density, (float(x[0]), 0, 0, 0, 0, 0), (float(x[1]), 0, 0, float(x[2]))
         )
@@ -121,13 +121,13 @@ def _steady_rate(
     alpha, elevator, throttle = level
     if surface == "da":
 
-        def roll(x: np.ndarray) -> list[float]:  # type: ignore[type-arg]
+        def roll(x: np.ndarray) -> list[float]:
             motion = (alpha, 0, float(x[0]), 0, 0, 0)
             return [_rates(model, speed, density, motion, (elevator, _STEP, 0, throttle))[3]]
 
         return float(_solve(roll, (0.0,), "the aileron does not roll the aircraft")[0]) / _STEP
 
-    def pull(x: np.ndarray) -> list[float]:  # type: ignore[type-arg]
+    def pull(x: np.ndarray) -> list[float]:
         motion = (float(x[0]), 0, 0, float(x[1]), 0, 0)
         rates = _rates(model, speed, density, motion, (elevator + _STEP, 0, 0, throttle))
         return [rates[1], rates[4]]
@@ -137,12 +137,12 @@ def _steady_rate(
 
 def _turn(
     model: FlightModel, speed: float, density: float, level: tuple[float, float, float], bank: float
-) -> np.ndarray:  # type: ignore[type-arg]
+) -> np.ndarray:
     """Return alpha, elevator, aileron, rudder of a level turn without sideslip."""
     alpha, elevator, throttle = level
     turn = 9.80665 * math.tan(bank) / speed
 
-    def balance(x: np.ndarray) -> list[float]:  # type: ignore[type-arg]
+    def balance(x: np.ndarray) -> list[float]:
         a = float(x[0])
         rates = (-turn * math.sin(a), turn * math.sin(bank), turn * math.cos(bank))
         motion = (a, 0.0, *rates, bank)

@@ -41,6 +41,8 @@ class Intent:
         Flight path angle wanted, rad.
     pitch : float or None
         Pitch attitude wanted instead, rad; with neither, the stick stays.
+    firmness : float
+        How quickly an error of the path is answered with the attitude.
     bank : float
         Wanted, rad, towards the pattern.
     speed : float or None
@@ -66,6 +68,7 @@ class Intent:
     phase: str
     path: float | None = None
     pitch: float | None = None
+    firmness: float = 0.25
     bank: float = 0.0
     speed: float | None = None
     throttle: float | None = None
@@ -272,7 +275,7 @@ class Mission:
                     view = yield self._along(leg, view, "pattern", speed)
                 return False
             # Time runs on a short leg: what is not good enough at first is so in the end.
-            patience = 1.0 if view.time - entered < 3.0 else 1.7
+            patience = 1.0 if view.time - entered < 3.0 else 1.5
             if not (
                 _looks_steady(view, leg, patience) and self._looks_in_place(view, speed, patience)
             ):
@@ -330,7 +333,8 @@ class Mission:
                 speed=fast,
                 flap=0.5 * landing.flap,
             )
-        while view.height > 3.5:
+        # A flare begins earlier the faster the ground comes up.
+        while view.height + 1.2 * view.climb > 2.5:
             view = yield Intent(
                 phase="final",
                 path=self._glide(view, arc=0.0),
@@ -339,15 +343,24 @@ class Mission:
                 flap=landing.flap,
             )
         while not view.on_ground:
-            # Bank is left alone near the ground but for keeping the wings level.
-            sink = 0.3 + 0.4 * max(view.height, 0.0)
-            view = yield Intent(
-                phase="flare",
-                path=math.atan2(-sink, max(view.speed, 15.0)),
-                bank=final.bank(view, 4.0 * _DEG),
-                throttle=0.0,
-                flap=landing.flap,
-            )
+            view = yield self._flare(view, "flare")
+
+    def _flare(self, view: View, phase: str) -> Intent:
+        """Return the intent to let the aircraft down onto its wheels."""
+        final = Leg(course=0.0, across=0.0, end=AIM_ALONG)
+        sink = 0.3 + 0.35 * max(view.height, 0.0)
+        # An aircraft that has become slow is let down while it still can be.
+        sink += 0.15 * max(0.85 * self._plan.landing.speed - view.speed, 0.0)
+        return Intent(
+            phase=phase,
+            path=math.atan2(-min(sink, 2.0), max(view.speed, 15.0)),
+            firmness=1.0,
+            # Near the ground the wings are kept level before anything else.
+            bank=final.bank(view, 4.0 * _DEG),
+            speed=self._plan.landing.speed,
+            throttle=0.0 if view.height < 2.0 else None,
+            flap=self._plan.landing.flap,
+        )
 
     def _glide(self, view: View, *, arc: float) -> float:
         """Return the path that leads to the aiming point over `arc` more meters of turn."""
@@ -363,6 +376,11 @@ class Mission:
         view = yield Intent(phase="landed", throttle=0.0)
         since, pitch = view.time, view.pitch
         while view.time - since < 60.0 and view.speed > 1.5:
+            if not view.on_ground and view.height > 0.3:
+                # A bounce: once more.
+                since, pitch = view.time, view.pitch
+                view = yield self._flare(view, "landed")
+                continue
             rolled = view.time - since
             settled = rolled > 2.5
             view = yield Intent(
@@ -403,7 +421,7 @@ def _range_check_inputs(check: RangeCheck) -> list[StickInput]:
 
 def _looks_steady(view: View, leg: Leg, patience: float) -> bool:
     return (
-        abs(view.bank) < 6.0 * _DEG * patience
+        abs(view.bank) < 5.0 * _DEG * patience
         and abs(view.climb) < 1.5 * patience
         and abs(view.roll_rate) < 5.0 * _DEG * patience
         and abs(view.pitch_rate) < 4.0 * _DEG * patience

@@ -68,11 +68,16 @@ class Downlink:
             self._kept = Box(layout(thin=False, attitude_sent=attitude, position_sent=position))
         self._announced: set[str] = set()
         self._flown: list[Block] = []
+        self._stopped = False
 
     @property
     def finished(self) -> bool:
         """Return whether the flight is over."""
-        return self._flight.finished
+        return self._stopped or self._flight.finished
+
+    def stop(self) -> None:
+        """End the flight where it is, as if the box had been switched off."""
+        self._stopped = True
 
     def truth(self) -> Block:
         """Return what has really happened so far; see `gsapp.dynamics.pilot.airframe.TRUTH`."""

@@ -1,0 +1,234 @@
+"""The box on the link: frames that a foreign reader understands, at the rates agreed."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("MAVLINK20", "1")
+
+from pymavlink import mavutil
+
+from calibration.reading import load_certificates
+from gsapp.decoding.frames import Frame
+from gsapp.decoding.framing import Framer
+from gsapp.dynamics.pilot.converter import DAQ, STEP
+from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.sources import open_source
+from gsapp.telemetry.virtual.messages import dialect
+from gsapp.telemetry.virtual.settings import FlightSettings
+from gsapp.telemetry.virtual.source import VirtualSource
+from gsapp.telemetry.virtual.transmit import THIN_BYTES_PER_SECOND, Transmitter
+
+SECONDS = 12
+START = 1_700_000_000_000_000
+
+
+def _frames(settings: FlightSettings, seconds: int = SECONDS) -> list[Frame]:
+    downlink = settings.downlink(START)
+    data = b"".join(b"".join(packet.live) for packet in downlink.advance(100 * seconds))
+    framer = Framer()
+    pieces = [*framer.feed(data), *framer.flush()]
+    assert all(isinstance(piece, Frame) for piece in pieces)
+    return [piece for piece in pieces if isinstance(piece, Frame)]
+
+
+@pytest.fixture(scope="module")
+def full() -> list[Frame]:
+    return _frames(FlightSettings(plan="short", seed=3))
+
+
+@pytest.fixture(scope="module")
+def thin() -> list[Frame]:
+    return _frames(FlightSettings(plan="short", seed=3, thin=True))
+
+
+def _rates(frames: list[Frame]) -> dict[str, float]:
+    names = Counter(dialect.mavlink_map[frame.message_id].msgname for frame in frames)
+    return {name: count / SECONDS for name, count in names.items()}
+
+
+def test_the_full_link_has_the_rates_agreed(full: list[Frame]) -> None:
+    rates = _rates(full)
+    expected = {
+        "DEBUG_FLOAT_ARRAY": 100, "ATTITUDE": 50, "SERVO_OUTPUT_RAW": 50, "RC_CHANNELS": 20,
+        "RAW_RPM": 20, "SCALED_PRESSURE": 10, "VFR_HUD": 5, "SYS_STATUS": 1, "HEARTBEAT": 1,
+        "SYSTEM_TIME": 1,
+    }  # fmt: skip
+    assert {name: rates[name] for name in expected} == expected
+    assert "GLOBAL_POSITION_INT" not in rates
+
+
+def test_the_thin_link_fits_a_57600_baud_radio(thin: list[Frame]) -> None:
+    """Less than 4,600 bytes in any second, volts 20 times a second."""
+    assert _rates(thin)["DEBUG_FLOAT_ARRAY"] == 20
+    per_second: Counter[int] = Counter()
+    second = 0
+    for frame in thin:
+        if frame.message_id == dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY:
+            second = int.from_bytes(frame.payload[:8], "little") // 1_000_000
+        per_second[second] += len(frame.data)
+    assert max(per_second.values()) < THIN_BYTES_PER_SECOND
+
+
+def test_attitude_can_be_left_out_and_position_added() -> None:
+    frames = _frames(FlightSettings(plan="short", seed=3, attitude=False, position=True), 2)
+    names = {dialect.mavlink_map[frame.message_id].msgname for frame in frames}
+    assert "ATTITUDE" not in names
+    assert "GLOBAL_POSITION_INT" in names
+
+
+def test_sequence_numbers_have_no_gap(full: list[Frame], thin: list[Frame]) -> None:
+    for frames in (full, thin):
+        numbers = np.array([frame.sequence for frame in frames])
+        assert np.all(np.diff(numbers) % 256 == 1)
+        assert {(frame.system, frame.component, frame.version) for frame in frames} == {(1, 1, 2)}
+
+
+def test_every_phase_is_announced_once() -> None:
+    """The crew reads what begins; maneuvers are not given away."""
+    downlink = FlightSettings(plan="short", seed=3).downlink(START)
+    decoder = dialect.MAVLink(None)
+    texts = []
+    while not downlink.finished:
+        for packet in downlink.advance(1000):
+            texts += [
+                decoder.decode(bytearray(frame)).text
+                for frame in packet.live
+                if frame[7:10] == b"\xfd\x00\x00"
+            ]
+    assert texts == [
+        "Box on, recording", "Engines running", "Range check", "Take-off run", "Airborne",
+        "In the pattern", "Approach", "Landed", "Engines off",
+    ]  # fmt: skip
+
+
+def test_a_foreign_reader_gets_the_volts_over_udp() -> None:
+    """MAVUtil on a real socket decodes what Transmitter sends; the volts are counts."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    reader = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", dialect="all")
+    source = open_source(f"udpout:127.0.0.1:{port}")
+    source.open()
+
+    class Line:
+        def send(self, data: bytes) -> None:
+            source.write(data)
+
+        def receive(self, timeout: float) -> bytes:
+            return b"".join(chunk.data for chunk in source.read(timeout))
+
+    downlink = FlightSettings(plan="short", seed=3).downlink(START)
+    transmitter = Transmitter(downlink, Line(), clock=HostClock(), speed=20.0)
+    thread = threading.Thread(target=transmitter.fly, daemon=True)
+    thread.start()
+    seen: dict[str, object] = {}
+    stamps: list[int] = []
+    while len(stamps) < 300:
+        message = reader.recv_match(blocking=True, timeout=5.0)
+        assert message is not None
+        seen[message.get_type()] = message
+        if message.get_type() == "DEBUG_FLOAT_ARRAY":
+            assert message.name == "daq"
+            stamps.append(message.time_usec)
+            volts = np.array(message.data[:20])
+            assert volts / STEP == pytest.approx(np.round(volts / STEP), abs=1e-3)
+    assert set(np.diff(stamps)) == {10_000}
+    q = load_certificates("b777")["q"].evaluate(volts[DAQ.index("q")])
+    assert abs(float(q)) < 0.1
+    assert "BAD_DATA" not in seen
+    assert {"HEARTBEAT", "ATTITUDE", "RC_CHANNELS", "SERVO_OUTPUT_RAW"} <= set(seen)
+    downlink.stop()
+    thread.join(5.0)
+    assert not thread.is_alive()
+    source.close()
+    reader.close()
+
+
+def test_the_virtual_link_is_a_source_like_any_other() -> None:
+    """Flown in another process, in the registry under `virtual`; it ends when it is closed."""
+    source = open_source("virtual", settings=FlightSettings(plan="short", seed=3), speed=50.0)
+    assert isinstance(source, VirtualSource)
+    framer, names = Framer(), Counter[str]()
+    clock = HostClock()
+    deadline = clock.monotonic() + 20.0
+    while sum(names.values()) < 2000 and clock.monotonic() < deadline:
+        for chunk in source.read(0.1):
+            for piece in framer.feed(chunk.data):
+                assert isinstance(piece, Frame)
+                names[dialect.mavlink_map[piece.message_id].msgname] += 1
+    assert names["DEBUG_FLOAT_ARRAY"] > 500
+    assert source.connected
+    source.close()
+    source.close()
+    assert source.read(0.0) == []
+    assert "closed" in source.state
+
+
+def test_a_wrong_plan_is_told_in_the_state_of_the_link() -> None:
+    source = open_source("virtual", settings=FlightSettings(plan="nowhere"))
+    assert source.read(0.0) == []
+    assert "nowhere" in source.state
+    assert source.finished
+
+
+def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path) -> None:
+    """The log can be listed and fetched; it holds the volts 100 times a second."""
+    settings = FlightSettings(plan="short", seed=3, thin=True)
+    downlink = settings.downlink(START)
+    log, server = settings.keep_log(tmp_path / "onboard.tlog", START)
+    assert log is not None
+    for packet in downlink.advance(300):
+        log.append(packet.stamp_us, packet.kept)
+    log.flush()
+    size = log.path.stat().st_size
+    downlink.stop()
+
+    class Ground:
+        """Asks for the list, then for all of it."""
+
+        def __init__(self) -> None:
+            self._ask = dialect.MAVLink(None, srcSystem=255)
+            self._framer = Framer()
+            self._decoder = dialect.MAVLink(None)
+            self.size = 0
+            self.pieces: dict[int, bytes] = {}
+            self._outbox = [dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF)]
+
+        def send(self, data: bytes) -> None:
+            for piece in self._framer.feed(data):
+                assert isinstance(piece, Frame)
+                message = self._decoder.decode(bytearray(piece.data))
+                if message.get_type() == "LOG_ENTRY":
+                    self.size = message.size
+                    self._outbox.append(
+                        dialect.MAVLink_log_request_data_message(1, 1, message.id, 0, 0xFFFFFFFF)
+                    )
+                elif message.get_type() == "LOG_DATA":
+                    self.pieces[message.ofs] = bytes(message.data[: message.count])
+
+        def receive(self, timeout: float) -> bytes:
+            del timeout
+            return bytes(self._outbox.pop(0).pack(self._ask)) if self._outbox else b""
+
+    ground = Ground()
+    transmitter = Transmitter(
+        downlink, ground, clock=HostClock(), thin=False, log=log, server=server
+    )
+    transmitter.stay(0.3)
+    log.close()
+    assert ground.size == size
+    fetched = b"".join(data for _, data in sorted(ground.pieces.items()))
+    assert fetched == log.path.read_bytes()
+    reader = mavutil.mavlink_connection(str(log.path), dialect="all")
+    stamps = []
+    while (message := reader.recv_match(type="DEBUG_FLOAT_ARRAY")) is not None:
+        stamps.append(message.time_usec)
+    assert stamps == list(range(0, 3_000_000, 10_000))

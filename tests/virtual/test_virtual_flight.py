@@ -1,0 +1,184 @@
+"""Whole flights: they hold what a flight holds, stay in the air, and repeat with their seed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.flight import FlightUnderWay, VirtualFlight, fly
+from gsapp.dynamics.pilot.plan import load_plan
+from gsapp.foundation import FlightError, UnknownNameError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+FT = 0.3048
+DEG = math.pi / 180.0
+
+
+def _under_way(**changes: object) -> FlightUnderWay:
+    settings: dict[str, object] = {"aircraft": load_aircraft("b777"), "seed": 3, **changes}
+    return FlightUnderWay(load_plan("short"), **settings)  # type: ignore[arg-type]
+
+
+def test_a_flight_has_its_phases_in_order(short_flight: VirtualFlight) -> None:
+    """From switching on to engines off, each phase follows the one before."""
+    order = []
+    for phase, _ in short_flight.phases:
+        name = "maneuver" if phase.startswith("maneuver") else phase
+        if name not in order:
+            order.append(name)
+    assert order == [
+        "preflight", "engines running", "range check", "take-off", "climb", "pattern", "maneuver",
+        "approach", "final", "flare", "landed", "engines off",
+    ]  # fmt: skip
+    assert not short_flight.crashed
+
+
+def test_it_is_flown_as_the_aircraft_was(short_flight: VirtualFlight) -> None:
+    """Lift-off near 73 ft/s, pattern at 80-120 ft/s, height bounded, gentle touch-down."""
+    truth = short_flight.truth
+    airborne = np.flatnonzero(truth["height"] > 0.15)
+    lift_off, touch_down = airborne[0], airborne[-1]
+    assert 68.0 < truth["V"][lift_off] / FT < 82.0
+    pattern = truth.between(short_flight.phase("maneuver 1")[0], short_flight.phase("approach")[0])
+    assert pattern["V"].min() / FT > 75.0
+    assert pattern["V"].max() / FT < 130.0
+    assert pattern["height"].min() > 20.0
+    assert pattern["height"].max() < 80.0
+    assert np.abs(truth["phi"]).max() < 70.0 * DEG
+    assert truth["climb_rate"][touch_down - 2] > -3.0
+    assert abs(truth["V"][-1]) < 0.5
+    assert truth["rpm_left"][-1] < 0.2 * truth["rpm_left"].max()
+
+
+def test_turns_are_coordinated(short_flight: VirtualFlight) -> None:
+    """In steady turns the sideslip stays small and the load factor fits the bank."""
+    truth = short_flight.truth
+    flying = truth.between(short_flight.phase("pattern")[0], short_flight.phase("approach")[0])
+    turning = (np.abs(flying["phi"]) > 30 * DEG) & (np.abs(flying["p"]) < 8 * DEG)
+    assert turning.sum() > 200
+    assert np.abs(flying["beta"][turning]).mean() < 2.5 * DEG
+    load = np.mean(flying["an"][turning] * np.cos(flying["phi"][turning])) / 9.80665
+    assert load == pytest.approx(1.0, abs=0.2)
+
+
+def test_maneuvers_are_flown_as_planned_from_nearly_straight_flight(
+    short_flight: VirtualFlight,
+) -> None:
+    """Each planned input moves its surface both ways while the wings were nearly level before."""
+    plan = load_plan("short")
+    assert [m.inputs for m in short_flight.maneuvers] == [m.inputs for m in plan.maneuvers]
+    for maneuver in short_flight.maneuvers:
+        during = short_flight.truth.between(maneuver.t_start, maneuver.t_end)
+        before = short_flight.truth.between(maneuver.t_start - 0.3, maneuver.t_start)
+        assert np.abs(before["phi"]).max() < 20 * DEG
+        for surface in maneuver.inputs:
+            rest = np.median(before[surface])
+            assert (during[surface] - rest).max() > 2.5 * DEG
+            assert (during[surface] - rest).min() < -2.5 * DEG
+
+
+def test_fuel_burns_off(short_flight: VirtualFlight) -> None:
+    """Mass falls by the fuel burned, at a rate between those of idle and full throttle."""
+    truth, mass = short_flight.truth, load_aircraft("b777").mass
+    burned = truth["mass"][0] - truth["mass"][-1]
+    assert burned == pytest.approx(truth["fuel"][0] - truth["fuel"][-1])
+    running = np.sum(truth["rpm_left"] > 500.0) * 0.01
+    assert mass.fuel_flow_idle * running * 0.9 < burned < mass.fuel_flow_full * running
+
+
+def test_one_seed_is_one_flight_however_it_is_cut() -> None:
+    """Flown in one piece or in odd ones: the same bits; another seed: another flight."""
+    whole = _under_way().advance(1500)
+    other = _under_way(seed=4).advance(1500)
+    pieces: list[FlightUnderWay] = [_under_way()]
+    parts = [pieces[0].advance(count) for count in (1, 2, 7, 490, 1000)]
+    for name in ("truth", "volts", "board"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        assert np.array_equal(joined, getattr(whole, name)), name
+    assert not np.array_equal(whole.volts, other.volts)
+
+
+def test_a_gusty_day_ends_well_too() -> None:
+    """Another pilot's day, in gusts of 1 m/s."""
+    flight = fly("short", seed=11, turbulence=1.0)
+    assert not flight.crashed
+    assert flight.phases[-1][0] == "engines off"
+    assert len(flight.maneuvers) == 2
+
+
+def test_a_hidden_effect_changes_the_flight_and_nothing_before_it_matters() -> None:
+    """A scaled alpha vane shows in the volts of the vane, not in the motion."""
+    plain = _under_way().advance(2200)
+    scaled = _under_way(hide=("sensor.alpha.scale:scale=1.5",)).advance(2200)
+    assert np.array_equal(plain.truth, scaled.truth)
+    vane = 5
+    assert np.abs(plain.volts[:, vane] - scaled.volts[:, vane]).max() > 0.05
+    others = [column for column in range(20) if column != vane]
+    assert np.array_equal(plain.volts[:, others], scaled.volts[:, others])
+
+
+def test_a_hidden_aerodynamic_effect_changes_the_motion() -> None:
+    plain = _under_way().advance(2000)
+    bent = _under_way(hide=("aero.Cm.alpha2:Cm_alpha2=-2.0",)).advance(2000)
+    assert not np.array_equal(plain.truth, bent.truth)
+
+
+@pytest.mark.parametrize(
+    ("hide", "error", "words"),
+    [
+        ("aero.Cm.alfa2", UnknownNameError, "alpha2"),
+        ("aero.Cm.alpha2:size=3", UnknownNameError, "size"),
+        ("aero.Cm.alpha2:Cm_alpha2=much", FlightError, "PARAM=VALUE"),
+    ],
+)
+def test_a_wrong_effect_gets_one_sentence(hide: str, error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        _under_way(hide=(hide,))
+
+
+@pytest.mark.parametrize(
+    ("derivatives", "words"),
+    [({"CN_alpha": 0.0, "CN_0": 0.0}, "cannot fly level"), ({"Cl_da": -0.4}, "right way round")],
+)
+def test_an_unflyable_aircraft_is_not_flown(derivatives: dict[str, float], words: str) -> None:
+    """No lift, or an aileron that works backwards: one sentence before the take-off."""
+    model = load_model("b777").with_derivatives(derivatives)
+    with pytest.raises(FlightError, match=words):
+        _under_way(model=model)
+
+
+class _Still:
+    """Hands that do nothing for a second."""
+
+    phase = "waiting"
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    @property
+    def finished(self) -> bool:
+        return self.count >= 100
+
+    def move(self, _: object) -> object:
+        from gsapp.dynamics.pilot.hands import Sticks
+
+        self.count += 1
+        return Sticks(brake=1.0, roll=0.5)
+
+
+def test_other_hands_can_take_the_sticks() -> None:
+    """A joystick can take the pilot's place: its sticks move the surfaces."""
+    flight = _under_way(hands=lambda *_: _Still())
+    stretch = flight.advance(1000)
+    assert len(stretch) == 100
+    assert flight.finished
+    phases: Sequence[str] = stretch.phases
+    assert set(phases) == {"waiting"}
+    assert stretch.board[-1][stretch.board_names.index("servo_aileron")] == pytest.approx(0.4)
