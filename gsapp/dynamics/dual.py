@@ -45,10 +45,10 @@ class Dual:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Dual:
-        return self + (-other)
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> Dual:
-        return (-self) + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
@@ -61,9 +61,7 @@ class Dual:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Dual:
-        if isinstance(other, Dual):
-            return self * (1.0 / other)
-        return self * (1.0 / other)
+        return self.__mul__(1.0 / other)
 
     def __rtruediv__(self, other: Any) -> Dual:
         inverse = 1.0 / self.value

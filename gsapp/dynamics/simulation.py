@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -111,9 +111,16 @@ class Ground(Protocol):
         ...
 
 
-def stall_terms(aircraft: Aircraft) -> tuple[Term, ...]:
-    """Return what the virtual aircraft does beyond the linear range; exactly zero within it."""
-    return tuple(make_term(f"aero.{target}.stall", aircraft) for target in ("CN", "CA", "Cm"))
+def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
+    """Return what the virtual aircraft does beyond the linear range; exactly zero within it.
+
+    The lift departs with a slope a little steeper than that of the linear model, so that the
+    normal force levels off and falls slowly: 61 ft/s for the shipped B777.
+    """
+    terms = tuple(make_term(f"aero.{target}.stall", aircraft) for target in ("CN", "CA", "Cm"))
+    lift = terms[0]
+    slope = replace(lift.parameters[0], default=-1.04 * model.derivative("CN_alpha"))
+    return (replace(lift, parameters=(slope, *lift.parameters[1:])), *terms[1:])
 
 
 @dataclass(slots=True)
@@ -209,7 +216,9 @@ class Simulator:
         self.ground = ground
         self.dt = dt
         present = {effect.id for effect in model.effects}
-        extra = [term for term in stall_terms(aircraft) if term.id not in present] if stall else []
+        extra: list[Term] = []
+        if stall:
+            extra = [term for term in stall_terms(aircraft, model) if term.id not in present]
         self.model = FlightModel(aircraft, model, extra=extra)
         self.time = 0.0
         self.start_in_air(V=30.0)
@@ -448,7 +457,9 @@ class Simulator:
         Channels of the vocabulary keep their ids (at the CG, without any instrument). Beside
         them: ``V_dot alpha_dot beta_dot p_dot q_dot r_dot``; loads ``X Y Z L M N`` without those
         of the ground; coefficients ``CN CA CY Cl Cm Cn``; ``de_servo da_servo dr_servo``; gusts
-        ``gust_u gust_v gust_w``; ``u v w`` relative to the air; ``on_ground`` (0 or 1).
+        ``gust_u gust_v gust_w``; ``u v w`` relative to the air; ``cg_x cg_y cg_z``, where the CG
+        lies from the aircraft file's (an effect may move it: positions of instruments count from
+        there); ``on_ground`` (0 or 1).
         """
         now = self._at_this_instant()
         state, drive = self._state, self._drive
@@ -517,6 +528,9 @@ class Simulator:
             "gust_u": drive.gust[0],
             "gust_v": drive.gust[1],
             "gust_w": drive.gust[2],
+            "cg_x": float(now.totals.cg[0]),
+            "cg_y": float(now.totals.cg[1]),
+            "cg_z": float(now.totals.cg[2]),
             "on_ground": 1.0 if now.on_ground else 0.0,
         }
         for name in ("de", "da", "dr"):
