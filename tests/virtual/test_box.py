@@ -91,24 +91,6 @@ def test_sequence_numbers_have_no_gap(full: list[Frame], thin: list[Frame]) -> N
         assert {(frame.system, frame.component, frame.version) for frame in frames} == {(1, 1, 2)}
 
 
-def test_every_phase_is_announced_once() -> None:
-    """The crew reads what begins; maneuvers are not given away."""
-    downlink = FlightSettings(plan="short", seed=3).downlink(START)
-    decoder = dialect.MAVLink(None)
-    texts = []
-    while not downlink.finished:
-        for packet in downlink.advance(1000):
-            texts += [
-                decoder.decode(bytearray(frame)).text
-                for frame in packet.live
-                if frame[7:10] == b"\xfd\x00\x00"
-            ]
-    assert texts == [
-        "Box on, recording", "Engines running", "Range check", "Take-off run", "Airborne",
-        "In the pattern", "Approach", "Landed", "Engines off",
-    ]  # fmt: skip
-
-
 def test_a_foreign_reader_gets_the_volts_over_udp() -> None:
     """MAVUtil on a real socket decodes what Transmitter sends; the volts are counts."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

@@ -68,18 +68,24 @@ class PitchKeeper:
         # 0.9 rad/s: what a delay of half a second, eye to surface, lets a human close calmly.
         self._gain = 0.9 / feel.pitch_rate
         self._hold = feel.trim + trim_error
-        self._level = feel.pitch
+        self._offset = 0.0
         self._wanted = 0.0
         self._lift = 0.0
+
+    def _hang(self, view: View) -> float:
+        """Return how far the nose must stand above the path at this speed and bank, rad."""
+        ratio = self._feel.speed / max(view.speed, 0.7 * self._feel.speed)
+        return self._feel.pitch * ratio**2 / math.cos(min(abs(view.bank), 50.0 * _DEG))
 
     def stick(self, view: View, intent: Intent) -> float:
         """Return the pitch stick."""
         if intent.path is not None:
             error = intent.path - view.path
             if not view.on_ground:
-                self._level += 0.06 * error * self._dt
-                self._level = min(max(self._level, -6.0 * _DEG), 14.0 * _DEG)
-            target = self._level + intent.path + intent.firmness * error
+                if abs(view.bank) < 20.0 * _DEG:
+                    self._offset += 0.06 * error * self._dt
+                self._offset = min(max(self._offset, -3.0 * _DEG), 3.0 * _DEG)
+            target = self._hang(view) + self._offset + intent.path + intent.firmness * error
         elif intent.pitch is not None:
             target = intent.pitch
         else:
@@ -88,8 +94,9 @@ class PitchKeeper:
         step = 14.0 * _DEG * self._dt
         self._wanted += min(max(target - self._wanted, -step), step)
         miss = self._wanted - view.pitch
-        if not view.on_ground:
-            self._hold += 0.35 * self._gain * miss * self._dt
+        # What a turn asks for is not taken along into the straight leg.
+        if not view.on_ground and abs(view.bank) < 20.0 * _DEG:
+            self._hold += 0.3 * self._gain * miss * self._dt
             self._hold = min(max(self._hold, -0.5), 0.5)
         # On the wheels the nose comes up late, and then at once: pull until it moves.
         if view.on_ground and miss > 3.0 * _DEG and view.pitch_rate < 3.0 * _DEG:

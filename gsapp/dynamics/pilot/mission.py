@@ -370,7 +370,9 @@ class Mission:
         path = min(max(-self._plan.landing.glide - 0.012 * above, -11.0 * _DEG), 1.0 * _DEG)
         # Speed first, then height.
         slow = max(self._plan.landing.speed - 1.5 - view.speed, 0.0)
-        return max(path - 0.02 * slow, -11.0 * _DEG)
+        # Close to the ground nobody dives at the runway.
+        steepest = 7.0 * _DEG if view.height < 20.0 else 11.0 * _DEG
+        return max(path - 0.02 * slow, -steepest)
 
     def _rollout(self) -> Stage:
         view = yield Intent(phase="landed", throttle=0.0)
@@ -430,4 +432,9 @@ def _looks_steady(view: View, leg: Leg, patience: float) -> bool:
 
 
 def _alarming(view: View) -> bool:
-    return abs(view.bank) > 55.0 * _DEG or abs(view.pitch) > 32.0 * _DEG or view.height < 18.0
+    return (
+        abs(view.bank) > 50.0 * _DEG
+        or abs(view.pitch) > 30.0 * _DEG
+        or abs(view.climb) > 4.5
+        or view.height < 18.0
+    )

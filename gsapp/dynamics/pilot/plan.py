@@ -220,7 +220,7 @@ class Landing(StrictModel):
     """
 
     speed: Speed = 80 * _FT
-    glide: Angle = 6 * _DEG
+    glide: Angle = 4.5 * _DEG
     flap: Angle = 20 * _DEG
 
 
@@ -257,7 +257,7 @@ class Human(StrictModel):
     speed_error: Speed = 5 * _FT
     size_error: Ratio = 0.12
     timing_error: Ratio = 0.12
-    residual: Ratio = 0.015
+    residual: Ratio = 0.01
     trim_error: Ratio = 0.015
     coordination: Ratio = 0.8
 

@@ -1,0 +1,97 @@
+"""``gsapp fly``: a flight folder that all else can read, or nothing at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("MAVLINK20", "1")
+
+from pymavlink import mavutil
+
+from gsapp.cli import fly as command
+from gsapp.flight.loading import load_flight
+from gsapp.foundation import FlightError, LinkError
+from gsapp.telemetry.virtual import record
+
+DEG = np.pi / 180.0
+
+
+def test_a_flight_folder_is_as_if_recorded(tmp_path: Path) -> None:
+    """Decoded by the ordinary road it gives the true motion, with all copies beside it."""
+    out, truth = tmp_path / "flight", tmp_path / "truth.csv"
+    command.run(out=out, plan="short", seed=3, truth=truth)
+    flight = load_flight(out)
+    assert flight.frames.good > 30_000
+    assert flight.frames.damaged == flight.frames.lost == 0
+    assert (out / "aircraft.toml").exists()
+    assert (out / "channel_map.toml").exists()
+    assert len(list((out / "calibration").glob("*.toml"))) == 18
+    true = load_flight(truth).block
+    count = min(len(true), len(flight.block))
+    for name, tolerance in (("q", 1.5 * DEG), ("de", 0.3 * DEG), ("dr", 0.3 * DEG)):
+        error = flight.block[name][:count] - true[name][:count]
+        assert np.nanstd(error) < tolerance, name
+    airspeed = flight.block["V"][:count] - true["V"][:count]
+    assert np.nanstd(airspeed[true["V"][:count] > 20.0]) < 1.0
+    assert not list(tmp_path.glob(".flight*")), "nothing half written is left"
+    assert _announcements(out / "raw.tlog") == [
+        "Box on, recording", "Engines running", "Range check", "Take-off run", "Airborne",
+        "In the pattern", "Approach", "Landed", "Engines off",
+    ]  # fmt: skip
+
+
+def _announcements(tlog: Path) -> list[str]:
+    """Return what the box told the crew; the maneuvers are not given away."""
+    reader = mavutil.mavlink_connection(str(tlog), dialect="all")
+    texts = []
+    while (message := reader.recv_match(type="STATUSTEXT")) is not None:
+        texts.append(message.text)
+    reader.close()
+    return texts
+
+
+def test_an_interrupted_flight_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C in the middle: no folder, no rest of one."""
+    told = []
+
+    def interrupt(progress: object) -> None:
+        told.append(progress)
+        raise KeyboardInterrupt
+
+    real = record.write_record
+
+    def interrupted(*arguments: object, **options: object) -> None:
+        options["progress"] = interrupt
+        real(*arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(record, "write_record", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        command.run(out=tmp_path / "flight", plan="short")
+    assert told
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(FlightError, match="exists already"):
+        command.run(out=tmp_path, plan="short")
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("to", "speed", "words"),
+    [
+        ("virtual", 1.0, "cannot send"),
+        ("udpout:127.0.0.1:14550", 0.0, "leads nowhere"),
+        ("upd:127.0.0.1:14550", 1.0, "neither a link"),
+    ],
+)
+def test_a_link_that_makes_no_sense_is_refused(to: str, speed: float, words: str) -> None:
+    with pytest.raises(LinkError, match=words):
+        command.run(to=to, plan="short", speed=speed)
