@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QComboBox, QTabBar
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QComboBox,
+    QLineEdit,
+    QTabBar,
+    QWidget,
+)
 
 from ui.flight.controls import TimeSlider
 
@@ -28,6 +35,7 @@ _KEPT: tuple[tuple[type[QObject], frozenset[Qt.Key]], ...] = (
     (QTabBar, _ARROWS),
     (TimeSlider, _ARROWS),
     (QAbstractButton, _PRESS),
+    (QLineEdit, frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter})),
 )
 
 
@@ -40,6 +48,9 @@ class KeyKeeper(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Claim a key for the control that has the focus; the key then reaches it."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            if event.key() == Qt.Key.Key_Escape and _edits_in_place(watched):
+                event.accept()
+                return True
             moving = event.modifiers() & Qt.KeyboardModifier.AltModifier
             plain = not (event.modifiers() & ~_ALLOWED)
             for kind, keys in _KEPT:
@@ -56,3 +67,12 @@ class KeyKeeper(QObject):
                 watched.click()
                 return True
         return False
+
+
+def _edits_in_place(watched: QObject) -> bool:
+    """Return whether this is the editor of a cell, where Esc drops what was typed."""
+    if not isinstance(watched, QLineEdit):
+        return False
+    viewport = watched.parentWidget()
+    view = viewport.parentWidget() if isinstance(viewport, QWidget) else None
+    return isinstance(view, QAbstractItemView)

@@ -12,6 +12,10 @@ from PySide6.QtCore import QObject, Qt, Signal
 from ui.words import duration_text
 
 
+_TELL_SECONDS = 0.05
+"""A work that reports more often than this would drown the window in signals."""
+
+
 class CancelledError(Exception):
     """The user asked the work to stop. Not an error."""
 
@@ -85,6 +89,7 @@ class Work(QObject):
         self._function = function
         self._progress = Progress(self._told)
         self._started = 0.0
+        self._told_at = 0.0
         self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
 
     def start(self) -> None:
@@ -113,8 +118,12 @@ class Work(QObject):
             return
 
     def _told(self, share: float | None, doing: str) -> None:
+        now = time.monotonic()
+        if now - self._told_at < _TELL_SECONDS:
+            return
+        self._told_at = now
         sentence = doing
-        elapsed = time.monotonic() - self._started
+        elapsed = now - self._started
         if share is not None and share > 0.02 and elapsed > 0.5:
             sentence = f"{doing} · {duration_text(elapsed * (1.0 - share) / share)} left"
         self.progressed.emit(share, sentence)

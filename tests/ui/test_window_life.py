@@ -148,7 +148,7 @@ def test_a_flight_is_replayed_with_keys_alone(
 ) -> None:
     window.desk.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
-    until(qtbot, lambda: window.view.replay.isVisible())
+    until(qtbot, window.view.replay.isVisible)
     assert window.desk.replay_span == (0.0, pytest.approx(19.98))
     start = window.desk.time
 

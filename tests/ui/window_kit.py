@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -72,7 +73,7 @@ class Aircraft:
         self._thread = threading.Thread(target=self._send, daemon=True)
         self.sent = 0
 
-    def __enter__(self) -> Aircraft:
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 

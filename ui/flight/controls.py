@@ -115,7 +115,7 @@ class TimeSlider(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return the least size."""
-        return QSize(self._look.px(160), self._look.px(32))
+        return QSize(self._look.px(160), self._look.px(24))
 
     def show_time(self, time: float, first: float, last: float, marks: Sequence[float]) -> None:
         """Show where the replay is."""
@@ -158,7 +158,7 @@ class TimeSlider(QWidget):
         painter.setBrush(look.color("span_edge"))
         side = look.px(4)
         for mark in self._marks:
-            x, top = self.x(mark), middle - look.px(12)
+            x, top = self.x(mark), middle - look.px(11)
             painter.drawPolygon(
                 QPolygonF([QPointF(x - side, top), QPointF(x + side, top), QPointF(x, top + side)])
             )
@@ -257,6 +257,11 @@ class ReplayBar(QWidget):
         self.setVisible(shown)
         self.slider.setVisible(shown)
 
+    def show_steps(self, shown: bool) -> None:
+        """Show the buttons for single steps and times, or leave these to the keys."""
+        for button in (self.back, self.step, self.go_to):
+            button.setVisible(shown)
+
     def show_replay(
         self,
         time: float,
@@ -292,6 +297,7 @@ class ControlRow(QWidget):
     def __init__(self, actions: Mapping[str, QAction], look: Look, replay: ReplayBar) -> None:
         super().__init__()
         self._look = look
+        self._replay = replay
         outer = QHBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
         outer.setSpacing(0)
@@ -341,7 +347,9 @@ class ControlRow(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the room to the charts where the window is narrow; the keys + and - stay."""
         super().resizeEvent(event)
-        self._spans.setVisible(self.width() >= self._look.px(_ROOM_FOR_SPANS))
+        roomy = self.width() >= self._look.px(_ROOM_FOR_SPANS)
+        self._spans.setVisible(roomy)
+        self._replay.show_steps(roomy)
 
     def _choose(self, span: float) -> None:
         self.span_chosen.emit(span)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
@@ -13,6 +14,8 @@ from ui.glyphs import State
 from ui.strips.furniture import Mark, Span
 from ui.words import clock_text, unit_text
 
+_MINUS_SIGN = re.compile(r"(?<=\s)-(?=\d)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=[^\d\s])")
 _UNSAID = {"mark": "Mark", "note": "Note"}
 _STATES: dict[Severity, State] = {
     Severity.NORMAL: "plain",
@@ -80,7 +83,8 @@ def alarm_sentence(alarm: Alarm, units: str) -> str:
     words = alarm.sentence(units)
     if alarm.rule is not None:
         # Only numbers with units are rewritten; the other sentences are plain words.
-        words = unit_text(words)
+        words = _MINUS_SIGN.sub("\N{MINUS SIGN}", unit_text(words))
+        words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
     return words[:1].upper() + words[1:]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
@@ -74,7 +74,12 @@ class ValuesPanel(ListPanel):
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("", "Cursor", "A", "B", "B − A"), right=frozenset({1, 2, 3, 4}))
         view = LinesView(
-            model, look, "Values at the cursors", stretch=0, widths={1: 64, 2: 60, 3: 60, 4: 64}
+            model,
+            look,
+            "Values at the cursors",
+            stretch=0,
+            widths={1: 66, 2: 66, 3: 66, 4: 66},
+            wrap=False,
         )
         super().__init__(view, look, "No cursor is set. Point at the charts, or press 1 and 2.")
         self.times = QLabel()
@@ -82,6 +87,12 @@ class ValuesPanel(ListPanel):
         self.times.setContentsMargins(8, 8, 8, 4)
         self.times.setWordWrap(True)
         self.head.addWidget(self.times)
+
+    def show_columns(self, cursors: Iterable[str]) -> None:
+        """Show the columns of the cursors that are set."""
+        there = set(cursors)
+        for column, needed in enumerate(({"cursor"}, {"a"}, {"b"}, {"a", "b"}), start=1):
+            self.view.setColumnHidden(column, not needed <= there)
 
     def show_times(self, text: str) -> None:
         """Show the times of the cursors and their difference."""
@@ -108,7 +119,7 @@ class MarksPanel(ListPanel):
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
-        view = LinesView(model, look, "Marks and notes", stretch=1, widths={0: 72})
+        view = LinesView(model, look, "Marks and notes", stretch=1, widths={0: 80})
         super().__init__(
             view, look, "No marks yet. M marks this moment, N also asks for a few words."
         )
@@ -148,10 +159,10 @@ class AlarmsPanel(ListPanel):
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Alarm"), right=frozenset({0}))
-        view = LinesView(model, look, "Alarms", stretch=1, widths={0: 72})
+        view = LinesView(model, look, "Alarms", stretch=1, widths={0: 80})
         super().__init__(view, look, "No alarms.")
         view.opened.connect(self.jumped)
-        button = self.add_button("Acknowledge (A)", "Acknowledge the alarms (A)")
+        button = self.add_button("Acknowledge (K)", "Acknowledge the alarms (K)")
         button.clicked.connect(self.acknowledged)
 
 
@@ -162,6 +173,6 @@ class MessagesPanel(ListPanel):
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Message"), right=frozenset({0}))
-        view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: 72})
+        view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: 80})
         super().__init__(view, look, "The aircraft has sent no messages.")
         view.opened.connect(self.jumped)

@@ -159,7 +159,14 @@ class LinesView(QTableView):
     deleted = Signal(object)
 
     def __init__(
-        self, model: LinesModel, look: Look, name: str, stretch: int, widths: dict[int, int]
+        self,
+        model: LinesModel,
+        look: Look,
+        name: str,
+        stretch: int,
+        widths: dict[int, int],
+        *,
+        wrap: bool = True,
     ) -> None:
         super().__init__()
         self.lines = model
@@ -172,10 +179,13 @@ class LinesView(QTableView):
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setTabKeyNavigation(False)
-        self.setWordWrap(True)
+        self.setWordWrap(wrap)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.verticalHeader().hide()
+        if wrap:
+            # Rows as high as their words need.
+            self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header = self.horizontalHeader()
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
@@ -188,6 +198,7 @@ class LinesView(QTableView):
     def _resized(self) -> None:
         for column, width in self._widths.items():
             self.setColumnWidth(column, self._look.px(width))
+        self.verticalHeader().setMinimumSectionSize(self._look.px(32))
         self.verticalHeader().setDefaultSectionSize(self._look.px(32))
         self.lines.refresh()
 

@@ -330,6 +330,7 @@ class FlightView(QWidget):
         self.values.show_lines(
             value_lines(self._history, names, cursors, self._look.units, estimated)
         )
+        self.values.show_columns(cursors)
         self.values.show_times(times_text(cursors) if cursors else "")
 
     def _restyle(self) -> None:

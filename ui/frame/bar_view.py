@@ -188,7 +188,7 @@ class Bar(QWidget):
 
 def _broken(text: str, metrics: QFontMetricsF, width: float) -> tuple[str, str]:
     """Return as many words as fit into a width, and the rest."""
-    words = text.split()
+    words = text.split(" ")
     count = 1
     while count < len(words) and metrics.horizontalAdvance(" ".join(words[: count + 1])) <= width:
         count += 1

@@ -1,0 +1,334 @@
+"""The frame of the window: commands, places, look, panels, errors, and that nothing is cut."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt, QTimer
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QComboBox, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import open_window, until, write_flight
+
+import ui.window
+from gsapp.foundation import GroundStationError, LinkError
+from gsapp.session.equipment import DiskView, LinkView, RecorderView
+from gsapp.session.limits import Severity
+from ui.commands import COMMANDS, CommandSet
+from ui.dialogs.connect import ConnectChoices, ConnectDialog
+from ui.dialogs.keys import KeysDialog
+from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
+from ui.look import Look
+from ui.settings import Settings, SettingsStore
+from ui.theme import THEMES
+from ui.window import MainWindow
+from ui.work import Progress, Work
+
+
+@pytest.fixture(autouse=True)
+def _alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path) -> Iterator[MainWindow]:
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    activate(qtbot, made)
+    yield made
+    made.desk.close()
+
+
+def activate(qtbot: QtBot, window: QWidget) -> None:
+    window.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
+
+
+@pytest.fixture
+def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
+    """Return the window with a small flight open, at its end."""
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded and window.view.replay.isVisible())
+    window.desk.seek(19.0)
+    until(qtbot, lambda: window.desk.is_settled)
+    window.desk.tick()
+    return window
+
+
+def in_window(widget: QWidget, window: QWidget) -> QRect:
+    return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
+
+
+# Keys
+
+
+def test_every_key_goes_to_its_place(window: MainWindow, qtbot: QtBot) -> None:
+    for index, key in enumerate((Qt.Key.Key_F1, Qt.Key.Key_F2, Qt.Key.Key_F3, Qt.Key.Key_F4,
+                                 Qt.Key.Key_F5)):  # fmt: skip
+        qtbot.keyClick(window, key)
+        assert window.places.currentIndex() == index
+        assert list(window.rail.buttons.values())[index].isChecked()
+
+
+def test_commands_without_handler_are_refused(qtbot: QtBot) -> None:
+    holder = QWidget()
+    qtbot.addWidget(holder)
+    with pytest.raises(ValueError, match="mark"):
+        CommandSet(holder).bind({c.id: holder.close for c in COMMANDS if c.id != "mark"})
+
+
+def test_help_lists_every_key_and_can_be_searched(qtbot: QtBot) -> None:
+    dialog = KeysDialog(Look())
+    qtbot.addWidget(dialog)
+    listed = "\n".join(dialog.rows())
+    for command in COMMANDS:
+        for key in command.keys:
+            assert key.lower() in listed
+    dialog.search.setText("acknowledge")
+    assert len(dialog.rows()) == 1
+
+
+def test_letters_typed_into_a_field_are_no_commands(flight: MainWindow, qtbot: QtBot) -> None:
+    """M in the search is a letter; Space on a button presses it instead of pausing."""
+    flight.view.show_panel(0)
+    qtbot.keyClicks(flight.view.channels.search, "mk")
+    assert flight.view.channels.search.text() == "mk"
+    assert not flight.desk.session.marks
+    speed = flight.desk.session.replaying
+    button = flight.view.controls.spans[10.0]
+    button.setFocus()
+    qtbot.keyClick(button, Qt.Key.Key_Space)
+    assert flight.view.charts.view.window == 10.0
+    assert not speed.playing
+
+
+def test_escape_comes_back_to_the_charts(flight: MainWindow, qtbot: QtBot) -> None:
+    flight.view.show_panel(0)
+    assert flight.view.channels.search.hasFocus()
+    qtbot.keyClick(flight.view.channels.search, Qt.Key.Key_Escape)
+    assert flight.view.charts.hasFocus()
+
+
+def test_channels_are_chosen_ordered_and_saved_by_keys(
+    flight: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    panel = flight.view.channels
+    assert flight.view.charts.strip_layout.channels == ("de", "alpha", "q", "V")
+    panel.search.setText("angle of attack")
+    qtbot.keyClick(panel.search, Qt.Key.Key_Return)
+    assert "alpha" not in flight.view.charts.strip_layout.channels
+    qtbot.keyClick(panel.search, Qt.Key.Key_Return)
+    assert "alpha" in flight.view.charts.strip_layout.channels
+    last = panel.order.count() - 1
+    panel.order.setCurrentRow(last)
+    qtbot.keyClick(panel.order, Qt.Key.Key_Up, Qt.KeyboardModifier.AltModifier)
+    assert panel.order.currentRow() == last - 1
+    order = flight.view.charts.strip_layout.channels
+    panel.layout_saved.emit("Doublets")
+    assert flight.store.current.layout == "Doublets"
+    flight.view.show_layout("Overview")
+    flight.view.show_layout("Doublets")
+    assert flight.view.charts.strip_layout.channels == order
+    flight.close()
+    again = open_window(tmp_path)
+    qtbot.addWidget(again)
+    assert again.view._layouts.load("Doublets").channels == order
+
+
+# Marks
+
+
+def test_a_note_is_typed_in_place_found_again_and_taken_back(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    flight.crew.note()
+    editor = flight.view.marks.view.findChild(QLineEdit)
+    assert editor is not None
+    editor.setText("gust from the left")
+    qtbot.keyClick(editor, Qt.Key.Key_Return)
+    until(qtbot, lambda: flight.desk.session.marks[0].text == "gust from the left")
+    marks = flight.desk.session.marks
+    assert [mark.kind for mark in marks] == ["note"]
+    assert marks[0].time == pytest.approx(19.0)
+    flight.desk.seek(3.0)
+    flight.crew.step_mark(1)
+    assert flight.desk.time == pytest.approx(19.0)
+    flight.view.marks.deleted.emit(marks[0].id)
+    assert not flight.desk.session.marks
+    flight.desk.undo_mark()
+    assert len(flight.desk.session.marks) == 1
+
+
+# Look
+
+
+def test_themes_units_and_scale_change_at_once_and_are_remembered(
+    flight: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    seen = set()
+    for _ in THEMES:
+        qtbot.keyClick(flight, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
+        image = flight.grab().toImage()
+        color = image.pixelColor(image.width() - 300, 10).name()
+        assert color == flight.look.theme.background
+        seen.add(color)
+    assert len(seen) == 3
+    qtbot.keyClick(flight, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
+    assert flight.look.units == "SI"
+    before = flight.bar.height()
+    flight.appearance.step_scale(3)
+    until(qtbot, lambda: flight.bar.height() > before)
+    flight.close()
+    kept = SettingsStore(flight.store.path).current
+    assert (kept.units, kept.scale, kept.theme) == ("SI", 150, flight.look.theme.name)
+    assert kept.geometry
+
+
+@pytest.mark.parametrize(
+    ("size", "scale"),
+    [((1280, 800), 100), ((1280, 800), 200), ((2560, 1600), 200), ((1024, 640), 125)],
+)
+def test_nothing_is_cut_and_nothing_overlaps(
+    flight: MainWindow, qtbot: QtBot, size: tuple[int, int], scale: int
+) -> None:
+    """Bar, charts, controls and panel lie inside the window and beside each other."""
+    flight.look.set_scale(scale)
+    flight.resize(*size)
+    qtbot.wait(30)
+    whole = QRect(QPoint(0, 0), flight.size())
+    parts = [in_window(view, flight) for view in flight.bar.views.values()]
+    parts += [
+        in_window(widget, flight)
+        for widget in (flight.view.charts, flight.view.tabs, flight.view.replay.slider,
+                       flight.view.controls, *flight.rail.buttons.values())
+        if widget.isVisibleTo(flight)
+    ]  # fmt: skip
+    for index, part in enumerate(parts):
+        assert whole.contains(part), index
+        for other in parts[index + 1 :]:
+            assert not part.intersects(other)
+    shown = [
+        button
+        for button in flight.view.controls.findChildren(QAbstractButton)
+        if button.isVisibleTo(flight)
+    ]
+    for button in shown:
+        assert button.width() >= button.sizeHint().width(), button.text()
+    for one, other in pairwise([in_window(button, flight) for button in shown]):
+        assert not one.intersects(other)
+    assert flight.view.charts.height() >= 160 * scale / 100
+
+
+def test_every_control_has_a_name(flight: MainWindow) -> None:
+    """For those who hear the window."""
+    for kind in (QAbstractButton, QComboBox, QLineEdit, QAbstractItemView):
+        for widget in flight.findChildren(kind):
+            inner = widget.objectName().startswith("qt_") or widget.parent() is None
+            helper = isinstance(widget.parent(), (QComboBox, QLineEdit, QAbstractItemView))
+            popup = widget.window() is not flight
+            if not (inner or helper or popup) and widget.isVisibleTo(widget.parentWidget()):
+                named = widget.accessibleName() or getattr(widget, "text", str)()
+                assert named or type(widget).__name__ in ("QToolButton", "CloseButton"), widget
+
+
+# Errors
+
+
+def test_an_error_in_a_slot_becomes_a_banner_and_can_be_copied(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    window.faults.install()
+    try:
+        QTimer.singleShot(0, lambda: 1 / 0)
+        until(qtbot, lambda: bool(window.banners.texts()))
+    finally:
+        window.faults.remove()
+    assert "ZeroDivisionError" in window.banners.texts()[0]
+    assert "Traceback" not in window.banners.texts()[0]
+    window.copy_details()
+    assert "Traceback" in QGuiApplication.clipboard().text()
+    window.banners.dismiss()
+    window.banners.dismiss()
+    assert not window.banners.texts()
+
+
+def test_expected_errors_are_shown_in_their_own_words(window: MainWindow, qtbot: QtBot) -> None:
+    window.faults.report(GroundStationError("the port is gone; plug it in again"))
+    until(qtbot, lambda: "the port is gone; plug it in again" in window.banners.texts())
+
+
+def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbot: QtBot) -> None:
+    def count(progress: Progress) -> None:
+        while True:
+            progress(0.5, "counting")
+
+    work = Work("Counting", count, window)
+    window.opening.run(work, "Done.")
+    work.start()
+    until(qtbot, lambda: any("counting" in text for text in window.banners.texts()))
+    window.banners.banners[0].buttons[0].click()
+    until(qtbot, lambda: any("cancelled" in text for text in window.banners.texts()))
+
+
+def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
+    def parse(text: str) -> object:
+        if not text.startswith("udpin:"):
+            raise LinkError(f"'{text}' is no link; write udpin:HOST:PORT")
+        return text
+
+    choices = ConnectChoices(
+        aircraft=("b777",), channel_maps=("b777",), calibrations=("b777",), parse=parse,
+        list_ports=lambda: (("/dev/ttyUSB0", "radio"),),
+    )  # fmt: skip
+    dialog = ConnectDialog(Settings(), Look(), choices, tmp_path)
+    qtbot.addWidget(dialog)
+    assert dialog.button.isEnabled()
+    dialog.link.text.setEditText("udp:14550")
+    assert not dialog.button.isEnabled()
+    assert "is no link" in dialog.link.sentence.text()
+    dialog.link.kind.setCurrentIndex(dialog.link.kind.findData("udpin"))
+    dialog.link.port.set_value(14551)
+    assert dialog.request.link == "udpin:127.0.0.1:14551"
+    assert dialog.button.isEnabled()
+
+
+# The bar
+
+
+def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
+    silent = LinkView(words="silent", severity=Severity.WARNING, rate=100.0, age=7.0)
+    facts = BarFacts(
+        name="f", time=12.0, stale=True, link=silent,
+        recorder=RecorderView(words="dead", severity=Severity.WARNING, received_bytes=2_000_000),
+        disk=DiskView(free_bytes=10**9), calibration="18", uncalibrated=2,
+        alarms=AlarmFacts(sentences=("Too fast",), severe=True, standing=1), muted=True,
+    )  # fmt: skip
+    parts = {part.id: part for part in bar_parts(facts)}
+    assert (parts["link"].value, parts["link"].state) == ("–", "warning")
+    assert parts["link"].note == "silent 7.0 s"
+    assert (parts["flight"].value, parts["flight"].state) == ("–", "unknown")
+    assert parts["record"].note == "recorder dead"
+    assert parts["calibration"].note == "2 channels without"
+    assert (parts["alarms"].value, parts["alarms"].state) == ("Too fast", "warning")
+    assert parts["sound"].value == "off"
+
+
+def test_the_bar_tells_a_healthy_flight_in_numbers() -> None:
+    facts = BarFacts(
+        name="f", time=61.25, link=LinkView(words="ok", rate=412.3, age=0.12, loss=0.004),
+        recorder=RecorderView(words="recording", received_bytes=3_210_000, growing=True),
+        disk=DiskView(free_bytes=118 * 10**9), aircraft="B777",
+    )  # fmt: skip
+    parts = {part.id: part for part in bar_parts(facts)}
+    assert parts["flight"].value == "01:01.2"
+    assert (parts["link"].value, parts["link"].note) == ("412/s", "0.1 s old, 0.4 % lost")
+    assert (parts["record"].value, parts["record"].note) == ("3.21 MB", "growing, 118 GB left")
+    assert parts["link"].state == parts["record"].state == "good"
