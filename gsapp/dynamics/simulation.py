@@ -47,6 +47,9 @@ from gsapp.quantities import FloatArray
 
 _SLOWEST = 3.0
 """Airspeed below which the aerodynamics fade out, m/s: flow angles mean nothing there."""
+_WIDEST = (math.radians(45.0), math.radians(30.0))
+"""With stall, the angles of attack and sideslip beyond which the coefficients stay as they are:
+a wind from the side at taxi speed must not roll the aircraft over."""
 _NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -215,6 +218,7 @@ class Simulator:
         self.turbulence = turbulence
         self.ground = ground
         self.dt = dt
+        self._widest = _WIDEST if stall else (math.pi, math.pi)
         present = {effect.id for effect in model.effects}
         extra: list[Term] = []
         if stall:
@@ -393,6 +397,14 @@ class Simulator:
             *state[13:],
         )
 
+    def _within(self, polar: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the polar state with flow angles at which coefficients mean something."""
+        alpha, beta = self._widest
+        if abs(polar[1]) <= alpha and abs(polar[2]) <= beta:
+            return polar
+        held = (min(max(polar[1], -alpha), alpha), min(max(polar[2], -beta), beta))
+        return (polar[0], *held, *polar[3:])
+
     def _slope(self, state: list[float], drive: _Drive) -> list[float]:
         return self._evaluate(state, drive).slope
 
@@ -404,7 +416,7 @@ class Simulator:
         gust = drive.gust
         air = (u - wind[0] - gust[0], v - wind[1] - gust[1], w - wind[2] - gust[2])
         polar = self._polar(air, state)
-        totals = self.model.totals(polar, self._inputs(drive))
+        totals = self.model.totals(self._within(polar), self._inputs(drive))
         loads, body = totals.loads, totals.body
         scale = 1.0
         speed2 = air[0] ** 2 + air[1] ** 2 + air[2] ** 2

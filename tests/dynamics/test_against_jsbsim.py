@@ -53,8 +53,7 @@ PLANET = """<?xml version="1.0"?>
 
 def axis(name: str, value: float) -> str:
     return (
-        f'<axis name="{name}"><function name="aero/{name}"><value>{value}</value>'
-        "</function></axis>"
+        f'<axis name="{name}"><function name="aero/{name}"><value>{value}</value></function></axis>'
     )
 
 

@@ -90,8 +90,8 @@ def test_cg_effect_moves_the_moments(aircraft: Aircraft, model: Model) -> None:
     inputs = (0.02, 0.0, 0.1, 0.0, 0.4, 0.0, 1.2, 21.0)
     a, b = ahead.totals(state, inputs).loads, here.totals(state, inputs).loads
     assert a[:3] == b[:3]
-    assert a.M - b.M == pytest.approx(0.03 * b.Z)
-    assert a.N - b.N == pytest.approx(-0.03 * b.Y)
+    assert pytest.approx(0.03 * b.Z) == a.M - b.M
+    assert pytest.approx(-0.03 * b.Y) == a.N - b.N
     assert b.Z < 0.0
 
 
@@ -105,11 +105,11 @@ def test_engines_act_at_their_places(flight_model: FlightModel, aircraft: Aircra
 
     idle, even, uneven = loads(0.0, 0.0), loads(0.5, 0.0), loads(0.5, 0.2)
     height = aircraft.propulsion.position[0][2]
-    assert even.loads.M - idle.loads.M == pytest.approx(height * even.thrust)
+    assert pytest.approx(height * even.thrust) == even.loads.M - idle.loads.M
     left = uneven.thrust * 0.7 / 0.5 / 2.0
     right = uneven.thrust * 0.3 / 0.5 / 2.0
     y = aircraft.propulsion.position[1][1]
-    assert uneven.loads.N - even.loads.N == pytest.approx(y * (left - right))
+    assert pytest.approx(y * (left - right)) == uneven.loads.N - even.loads.N
     assert uneven.thrust == pytest.approx(even.thrust)
 
 
@@ -177,7 +177,9 @@ def test_numbers_with_derivatives(a: float, b: float) -> None:
     """The chain rule of `Dual`, against differences of the same formula."""
 
     def formula(x, y, m):
-        return m.atan2(x * y - 1.0, 2.0 / y) + m.sqrt(y) * m.sin(x) - (3.0 - x) * m.cos(-y) / (1 + y)
+        return (
+            m.atan2(x * y - 1.0, 2.0 / y) + m.sqrt(y) * m.sin(x) - (3.0 - x) * m.cos(-y) / (1 + y)
+        )
 
     x = Dual(np.array([a]), np.array([[1.0, 0.0]]))
     y = Dual(np.array([b]), np.array([[0.0, 1.0]]))

@@ -73,7 +73,9 @@ def test_derivatives_by_the_parameters(name: str, factor: float) -> None:
         h = 1e-7
         up = tuple(x + h * (k == column) for k, x in enumerate(values))
         down = tuple(x - h * (k == column) for k, x in enumerate(values))
-        numeric = (term.respond(WAVE, DT, up).values - term.respond(WAVE, DT, down).values) / (2 * h)
+        numeric = (term.respond(WAVE, DT, up).values - term.respond(WAVE, DT, down).values) / (
+            2 * h
+        )
         wrong = np.abs(response.parameters[:, column] - numeric) > 1e-5
         # At the very sample at which an edge is met, either side is right.
         assert wrong.sum() <= (3 if term.states else 0)

@@ -29,7 +29,8 @@ TYPICAL = {
 }  # fmt: skip
 NEEDED = [
     *(f"aero.{c}.alpha2" for c in ("Cm", "CN", "CA")), "aero.Cm.alphadot",
-    *(f"aero.{c}.speed" for c in ("CX", "CZ", "Cm")), *(f"aero.{c}.flap" for c in ("Cm", "CN", "CA")),
+    *(f"aero.{c}.speed" for c in ("CX", "CZ", "Cm")),
+    *(f"aero.{c}.flap" for c in ("Cm", "CN", "CA")),
     *(f"aero.{c}.{k}" for c in ("Cl", "Cn") for k in ("alpha_beta", "beta3")), "aero.Cm.beta2",
     "aero.Cn.da", "propulsion.Cm.throttle", "propulsion.Cn.asymmetry", "mass.cg.x",
     "mass.inertia.ixz",
@@ -55,19 +56,19 @@ def sample(term: Term, count: int, seed: int = 3) -> tuple[list, list, list]:
     reads = [drawn(name) for name in term.reads]
     states = [0.3 * random.standard_normal(count) for _ in term.states]
     parameters = [
-        np.full(count, item.default or 0.7) * random.uniform(0.9, 1.1)
-        for item in term.parameters
+        np.full(count, item.default or 0.7) * random.uniform(0.9, 1.1) for item in term.parameters
     ]
     return reads, states, parameters
 
 
 def flat(jacobian: TermJacobian) -> list:
-    rows = [(*jacobian.reads, *jacobian.states, *jacobian.parameters)]
-    for row in zip(
+    own = zip(
         jacobian.rate_reads, jacobian.rate_states, jacobian.rate_parameters, strict=True
-    ):
-        rows.append(tuple(x for part in row for x in part))
-    return rows
+    )  # fmt: skip
+    return [
+        (*jacobian.reads, *jacobian.states, *jacobian.parameters),
+        *(tuple(x for part in row for x in part) for row in own),
+    ]
 
 
 def outputs(term: Term, point: list, sizes: tuple[int, int]) -> list:
