@@ -96,37 +96,38 @@ class Totals(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Differential:
-    """Total derivatives by all states, then `INPUTS`, then all parameters: n_all columns.
+    """Total derivatives by all states, then `INPUTS`, then the free parameters: n_all columns.
 
     Attributes
     ----------
     totals : Totals
         The values, arrays of shape (n,) or floats.
-    variables : ndarray, shape (n, n_variables, n_all)
-        Of `gsapp.dynamics.terms.VARIABLES`.
     coefficients : ndarray, shape (n, 6, n_all)
         Of CN, CA, CY, Cl, Cm, Cn.
+    thrust : ndarray, shape (n, n_all)
     loads : ndarray, shape (n, 6, n_all)
         Of X, Y, Z, L, M, N.
     body : ndarray, shape (n, 5, n_all)
         Of mass, ixx, iyy, izz, ixz.
     cg : ndarray, shape (n, 3, n_all)
     rates : ndarray, shape (n, n_states, n_all)
-    n_states : int
+    free : tuple of str
+        The parameters in the last columns.
     """
 
     totals: Totals
-    variables: FloatArray
     coefficients: FloatArray
+    thrust: FloatArray
     loads: FloatArray
     body: FloatArray
     cg: FloatArray
     rates: FloatArray
-    n_states: int
+    free: tuple[str, ...]
 
     def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the columns by states, by inputs and by parameters of one of the arrays."""
-        one, two = self.n_states, self.n_states + len(INPUTS)
+        one = self.rates.shape[1]
+        two = one + len(INPUTS)
         return array[..., :one], array[..., one:two], array[..., two:]
 
 
@@ -364,138 +365,194 @@ class FlightModel:
         state: Sequence[Value],
         inputs: Sequence[Value],
         parameters: Sequence[Value] | None = None,
+        *,
+        free: Sequence[str] | None = None,
     ) -> Differential:
-        """Return the exact total derivatives; arguments as in `totals`, n = 1 for numbers."""
+        """Return the exact total derivatives.
+
+        Parameters
+        ----------
+        state, inputs, parameters
+            As in `totals`; single numbers count as arrays of length 1.
+        free : sequence of str, optional
+            The parameters by which to differentiate; all by default.
+        """
         values = self.defaults if parameters is None else parameters
         totals = self.totals(state, inputs, parameters)
-        columns = [np.atleast_1d(np.asarray(x, dtype=float)) for x in (*state, *inputs, *values)]
-        count = np.broadcast_shapes(*(column.shape for column in columns))[0]
-        n_states = len(self.state_names)
-        first = n_states + len(INPUTS)
-        dv = self._variable_derivatives(totals, state, inputs, count, first + len(values))
-        ds = np.zeros((count, len(TARGETS), dv.shape[2]))
+        chain = _Chain(self, totals, state, inputs, values, free)
         offsets, forces, moments = self._passes
-        job = _Pass(totals.variables, dv, state, values, ds, first)
-        job.add(offsets)
-        V, rho = state[0], inputs[6]
-        power = self._thrust_per_density
-        fade = 1.0 - self._thrust_slope * V
-        throttle, spread = n_states + 4, n_states + 5
-        dv[:, _THRUST] += ds[:, _TARGET_INDEX["thrust"]]
-        dv[:, _THRUST, throttle] += power * rho * fade
-        dv[:, _THRUST, n_states + 6] += power * inputs[4] * fade
-        dv[:, _THRUST, 0] -= power * inputs[4] * rho * self._thrust_slope
-        job.add(forces)
+        chain.add(offsets)
+        chain.add_thrust(self._thrust_per_density, self._thrust_slope)
+        chain.add(forces)
 
-        coefficients = totals.coefficients
-        qbar = totals.variables[16]
-        d_qbar = dv[:, 16]
-        d_coefficients = ds[:, :6].copy()
-        d_coefficients[:, 0] -= ds[:, 7]
-        d_coefficients[:, 1] -= ds[:, 6]
-        area = self.area
-
-        def dimensional(index: int, name: str, length: float) -> FloatArray:
-            slope = _column(qbar) * d_coefficients[:, index]
-            return area * length * (slope + _column(coefficients[name]) * d_qbar)
-
-        d_loads = np.zeros((count, 6, dv.shape[2]))
-        d_loads[:, 0] = dv[:, _THRUST] - dimensional(1, "CA", 1.0) + ds[:, 8]
-        d_loads[:, 1] = dimensional(2, "CY", 1.0) + ds[:, 9]
-        d_loads[:, 2] = ds[:, 10] - dimensional(0, "CN", 1.0)
-        d_body = ds[:, 15:20].copy()
-        d_body[:, 0, n_states + 7] += 1.0
+        sums, area = chain.sums, self.area
+        d_coefficients = {
+            "CN": sums("CN") - sums("CZ"),
+            "CA": sums("CA") - sums("CX"),
+            "CY": sums("CY"),
+        }
+        dX = chain.thrust - chain.times_qbar(d_coefficients["CA"], "CA", area) + sums("X")
+        dY = chain.times_qbar(d_coefficients["CY"], "CY", area) + sums("Y")
+        dZ = sums("Z") - chain.times_qbar(d_coefficients["CN"], "CN", area)
+        d_mass = sums("mass").copy()
+        d_mass[:, chain.input("mass")] += 1.0
         polar = PolarState(*state[:9])
         equations = polar_jacobian(polar, totals.loads, totals.body)
         if self._needs_flow_rates:
+            d_force = np.stack([dX, dY, dZ], axis=1)
             for row, index, length in ((1, _ALPHA_DOT, self.chord), (2, _BETA_DOT, self.span)):
-                d_rate = (
-                    np.einsum("ni,nij->nj", equations.loads[:, row, :3], d_loads[:, :3])
-                    + equations.body[:, row, :1] * d_body[:, 0]
-                )
+                d_rate = np.einsum("ni,nij->nj", equations.loads[:, row, :3], d_force)
+                d_rate += equations.body[:, row, :1] * d_mass
                 d_rate[:, :9] += equations.states[:, row]
-                dv[:, index] = _column(0.5 * length / V) * d_rate
-                dv[:, index, 0] -= totals.variables[index] / V
-        job.add(moments)
+                chain.add_flow_rate(index, d_rate, length)
+        chain.add(moments)
 
-        d_coefficients[:, 3:] = ds[:, 3:6]
+        d_coefficients.update({name: sums(name) for name in ("Cl", "Cm", "Cn")})
         height, sideways = self._engine_offsets
-        d_spread = np.zeros_like(d_qbar)
-        d_spread[:, spread] = power * rho * fade
-        d_spread[:, n_states + 6] = power * inputs[5] * fade
-        d_spread[:, 0] = -power * inputs[5] * rho * self._thrust_slope
-        loads, (cx, cy, cz), d_cg = totals.loads, totals.cg, ds[:, 20:23]
-        dX, dY, dZ = d_loads[:, 0], d_loads[:, 1], d_loads[:, 2]
-        d_loads[:, 3] = dimensional(3, "Cl", self.span) + ds[:, 11]
-        d_loads[:, 3] += _cross(cz, loads.Y, cy, loads.Z, d_cg[:, 2], dY, d_cg[:, 1], dZ)
-        d_loads[:, 4] = dimensional(4, "Cm", self.chord) + ds[:, 12] + height * dv[:, _THRUST]
-        d_loads[:, 4] += _cross(cx, loads.Z, cz, loads.X, d_cg[:, 0], dZ, d_cg[:, 2], dX)
-        d_loads[:, 5] = dimensional(5, "Cn", self.span) + ds[:, 13] + sideways * d_spread
-        d_loads[:, 5] += _cross(cy, loads.X, cx, loads.Y, d_cg[:, 1], dX, d_cg[:, 0], dY)
-
-        rates = np.zeros((count, n_states, dv.shape[2]))
+        d_spread = chain.thrust_of(
+            "throttle_difference", self._thrust_per_density, self._thrust_slope
+        )
+        loads, (cx, cy, cz) = totals.loads, totals.cg
+        gx, gy, gz = sums("cg.x"), sums("cg.y"), sums("cg.z")
+        by_span, by_chord = area * self.span, area * self.chord
+        dL = chain.times_qbar(d_coefficients["Cl"], "Cl", by_span) + sums("L")
+        dM = chain.times_qbar(d_coefficients["Cm"], "Cm", by_chord) + sums("M")
+        dN = chain.times_qbar(d_coefficients["Cn"], "Cn", by_span) + sums("N")
+        dM += height * chain.thrust
+        dN += sideways * d_spread
+        if chain.has("cg.x", "cg.y", "cg.z"):
+            dL += _cross(cz, loads.Y, cy, loads.Z, gz, dY, gy, dZ)
+            dM += _cross(cx, loads.Z, cz, loads.X, gx, dZ, gz, dX)
+            dN += _cross(cy, loads.X, cx, loads.Y, gy, dX, gx, dY)
+        d_loads = np.stack([dX, dY, dZ, dL, dM, dN], axis=1)
+        d_body = np.stack([d_mass, *(sums(name) for name in ("ixx", "iyy", "izz", "ixz"))], axis=1)
+        rates = np.zeros((chain.count, len(self.state_names), chain.width))
         rates[:, :9] = equations.loads @ d_loads + equations.body @ d_body
         rates[:, :9, :9] += equations.states
         for entry in self._entries:
             if entry.term.states:
-                job.add_rates(entry, rates)
+                chain.add_rates(entry, rates)
         return Differential(
             totals=totals,
-            variables=dv,
-            coefficients=d_coefficients,
+            coefficients=np.stack([d_coefficients[name] for name in totals.coefficients], axis=1),
+            thrust=chain.thrust,
             loads=d_loads,
             body=d_body,
-            cg=d_cg,
+            cg=np.stack([gx, gy, gz], axis=1),
             rates=rates,
-            n_states=n_states,
+            free=chain.free,
         )
 
-    def _variable_derivatives(
+
+class _Chain:
+    """The chain rule through the terms: from variables to the sums of each target.
+
+    Variables of motion and inputs depend on one or two columns each; thrust and the flow rates on
+    many. So the former are kept as (column, slope) pairs, the latter as whole arrays (n, n_all).
+    """
+
+    def __init__(
         self,
+        model: FlightModel,
         totals: Totals,
         state: Sequence[Value],
         inputs: Sequence[Value],
-        count: int,
-        n_all: int,
-    ) -> FloatArray:
-        """Return the derivatives of all variables but thrust and the flow rates."""
-        n_states = len(self.state_names)
-        dv = np.zeros((count, len(_VARIABLE_NAMES), n_all))
+        parameters: Sequence[Value],
+        free: Sequence[str] | None,
+    ) -> None:
+        self._n_states = len(model.state_names)
+        self._totals, self._state = totals, state
+        self._inputs, self._parameters = inputs, parameters
+        self.free = model.parameter_names if free is None else tuple(free)
+        unknown = [name for name in self.free if name not in model.parameter_names]
+        if unknown:
+            raise UnknownNameError(
+                f"the model '{model.model.name}' has no parameter {', '.join(unknown)}"
+            )
+        first = self._n_states + len(INPUTS)
+        place = {name: first + index for index, name in enumerate(self.free)}
+        self._columns = [place.get(name) for name in model.parameter_names]
+        self.width = first + len(self.free)
+        shapes = [np.shape(x) for x in (*state, *inputs, *parameters)]
+        shape = np.broadcast_shapes((1,), *shapes)
+        self.count = shape[0]
+        self._sums: dict[int, FloatArray] = {}
+        self._dense: dict[int, FloatArray] = {}
         V, rho = state[0], inputs[6]
-        for index in range(6):
-            dv[:, index, index] = 1.0
-        for row, rate, length in ((6, 3, self.span), (7, 4, self.chord), (8, 5, self.span)):
-            dv[:, row, rate] = 0.5 * length / V
-            dv[:, row, 0] = -totals.variables[row] / V
+        self._sparse: dict[int, list[tuple[int, Value]]] = {
+            index: [(index, 1.0)] for index in range(6)
+        }
+        for row, rate, length in ((6, 3, model.span), (7, 4, model.chord), (8, 5, model.span)):
+            self._sparse[row] = [(rate, 0.5 * length / V), (0, -totals.variables[row] / V)]
         for index in range(7):
-            dv[:, 9 + index, n_states + index] = 1.0
-        dv[:, 16, 0] = rho * V
-        dv[:, 16, n_states + 6] = 0.5 * V * V
-        return dv
+            self._sparse[9 + index] = [(self._n_states + index, 1.0)]
+        self._d_qbar: list[tuple[int, Value]] = [(0, rho * V), (self.input("rho"), 0.5 * V * V)]
+        self._sparse[16] = self._d_qbar
 
+    def input(self, name: str) -> int:
+        """Return the column of an input."""
+        return self._n_states + INPUTS.index(name)
 
-class _Pass(NamedTuple):
-    """What the derivatives of the terms are computed from, and where they are summed."""
+    def has(self, *targets: str) -> bool:
+        """Return whether any term adds to one of the targets."""
+        return any(_TARGET_INDEX[target] in self._sums for target in targets)
 
-    variables: list[Value]
-    derivatives: FloatArray
-    state: Sequence[Value]
-    parameters: Sequence[Value]
-    sums: FloatArray
-    first_parameter: int
+    def sums(self, target: str) -> FloatArray:
+        """Return the derivatives of what was added to a target, shape (n, n_all)."""
+        return self._sum(_TARGET_INDEX[target])
+
+    def _sum(self, target: int) -> FloatArray:
+        if target not in self._sums:
+            return np.zeros((self.count, self.width))
+        return self._sums[target]
+
+    @property
+    def thrust(self) -> FloatArray:
+        """Return the derivatives of the thrust."""
+        return self._dense[_THRUST]
+
+    def thrust_of(self, lever: str, per_density: float, slope: float) -> FloatArray:
+        """Return the derivatives of the thrust that one of the throttle inputs makes."""
+        rho, V, setting = self._inputs[6], self._state[0], self._inputs[INPUTS.index(lever)]
+        fade = 1.0 - slope * V
+        out = np.zeros((self.count, self.width))
+        out[:, self.input(lever)] = per_density * rho * fade
+        out[:, self.input("rho")] = per_density * setting * fade
+        out[:, 0] = -per_density * setting * rho * slope
+        return out
+
+    def add_thrust(self, per_density: float, slope: float) -> None:
+        """Enter the derivatives of the thrust, effects on it included."""
+        whole = self.thrust_of("throttle", per_density, slope)
+        self._dense[_THRUST] = whole + self.sums("thrust") if self.has("thrust") else whole
+
+    def add_flow_rate(self, index: int, d_rate: FloatArray, length: float) -> None:
+        """Enter the derivatives of rate * length/(2V)."""
+        V = self._state[0]
+        out = _column(0.5 * length / V) * d_rate
+        out[:, 0] -= self._totals.variables[index] / V
+        self._dense[index] = out
+
+    def times_qbar(self, slopes: FloatArray, name: str, size: float) -> FloatArray:
+        """Return the derivatives of size * qbar * coefficient."""
+        out = _column(size * self._totals.variables[16]) * slopes
+        for column, slope in self._d_qbar:
+            out[:, column] += size * self._totals.coefficients[name] * slope
+        return out
 
     def add(self, entries: Sequence[_Entry]) -> None:
+        """Add the derivatives of terms to those of their targets."""
         for entry in entries:
             jacobian = self._jacobian(entry)
-            self._chain(
-                entry, self.sums[:, entry.target], jacobian.reads, jacobian.states,
-                jacobian.parameters,
-            )  # fmt: skip
+            out = self._sum(entry.target)
+            self._sums[entry.target] = out
+            self._spread(entry, out, jacobian.reads, jacobian.states, jacobian.parameters)
 
     def add_rates(self, entry: _Entry, rates: FloatArray) -> None:
+        """Add the derivatives of the rates of a term's own states."""
         jacobian = self._jacobian(entry)
         for row in range(len(entry.term.states)):
-            self._chain(
+            self._spread(
                 entry,
                 rates[:, entry.states.start + row],
                 jacobian.rate_reads[row],
@@ -505,10 +562,12 @@ class _Pass(NamedTuple):
 
     def _jacobian(self, entry: _Entry) -> TermJacobian:
         return entry.term.jacobian(
-            entry.read(self.variables), self.state[entry.states], self.parameters[entry.parameters]
+            entry.read(self._totals.variables),
+            self._state[entry.states],
+            self._parameters[entry.parameters],
         )
 
-    def _chain(
+    def _spread(
         self,
         entry: _Entry,
         out: FloatArray,
@@ -517,11 +576,17 @@ class _Pass(NamedTuple):
         by_parameters: Sequence[Value],
     ) -> None:
         for index, slope in zip(entry.reads, by_reads, strict=True):
-            out += _column(slope) * self.derivatives[:, index]
+            if index in self._dense:
+                out += _column(slope) * self._dense[index]
+            else:
+                for column, part in self._sparse[index]:
+                    out[:, column] += slope * part
         for offset, slope in enumerate(by_states):
             out[:, entry.states.start + offset] += slope
         for offset, slope in enumerate(by_parameters):
-            out[:, self.first_parameter + entry.parameters.start + offset] += slope
+            place = self._columns[entry.parameters.start + offset]
+            if place is not None:
+                out[:, place] += slope
 
 
 def _column(value: Value) -> FloatArray:

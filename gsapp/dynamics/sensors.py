@@ -18,8 +18,8 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value, functions
 from gsapp.dynamics.dual import Dual
-from gsapp.dynamics.equations import POLAR_STATES
-from gsapp.dynamics.flight_model import INPUTS, Differential, FlightModel
+from gsapp.dynamics.equations import POLAR_STATES, angular_accelerations
+from gsapp.dynamics.flight_model import INPUTS, Differential, FlightModel, Totals
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -31,6 +31,8 @@ OUTPUTS = (
     "qbar", "p_dot", "q_dot", "r_dot",
 )  # fmt: skip
 """What `OutputModel` can predict."""
+_AIR_DATA = frozenset(("V", "qbar"))
+_ACCELERATIONS = frozenset(("ax", "ay", "an"))
 
 
 def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
@@ -135,6 +137,11 @@ def flow_at_cg(
     return speed, attack, slip
 
 
+def _spin(state: Sequence[Value], totals: Totals) -> tuple[Value, Value, Value]:
+    p, q, r = state[3:6]
+    return angular_accelerations(p, q, r, *totals.loads[3:], totals.body)
+
+
 class OutputModel:
     """Predicted measurements of a flight model, at the places of the instruments.
 
@@ -169,9 +176,9 @@ class OutputModel:
     ) -> tuple[Value, ...]:
         """Return the channels in order; arguments as in `FlightModel.totals`."""
         totals = self.model.totals(state, inputs, parameters)
-        rates = self.model.rates(state, inputs, parameters)
+        spin = _spin(state, totals)
         table = self._predict(
-            state[:9], rates[3:6], totals.loads[:3], totals.body.mass, totals.cg, inputs[6]
+            state[:9], spin, totals.loads[:3], totals.body.mass, totals.cg, inputs[6]
         )
         return tuple(table[name] for name in self.channels)
 
@@ -180,6 +187,8 @@ class OutputModel:
         state: Sequence[Value],
         inputs: Sequence[Value],
         parameters: Sequence[Value] | None = None,
+        *,
+        free: Sequence[str] | None = None,
     ) -> tuple[FloatArray, FloatArray, Differential]:
         """Return values, total derivatives, and the differential of the equations.
 
@@ -187,13 +196,13 @@ class OutputModel:
         -------
         values : ndarray, shape (n, n_channels)
         derivatives : ndarray, shape (n, n_channels, n_all)
-            By all states, then inputs, then parameters, as in `Differential`.
+            By all states, then inputs, then the free parameters, as in `Differential`.
         differential : Differential
         """
-        differential = self.model.differentiate(state, inputs, parameters)
-        rates = self.model.rates(state, inputs, parameters)
+        differential = self.model.differentiate(state, inputs, parameters, free=free)
         count, n_states, n_all = differential.rates.shape
         totals = differential.totals
+        spin = _spin(state, totals)
         unit = np.eye(n_all)
 
         def dual(value: Value, slope: FloatArray) -> Dual:
@@ -202,7 +211,7 @@ class OutputModel:
 
         table = self._predict(
             tuple(dual(x, unit[index]) for index, x in enumerate(state[:9])),
-            tuple(dual(rates[index], differential.rates[:, index]) for index in range(3, 6)),
+            tuple(dual(spin[index], differential.rates[:, 3 + index]) for index in range(3)),
             tuple(dual(totals.loads[index], differential.loads[:, index]) for index in range(3)),
             dual(totals.body.mass, differential.body[:, 0]),
             tuple(dual(totals.cg[index], differential.cg[:, index]) for index in range(3)),
@@ -235,23 +244,19 @@ class OutputModel:
         def flow_at(position: Vector) -> Vector:
             return velocity_at(place(position), flow, rates)
 
-        specific = (force[0] / mass, force[1] / mass, -(force[2] / mass))
-        ax, ay, an = accelerations_at(
-            place(sensors.accelerometer.position), specific, rates, (spin[0], spin[1], spin[2])
-        )
-        vane, fin = sensors.alpha_vane, sensors.beta_vane
-        speed = airspeed(flow_at(sensors.air_data.position))
         table = dict(zip(POLAR_STATES, polar, strict=True))
-        table.update(
-            V=speed,
-            qbar=0.5 * rho * speed * speed,
-            alpha=alpha_vane(flow_at(vane.position), vane.upwash),
-            beta=beta_vane(flow_at(fin.position), fin.kind, fin.upwash),
-            ax=ax,
-            ay=ay,
-            an=an,
-            p_dot=spin[0],
-            q_dot=spin[1],
-            r_dot=spin[2],
-        )
+        table.update(p_dot=spin[0], q_dot=spin[1], r_dot=spin[2])
+        if not _AIR_DATA.isdisjoint(self.channels):
+            speed = airspeed(flow_at(sensors.air_data.position))
+            table.update(V=speed, qbar=0.5 * rho * speed * speed)
+        vane, fin = sensors.alpha_vane, sensors.beta_vane
+        if "alpha" in self.channels:
+            table["alpha"] = alpha_vane(flow_at(vane.position), vane.upwash)
+        if "beta" in self.channels:
+            table["beta"] = beta_vane(flow_at(fin.position), fin.kind, fin.upwash)
+        if not _ACCELERATIONS.isdisjoint(self.channels):
+            specific = (force[0] / mass, force[1] / mass, -(force[2] / mass))
+            table["ax"], table["ay"], table["an"] = accelerations_at(
+                place(sensors.accelerometer.position), specific, rates, (spin[0], spin[1], spin[2])
+            )
         return table

@@ -73,6 +73,22 @@ def test_jacobians_equal_differences(seed: int) -> None:
         assert error.max() < 2e-5
 
 
+def test_derivatives_by_chosen_parameters_only() -> None:
+    """The columns of the free parameters are those of the whole, in the order asked for."""
+    x = point(5, 3)
+    outputs = OutputModel(FULL, ("alpha", "an", "q"))
+    _, whole, one = outputs.jacobian(*split(x))
+    free = ("Cm_q", "mass.cg.x.x", "CN_alpha")
+    _, part, two = outputs.jacobian(*split(x), free=free)
+    first = N_STATES + len(INPUTS)
+    columns = [*range(first), *(first + FULL.parameter_names.index(name) for name in free)]
+    assert np.allclose(part, whole[:, :, columns], rtol=1e-13, atol=1e-13)
+    assert np.allclose(two.rates, one.rates[:, :, columns], rtol=1e-13, atol=1e-13)
+    assert [block.shape[-1] for block in two.split(two.rates)] == [N_STATES, len(INPUTS), 3]
+    with pytest.raises(UnknownNameError, match="Cm_alfa"):
+        FULL.differentiate(*split(x), free=("Cm_alfa",))
+
+
 def test_single_numbers_give_what_arrays_give() -> None:
     x = point(11, 4)
     together = np.array(np.broadcast_arrays(*FULL.rates(*split(x))))
