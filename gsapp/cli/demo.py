@@ -52,12 +52,15 @@ def run(*, headless: bool, out: Path, seed: int) -> None:
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.recorder_control import start_recorder
     from gsapp.telemetry.virtual.process import AircraftProcess, free_port
+    from ui.display import NoDisplayError, require_display
 
-    if not headless:
-        from ui.display import require_display
-
-        require_display()
     console = Console(highlight=False, soft_wrap=True)
+    if not headless:
+        try:
+            require_display()
+        except NoDisplayError as why:
+            console.print(f"{why}.\nThe demo goes on without a window.")
+            headless = True
     folder = _unused(out / "flight")
     port = free_port()
     link = f"udpin:127.0.0.1:{port}"

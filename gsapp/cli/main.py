@@ -128,6 +128,15 @@ def fly(
 def record(
     link: Annotated[str, typer.Argument(metavar="LINK")],
     out: Annotated[Path, typer.Option(metavar="FLIGHT", help="Flight folder to write")],
+    channel_map: MapName = None,
+    aircraft: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="FILE", help="Aircraft to read the record with"),
+    ] = None,
+    calibration: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="FOLDER", help="Certificates in force, or a shipped set"),
+    ] = None,
     heartbeat: Annotated[
         Optional[bool],  # noqa: UP045
         typer.Option(help="Send a sign of life every second; without it over udpout only"),
@@ -143,11 +152,14 @@ def record(
     LINK is one of udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT,
     serial:PATH:BAUD, text:PATH:BAUD, virtual, or a FLIGHT.
 
-    Example: gsapp record serial:/dev/ttyUSB0:57600 --out flights/2026-05-12-a
+    Example: gsapp record serial:/dev/ttyUSB0:57600 --map b777-thin --out flights/2026-05-12-a
     """
     from gsapp.cli import record as command
 
-    command.run(link=link, out=out, heartbeat=heartbeat, speed=speed, json=json)
+    command.run(
+        link=link, out=out, channel_map=channel_map, aircraft=aircraft, calibration=calibration,
+        heartbeat=heartbeat, speed=speed, json=json,
+    )  # fmt: skip
 
 
 @app.command()

@@ -9,6 +9,9 @@ def run(
     link: str,
     out: Path,
     *,
+    channel_map: str | None = None,
+    aircraft: str | None = None,
+    calibration: str | None = None,
     heartbeat: bool | None = None,
     speed: float | None = None,
     json: Path | None = None,
@@ -21,6 +24,8 @@ def run(
         The LINK.
     out : Path
         The flight folder; continued if it holds a record already.
+    channel_map, aircraft, calibration : str, optional
+        Names or paths of what the record is to be read with; copies go into the folder.
     heartbeat : bool, optional
         Whether to send the ground station's sign of life once a second; by default only over
         ``udpout``.
@@ -33,7 +38,9 @@ def run(
 
     from rich.console import Console
 
+    from gsapp.flight.preparing import prepare_flight
     from gsapp.foundation import write_atomically
+    from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.recorder_process import record, stop_on_signals
     from gsapp.telemetry.status import RecorderStatus
 
@@ -51,6 +58,10 @@ def run(
                 told.append(key)
                 console.print(sentence, highlight=False, soft_wrap=True)
 
+    parse_link(link)  # before anything is made
+    prepare_flight(
+        out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link
+    )
     console.print(f"Recording {link} into {out}; Ctrl-C ends it.", highlight=False, soft_wrap=True)
     options = {} if speed is None else {"speed": speed}
     status = record(link, out, heartbeat=heartbeat, stop=stop, on_status=tell, **options)

@@ -17,8 +17,9 @@ from gsapp.flight.info import FlightInfo, current_versions
 def prepare_flight(
     path: Path | str,
     *,
-    aircraft: str | Path,
-    channel_map: str | Path,
+    name: str = "",
+    aircraft: str | Path | None = None,
+    channel_map: str | Path | None = None,
     calibration: str | Path | None = None,
     source: str = "",
     notes: str = "",
@@ -31,8 +32,10 @@ def prepare_flight(
     ----------
     path : Path or str
         The folder; made if missing.
-    aircraft, channel_map : str or Path
-        Names of shipped files, or paths.
+    name : str
+        What the crew calls the flight; empty takes the folder's name.
+    aircraft, channel_map : str, Path or None
+        Names of shipped files, or paths; None keeps no copy.
     calibration : str, Path or None
         Name of a shipped set of certificates, or a folder of them; None takes the set that the
         channel map names, if any.
@@ -46,26 +49,28 @@ def prepare_flight(
     GroundStationError
         If the folder cannot be made, or one of the files holds mistakes.
     """
-    aircraft_file, map_file = AIRCRAFT.find(aircraft), CHANNEL_MAPS.find(channel_map)
-    load_aircraft(aircraft_file)
-    chosen = load_channel_map(map_file)
-    wanted = calibration if calibration is not None else chosen.certificates
-    certificates = certificate_files(wanted) if wanted else ()
+    aircraft_file = None if aircraft is None else AIRCRAFT.find(aircraft)
+    if aircraft_file is not None:
+        load_aircraft(aircraft_file)
+    map_file = None if channel_map is None else CHANNEL_MAPS.find(channel_map)
+    if map_file is not None and calibration is None:
+        calibration = load_channel_map(map_file).certificates
+    certificates = certificate_files(calibration) if calibration else ()
     target = Path(path)
     folder = FlightFolder.create(
         target,
         FlightInfo(
-            name=target.resolve().name,
+            name=name or target.resolve().name,
             source=source,
-            aircraft=aircraft_file.stem,
-            channel_map=map_file.stem,
+            aircraft=aircraft_file.stem if aircraft_file else "",
+            channel_map=map_file.stem if map_file else "",
             notes=notes,
             versions=current_versions(),
         ),
     )
-    if not folder.aircraft_file.exists():
+    if aircraft_file is not None and not folder.aircraft_file.exists():
         folder.keep_aircraft(aircraft_file)
-    if not folder.channel_map_file.exists():
+    if map_file is not None and not folder.channel_map_file.exists():
         folder.keep_channel_map(map_file)
     if certificates and not folder.certificate_files():
         folder.keep_certificates(certificates)
