@@ -32,7 +32,8 @@ from ui.recording import (
 from ui.settings import SettingsStore, flights_path
 from ui.work import Progress, Work
 
-_TICK_MS = 8
+_TICK_MS = 12
+"""Between looks for new samples: with the recorder's own delay well below 20 ms to the screen."""
 _BUDGET = 0.006
 _TELL_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
@@ -283,8 +284,11 @@ class Desk(QObject):
 
     def close_flight(self) -> None:
         """Close the flight; what is recorded goes on being recorded."""
+        name, recorded = self.name, self.records_here
         self.close()
         self.changed.emit()
+        if recorded:
+            self.said.emit("note", f"{name} goes on being recorded. Ctrl+R attaches again.")
 
     def close(self) -> None:
         """Give the session back. Recorder and virtual aircraft go on."""
@@ -297,16 +301,38 @@ class Desk(QObject):
             session.close()
 
     def stop_recording(self) -> None:
-        """End the recording; everything that arrived is written first."""
+        """End the recording in the background; everything that arrived is written first."""
+        recorder = self.session.recorder if self.session is not None else None
+        if recorder is None:
+            return
+        aircraft = self._aircraft
+
+        def end(_progress: Progress) -> bool:
+            if aircraft is not None:
+                aircraft.stop()
+            return recorder.stop()
+
+        def tell(ended: bool) -> None:
+            if not ended:
+                self.said.emit(
+                    "warning",
+                    f"The recorder (process {recorder.pid}) does not end: it still writes what "
+                    "came. Try again in a moment.",
+                )
+
+        work = Work("Stopping the recording", end, self)
+        work.done.connect(tell)
+        work.failed.connect(self.faults.report)
+        self.working.emit(work, "")
+        work.start()
+
+    def stop_now(self) -> None:
+        """End the recording and wait for it, as the window closes."""
         recorder = self.session.recorder if self.session is not None else None
         if self._aircraft is not None:
             self._aircraft.stop()
-        if recorder is not None and not recorder.stop():
-            self.said.emit(
-                "warning",
-                f"The recorder (process {recorder.pid}) does not end: it still writes what came. "
-                "Try again in a moment.",
-            )
+        if recorder is not None:
+            recorder.stop()
 
     def running_recorders(self) -> tuple[RunningRecorder, ...]:
         """Return recorders that run, the newest first; not that of the open flight."""

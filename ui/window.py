@@ -227,7 +227,7 @@ class MainWindow(QMainWindow):
                 event.ignore()
                 return
             if answer == "stop":
-                self.desk.stop_recording()
+                self.desk.stop_now()
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
         self.desk.close()

@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from ui.words import duration_text
 
-
 _TELL_SECONDS = 0.05
 """A work that reports more often than this would drown the window in signals."""
 

@@ -10,7 +10,14 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QComboBox, QLineEdit, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QApplication,
+    QComboBox,
+    QLineEdit,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -24,6 +31,7 @@ from gsapp.session.limits import Severity
 from ui.commands import COMMANDS, CommandSet
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.keys import KeysDialog
+from ui.dialogs.small import ask_closing
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
 from ui.settings import Settings, SettingsStore
@@ -332,3 +340,23 @@ def test_the_bar_tells_a_healthy_flight_in_numbers() -> None:
     assert (parts["link"].value, parts["link"].note) == ("412/s", "0.1 s old, 0.4 % lost")
     assert (parts["record"].value, parts["record"].note) == ("3.21 MB", "growing, 118 GB left")
     assert parts["link"].state == parts["record"].state == "good"
+
+
+# The end
+
+
+@pytest.mark.parametrize(
+    ("key", "answer"), [(Qt.Key.Key_Return, "leave"), (Qt.Key.Key_Escape, "stay")]
+)
+def test_a_key_in_haste_never_ends_a_recording(
+    window: MainWindow, qtbot: QtBot, key: Qt.Key, answer: str
+) -> None:
+    """Enter leaves the recorder running, Esc keeps the window."""
+
+    def press() -> None:
+        box = QApplication.activeModalWidget()
+        assert box is not None
+        qtbot.keyClick(box, key)
+
+    QTimer.singleShot(100, press)
+    assert ask_closing(window, "flight 3") == answer

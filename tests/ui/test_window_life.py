@@ -229,7 +229,7 @@ def test_a_port_in_use_is_told_and_the_window_goes_on(
         window.desk.connect_link(link)
         until(qtbot, lambda: told() or window.bar.views["link"].part.state == "warning", 15_000)
     if window.desk.records_here:
-        window.desk.stop_recording()
+        window.desk.stop_now()
 
 
 def test_a_flight_is_exported_in_the_background(
