@@ -147,7 +147,8 @@ def send(
             )
             if log is not None:
                 console.print(
-                    f"The full record is in {place} and can be fetched over the link; Ctrl-C ends."
+                    f"The full record is in {place} and can be fetched over the link; Ctrl-C ends.",
+                    soft_wrap=True,
                 )
                 transmitter.stay(_STAY)
         finally:

@@ -71,6 +71,8 @@ class PitchKeeper:
         self._offset = 0.0
         self._wanted = 0.0
         self._lift = 0.0
+        self.usual = self._hold
+        """Where the stick was held on average over the last half second."""
 
     def _hang(self, view: View) -> float:
         """Return how far the nose must stand above the path at this speed and bank, rad."""
@@ -89,7 +91,7 @@ class PitchKeeper:
         elif intent.pitch is not None:
             target = intent.pitch
         else:
-            return self._hold
+            return self.usual
         target = min(max(target, -14.0 * _DEG), 20.0 * _DEG)
         step = 14.0 * _DEG * self._dt
         self._wanted += min(max(target - self._wanted, -step), step)
@@ -108,7 +110,9 @@ class PitchKeeper:
         # Slower air, weaker surfaces: the hand asks for more without thinking about it.
         firmness = min((self._feel.speed / max(view.speed, 0.6 * self._feel.speed)) ** 2, 2.5)
         damping = 0.15 * self._gain * view.pitch_rate
-        return self._hold + self._lift + firmness * self._gain * miss - damping + pull
+        stick = self._hold + self._lift + firmness * self._gain * miss - damping + pull
+        self.usual += self._dt / 0.5 * (stick - self.usual)
+        return stick
 
 
 class RollKeeper:

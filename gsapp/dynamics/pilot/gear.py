@@ -14,6 +14,8 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.equations import Loads, Matrix
 
 GRAVITY = 9.80665
+_CREEP = 0.12
+"""Speed at which a braked wheel has most of its grip, m/s: a step of 10 ms can follow that."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +112,7 @@ class LandingGear:
             rolling = along * ca + side * sa
             sliding = side * ca - along * sa
             friction = self.ROLLING_FRICTION + (self.BRAKE_FRICTION * brake if wheel.brakes else 0)
-            drag = -friction * push * math.tanh(rolling / 0.05)
+            drag = -friction * push * math.tanh(rolling / _CREEP)
             grip = -self.SIDE_FRICTION * push * math.tanh(sliding / max(0.2, 0.1 * abs(rolling)))
             fx, fy, fz = drag * ca - grip * sa, drag * sa + grip * ca, -push
             X += fx

@@ -106,8 +106,7 @@ class HumanPilot:
         if intent.quiet:
             if self._released is None:
                 # Let go where the stick is held on average, not where it happens to be.
-                hold = self._pitch.stick(view, Intent(phase=intent.phase))
-                self._released = (hold, self._roll.hold, self._yaw_trim)
+                self._released = (self._pitch.usual, self._roll.hold, self._yaw_trim)
             return self._released
         self._released = None
         if intent.brake >= 1.0:

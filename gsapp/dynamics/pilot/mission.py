@@ -377,7 +377,7 @@ class Mission:
     def _rollout(self) -> Stage:
         view = yield Intent(phase="landed", throttle=0.0)
         since, pitch = view.time, view.pitch
-        while view.time - since < 60.0 and view.speed > 1.5:
+        while view.time - since < 60.0 and view.ground_speed > 1.0:
             if not view.on_ground and view.height > 0.3:
                 # A bounce: once more.
                 since, pitch = view.time, view.pitch
@@ -435,6 +435,6 @@ def _alarming(view: View) -> bool:
     return (
         abs(view.bank) > 50.0 * _DEG
         or abs(view.pitch) > 30.0 * _DEG
-        or abs(view.climb) > 4.5
+        or abs(view.climb) > 6.0
         or view.height < 18.0
     )

@@ -82,6 +82,8 @@ class View:
         Angle of the flight path, rad.
     speed : float
         Airspeed guessed, m/s.
+    ground_speed : float
+        m/s.
     on_ground : bool
     """
 
@@ -97,6 +99,7 @@ class View:
     climb: float
     path: float
     speed: float
+    ground_speed: float
     on_ground: bool
 
 
@@ -215,5 +218,6 @@ class Eyes:
             climb=climb,
             path=path,
             speed=max(guess if seen.on_ground else guess - 50.0 * hanging, 0.0),
+            ground_speed=ground_speed,
             on_ground=seen.on_ground,
         )
