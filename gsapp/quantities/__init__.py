@@ -1,11 +1,12 @@
 """The vocabulary: channels, units, and blocks of samples."""
 
 from gsapp.quantities.block import Block, FloatArray
-from gsapp.quantities.channels import CHANNELS, ChannelSpec, base_id, channel
+from gsapp.quantities.channels import CHANNELS, INSTRUMENTS, ChannelSpec, base_id, channel
 from gsapp.quantities.units import QUANTITIES, Quantity, from_si, normalize_unit, parse, to_si
 
 __all__ = [
     "CHANNELS",
+    "INSTRUMENTS",
     "QUANTITIES",
     "Block",
     "ChannelSpec",

@@ -82,6 +82,16 @@ _FT = 0.3048
 _G = 9.80665
 
 
+# fmt: off
+INSTRUMENTS: tuple[str, ...] = (
+    "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "alpha", "beta",
+    "p", "q", "r", "ax", "ay", "an", "static_pressure", "dynamic_pressure", "temperature",
+    "throttle", "flap",
+)
+# fmt: on
+"""Channels whose instruments give volts: each has a ``<id>_volts`` before its calibration."""
+
+
 def _table() -> list[ChannelSpec]:
     specs: list[ChannelSpec] = []
 
@@ -111,377 +121,109 @@ def _table() -> list[ChannelSpec]:
                 )
             )
 
-    group(
-        "Surfaces",
-        "angle",
-        "deg",
-        "deg",
-        -45 * _DEG,
-        45 * _DEG,
-        0.1 * _DEG,
-        (
-            "de",
-            "delta_e",
-            "Elevator",
-            "Mean of both elevators (6.1.1), positive trailing edge down",
-        ),
-        (
-            "da",
-            "delta_a",
-            "Aileron",
-            "Mean of both ailerons (6.1.2), positive rolls the right wing down",
-        ),
-        ("dr", "delta_r", "Rudder", "Rudder (6.1.3), positive trailing edge left"),
-        ("elevator_left", "delta_e left", "Left elevator", "Positive trailing edge down"),
-        ("elevator_right", "delta_e right", "Right elevator", "Positive trailing edge down"),
-        ("aileron_left", "delta_a left", "Left aileron", "Positive trailing edge down"),
-        ("aileron_right", "delta_a right", "Right aileron", "Positive trailing edge up"),
-        ("rudder", "rudder", "Rudder surface", "Positive trailing edge left"),
-    )
-    group(
-        "Flow",
-        "angle",
-        "deg",
-        "deg",
-        -40 * _DEG,
-        40 * _DEG,
-        0.1 * _DEG,
-        ("alpha", "alpha", "Angle of attack", "At the vane; positive with the nose above the flow"),
-        ("beta", "beta", "Angle of sideslip", "At the vane; positive with wind from the right"),
-    )
-    group(
-        "Rates",
-        "angular_rate",
-        "deg/s",
-        "deg/s",
-        -400 * _DEG,
-        400 * _DEG,
-        0.1 * _DEG,
-        ("p", "p", "Roll rate", "Body axes, positive right wing down"),
-        ("q", "q", "Pitch rate", "Body axes, positive nose up"),
-        ("r", "r", "Yaw rate", "Body axes, positive nose right"),
-    )
-    group(
-        "Accelerations",
-        "acceleration",
-        "g",
-        "g",
-        -12 * _G,
-        12 * _G,
-        0.005 * _G,
-        ("ax", "a_x", "Axial acceleration", "Specific force along x, positive forward"),
-        ("ay", "a_y", "Lateral acceleration", "Specific force along y, positive right"),
-        ("an", "a_n", "Normal acceleration", "Specific force along -z, positive up"),
-    )
-    group(
-        "Air data",
-        "speed",
-        "m/s",
-        "ft/s",
-        0.0,
-        150.0,
-        0.1 * _FT,
-        ("V", "V", "True airspeed", "From dynamic pressure and density"),
-        ("Vc", "V_c", "Calibrated airspeed", "At sea-level density; what stall speed follows"),
-    )
-    group(
-        "Air data",
-        "pressure",
-        "Pa",
-        "lbf/ft^2",
-        -500.0,
-        12000.0,
-        2.0,
-        ("qbar", "qbar", "Dynamic pressure", "rho V^2 / 2, corrected and used by the model"),
-        ("dynamic_pressure", "p_dyn", "Differential pressure", "Pitot minus static, as measured"),
-    )
-    group(
-        "Air data",
-        "pressure",
-        "kPa",
-        "psi",
-        20e3,
-        110e3,
-        10.0,
-        ("static_pressure", "p_static", "Static pressure", "Absolute"),
-    )
-    group(
-        "Air data",
-        "temperature",
-        "degC",
-        "degF",
-        220.0,
-        340.0,
-        0.5,
-        ("temperature", "T_air", "Air temperature", "Outside, or of the ground when entered"),
-    )
-    group(
-        "Air data",
-        "length",
-        "m",
-        "ft",
-        -500.0,
-        12000.0,
-        1.0 * _FT,
-        ("altitude", "h", "Pressure altitude", "Above sea level in the standard atmosphere"),
-        ("height", "h_agl", "Height above the field", "Positive up"),
-    )
-    group(
-        "Air data",
-        "density",
-        "kg/m^3",
-        "slug/ft^3",
-        0.2,
-        1.6,
-        0.001,
-        ("density", "rho", "Air density", "From static pressure and temperature"),
-    )
-    group(
-        "Air data",
-        "speed",
-        "m/s",
-        "ft/s",
-        -60.0,
-        60.0,
-        0.1,
-        ("climb_rate", "h_dot", "Rate of climb", "Positive up"),
-    )
-    group(
-        "Attitude",
-        "angle",
-        "deg",
-        "deg",
-        -181 * _DEG,
-        181 * _DEG,
-        0.1 * _DEG,
-        ("phi", "phi", "Bank angle", "Positive right wing down"),
-        ("theta", "theta", "Pitch attitude", "Positive nose up"),
-    )
-    group(
-        "Attitude",
-        "angle",
-        "deg",
-        "deg",
-        -181 * _DEG,
-        361 * _DEG,
-        0.1 * _DEG,
-        ("psi", "psi", "Heading", "From true north, positive clockwise"),
-        ("track", "chi", "Ground track", "From true north, positive clockwise"),
-    )
-    group(
-        "Propulsion",
-        "ratio",
-        "%",
-        "%",
-        -0.05,
-        1.05,
-        0.01,
-        ("throttle", "throttle", "Throttle", "0 idle, 1 full"),
-        ("throttle_left", "throttle left", "Left throttle", "0 idle, 1 full"),
-        ("throttle_right", "throttle right", "Right throttle", "0 idle, 1 full"),
-    )
-    group(
-        "Propulsion",
-        "rotation_speed",
-        "rpm",
-        "rpm",
-        0.0,
-        4200.0,
-        1.0,
-        ("rpm_left", "n left", "Left engine speed", "Fan revolutions"),
-        ("rpm_right", "n right", "Right engine speed", "Fan revolutions"),
-    )
-    group(
-        "Propulsion",
-        "force",
-        "N",
-        "lbf",
-        -50.0,
-        1000.0,
-        0.5,
-        ("thrust", "T", "Thrust", "All engines, along x"),
-    )
-    group(
-        "Propulsion",
-        "mass",
-        "kg",
-        "lb",
-        0.0,
-        100.0,
-        0.01,
-        ("fuel", "fuel", "Fuel left", "Mass on board"),
-        ("mass", "m", "Mass", "Aircraft with fuel"),
-    )
-    group(
-        "Controls",
-        "angle",
-        "deg",
-        "deg",
-        -5 * _DEG,
-        90 * _DEG,
-        0.5 * _DEG,
-        ("flap", "flap", "Flap", "Positive trailing edge down"),
-    )
-    group(
-        "Controls",
-        "angle",
-        "deg",
-        "deg",
-        -45 * _DEG,
-        45 * _DEG,
-        0.1 * _DEG,
-        ("de_command", "delta_e cmd", "Elevator command", "As the receiver asks of the servo"),
-        ("da_command", "delta_a cmd", "Aileron command", "As the receiver asks of the servo"),
-        ("dr_command", "delta_r cmd", "Rudder command", "As the receiver asks of the servo"),
-    )
-    group(
-        "Controls",
-        "ratio",
-        "%",
-        "%",
-        -1.3,
-        1.3,
-        0.01,
-        ("stick_pitch", "stick pitch", "Pitch stick", "-1 to 1, positive pulled: nose up"),
-        ("stick_roll", "stick roll", "Roll stick", "-1 to 1, positive right"),
-        ("stick_yaw", "stick yaw", "Rudder stick", "-1 to 1, positive right: nose right"),
-        ("rate_switch", "rates", "Rate switch", "0 low rate, 1 high rate"),
-        ("gear", "gear", "Landing gear", "0 up, 1 down"),
-    )
-    group(
-        "Position",
-        "latitude",
-        "deg",
-        "deg",
-        -3.1415927,
-        3.1415927,
-        1e-8,
-        ("latitude", "lat", "Latitude", "WGS 84, positive north"),
-        ("longitude", "lon", "Longitude", "WGS 84, positive east"),
-    )
-    group(
-        "Position",
-        "length",
-        "m",
-        "ft",
-        -2e5,
-        2e5,
-        0.5,
-        ("north", "north", "Distance north", "From the field's origin"),
-        ("east", "east", "Distance east", "From the field's origin"),
-    )
-    group(
-        "Position",
-        "speed",
-        "m/s",
-        "ft/s",
-        0.0,
-        200.0,
-        0.1,
-        ("ground_speed", "V_g", "Ground speed", "Over the ground"),
-    )
-    group(
-        "Position",
-        "speed",
-        "m/s",
-        "ft/s",
-        -60.0,
-        60.0,
-        0.1,
-        ("wind_north", "wind north", "Wind from the south", "Air moving north positive"),
-        ("wind_east", "wind east", "Wind from the west", "Air moving east positive"),
-    )
-    group(
-        "Health",
-        "voltage",
-        "V",
-        "V",
-        0.0,
-        60.0,
-        0.01,
-        ("battery", "V_bat", "Battery", "Recorder and sensors"),
-        ("battery_receiver", "V_rx", "Receiver battery", "Receiver and servos"),
-        ("excitation", "V_exc", "Excitation", "Supply of the potentiometers"),
-    )
-    group(
-        "Health",
-        "current",
-        "A",
-        "A",
-        -200.0,
-        500.0,
-        0.1,
-        ("battery_current", "I_bat", "Battery current", "Positive out of the battery"),
-    )
-    group(
-        "Health",
-        "ratio",
-        "%",
-        "%",
-        0.0,
-        1.0,
-        0.01,
-        ("rc_rssi", "RC", "Receiver signal", "0 lost, 1 full"),
-        ("link_rssi", "link", "Telemetry signal", "0 lost, 1 full"),
-        ("link_loss", "loss", "Frames lost on the link", "Share over the last seconds"),
-        ("cpu_load", "cpu", "Load of the on-board computer", "0 idle, 1 full"),
-    )
-    group(
-        "Health",
-        "count",
-        "",
-        "",
-        0.0,
-        99.0,
-        1.0,
-        ("gps_satellites", "sats", "Satellites", "Used in the position"),
-    )
-    group(
-        "Health",
-        "temperature",
-        "degC",
-        "degF",
-        200.0,
-        400.0,
-        1.0,
-        ("box_temperature", "T_box", "Temperature in the box", "Of the on-board computer"),
-    )
-    # Recorded before calibration, with the names of the instruments.
-    for instrument in (
-        "elevator_left",
-        "elevator_right",
-        "aileron_left",
-        "aileron_right",
-        "rudder",
-        "alpha",
-        "beta",
-        "p",
-        "q",
-        "r",
-        "ax",
-        "ay",
-        "an",
-        "static_pressure",
-        "dynamic_pressure",
-        "temperature",
-        "throttle",
-        "flap",
-    ):
-        group(
-            "Volts",
-            "voltage",
-            "V",
-            "V",
-            -10.0,
-            15.0,
-            0.002,
-            (
-                f"{instrument}_volts",
-                f"{instrument} volts",
-                f"Volts of {instrument}",
-                f"As converted, before the calibration of {instrument}",
-            ),
-        )
+    # fmt: off
+    group("Surfaces", "angle", "deg", "deg", -45 * _DEG, 45 * _DEG, 0.1 * _DEG,
+          ("de", "delta_e", "Elevator",
+           "Mean of both elevators (6.1.1), positive trailing edge down"),
+          ("da", "delta_a", "Aileron",
+           "Mean of both ailerons (6.1.2), positive rolls the right wing down"),
+          ("dr", "delta_r", "Rudder", "Rudder (6.1.3), positive trailing edge left"),
+          ("elevator_left", "delta_e left", "Left elevator", "Positive trailing edge down"),
+          ("elevator_right", "delta_e right", "Right elevator", "Positive trailing edge down"),
+          ("aileron_left", "delta_a left", "Left aileron", "Positive trailing edge down"),
+          ("aileron_right", "delta_a right", "Right aileron", "Positive trailing edge up"),
+          ("rudder", "rudder", "Rudder surface", "Positive trailing edge left"))
+    group("Flow", "angle", "deg", "deg", -40 * _DEG, 40 * _DEG, 0.1 * _DEG,
+          ("alpha", "alpha", "Angle of attack",
+           "At the vane; positive with the nose above the flow"),
+          ("beta", "beta", "Angle of sideslip", "At the vane; positive with wind from the right"))
+    group("Rates", "angular_rate", "deg/s", "deg/s", -400 * _DEG, 400 * _DEG, 0.1 * _DEG,
+          ("p", "p", "Roll rate", "Body axes, positive right wing down"),
+          ("q", "q", "Pitch rate", "Body axes, positive nose up"),
+          ("r", "r", "Yaw rate", "Body axes, positive nose right"))
+    group("Accelerations", "acceleration", "g", "g", -12 * _G, 12 * _G, 0.005 * _G,
+          ("ax", "a_x", "Axial acceleration", "Specific force along x, positive forward"),
+          ("ay", "a_y", "Lateral acceleration", "Specific force along y, positive right"),
+          ("an", "a_n", "Normal acceleration", "Specific force along -z, positive up"))
+    group("Air data", "speed", "m/s", "ft/s", 0.0, 150.0, 0.1 * _FT,
+          ("V", "V", "True airspeed", "From dynamic pressure and density"),
+          ("Vc", "V_c", "Calibrated airspeed", "At sea-level density; what stall speed follows"))
+    group("Air data", "pressure", "Pa", "lbf/ft^2", -500.0, 12000.0, 2.0,
+          ("qbar", "qbar", "Dynamic pressure", "rho V^2 / 2, corrected and used by the model"),
+          ("dynamic_pressure", "p_dyn", "Differential pressure",
+           "Pitot minus static, as measured"))
+    group("Air data", "pressure", "kPa", "psi", 20e3, 110e3, 10.0,
+          ("static_pressure", "p_static", "Static pressure", "Absolute"))
+    group("Air data", "temperature", "degC", "degF", 220.0, 340.0, 0.5,
+          ("temperature", "T_air", "Air temperature", "Outside, or of the ground when entered"))
+    group("Air data", "length", "m", "ft", -500.0, 12000.0, 1.0 * _FT,
+          ("altitude", "h", "Pressure altitude", "Above sea level in the standard atmosphere"),
+          ("height", "h_agl", "Height above the field", "Positive up"))
+    group("Air data", "density", "kg/m^3", "slug/ft^3", 0.2, 1.6, 0.001,
+          ("density", "rho", "Air density", "From static pressure and temperature"))
+    group("Air data", "speed", "m/s", "ft/s", -60.0, 60.0, 0.1,
+          ("climb_rate", "h_dot", "Rate of climb", "Positive up"))
+    group("Attitude", "angle", "deg", "deg", -181 * _DEG, 181 * _DEG, 0.1 * _DEG,
+          ("phi", "phi", "Bank angle", "Positive right wing down"),
+          ("theta", "theta", "Pitch attitude", "Positive nose up"))
+    group("Attitude", "angle", "deg", "deg", -181 * _DEG, 361 * _DEG, 0.1 * _DEG,
+          ("psi", "psi", "Heading", "From true north, positive clockwise"),
+          ("track", "chi", "Ground track", "From true north, positive clockwise"))
+    group("Propulsion", "ratio", "%", "%", -0.05, 1.05, 0.01,
+          ("throttle", "throttle", "Throttle", "0 idle, 1 full"),
+          ("throttle_left", "throttle left", "Left throttle", "0 idle, 1 full"),
+          ("throttle_right", "throttle right", "Right throttle", "0 idle, 1 full"))
+    group("Propulsion", "rotation_speed", "rpm", "rpm", 0.0, 4200.0, 1.0,
+          ("rpm_left", "n left", "Left engine speed", "Fan revolutions"),
+          ("rpm_right", "n right", "Right engine speed", "Fan revolutions"))
+    group("Propulsion", "force", "N", "lbf", -50.0, 1000.0, 0.5,
+          ("thrust", "T", "Thrust", "All engines, along x"))
+    group("Propulsion", "mass", "kg", "lb", 0.0, 100.0, 0.01,
+          ("fuel", "fuel", "Fuel left", "Mass on board"),
+          ("mass", "m", "Mass", "Aircraft with fuel"))
+    group("Controls", "angle", "deg", "deg", -5 * _DEG, 90 * _DEG, 0.5 * _DEG,
+          ("flap", "flap", "Flap", "Positive trailing edge down"))
+    group("Controls", "angle", "deg", "deg", -45 * _DEG, 45 * _DEG, 0.1 * _DEG,
+          ("de_command", "delta_e cmd", "Elevator command", "As the receiver asks of the servo"),
+          ("da_command", "delta_a cmd", "Aileron command", "As the receiver asks of the servo"),
+          ("dr_command", "delta_r cmd", "Rudder command", "As the receiver asks of the servo"))
+    group("Controls", "ratio", "%", "%", -1.3, 1.3, 0.01,
+          ("stick_pitch", "stick pitch", "Pitch stick", "-1 to 1, positive pulled: nose up"),
+          ("stick_roll", "stick roll", "Roll stick", "-1 to 1, positive right"),
+          ("stick_yaw", "stick yaw", "Rudder stick", "-1 to 1, positive right: nose right"),
+          ("rate_switch", "rates", "Rate switch", "0 low rate, 1 high rate"),
+          ("gear", "gear", "Landing gear", "0 up, 1 down"))
+    group("Position", "latitude", "deg", "deg", -3.1415927, 3.1415927, 1e-8,
+          ("latitude", "lat", "Latitude", "WGS 84, positive north"),
+          ("longitude", "lon", "Longitude", "WGS 84, positive east"))
+    group("Position", "length", "m", "ft", -2e5, 2e5, 0.5,
+          ("north", "north", "Distance north", "From the field's origin"),
+          ("east", "east", "Distance east", "From the field's origin"))
+    group("Position", "speed", "m/s", "ft/s", 0.0, 200.0, 0.1,
+          ("ground_speed", "V_g", "Ground speed", "Over the ground"))
+    group("Position", "speed", "m/s", "ft/s", -60.0, 60.0, 0.1,
+          ("wind_north", "wind north", "Wind from the south", "Air moving north positive"),
+          ("wind_east", "wind east", "Wind from the west", "Air moving east positive"))
+    group("Health", "voltage", "V", "V", 0.0, 60.0, 0.01,
+          ("battery", "V_bat", "Battery", "Recorder and sensors"),
+          ("battery_receiver", "V_rx", "Receiver battery", "Receiver and servos"),
+          ("excitation", "V_exc", "Excitation", "Supply of the potentiometers"))
+    group("Health", "current", "A", "A", -200.0, 500.0, 0.1,
+          ("battery_current", "I_bat", "Battery current", "Positive out of the battery"))
+    group("Health", "ratio", "%", "%", 0.0, 1.0, 0.01,
+          ("rc_rssi", "RC", "Receiver signal", "0 lost, 1 full"),
+          ("link_rssi", "link", "Telemetry signal", "0 lost, 1 full"),
+          ("link_loss", "loss", "Frames lost on the link", "Share over the last seconds"),
+          ("cpu_load", "cpu", "Load of the on-board computer", "0 idle, 1 full"))
+    group("Health", "count", "", "", 0.0, 99.0, 1.0,
+          ("gps_satellites", "sats", "Satellites", "Used in the position"))
+    group("Health", "temperature", "degC", "degF", 200.0, 400.0, 1.0,
+          ("box_temperature", "T_box", "Temperature in the box", "Of the on-board computer"))
+    for instrument in INSTRUMENTS:
+        group("Volts", "voltage", "V", "V", -10.0, 15.0, 0.002,
+              (f"{instrument}_volts", f"{instrument} volts", f"Volts of {instrument}",
+               f"As converted, before the calibration of {instrument}"))
+    # fmt: on
     return specs
 
 

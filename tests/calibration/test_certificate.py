@@ -21,29 +21,10 @@ from calibration import (
     write_certificate,
 )
 from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.quantities import INSTRUMENTS
 
 DEG = np.pi / 180.0
 STAMP = dt.datetime(2003, 5, 14, 8, 30)  # noqa: DTZ001 - a field's local time
-BOX = [
-    "elevator_left",
-    "elevator_right",
-    "aileron_left",
-    "aileron_right",
-    "rudder",
-    "alpha",
-    "beta",
-    "p",
-    "q",
-    "r",
-    "ax",
-    "ay",
-    "an",
-    "static_pressure",
-    "dynamic_pressure",
-    "temperature",
-    "throttle",
-    "flap",
-]
 
 
 def curve(degree: int, falling: bool = False) -> Certificate:
@@ -68,7 +49,7 @@ def test_the_inverse_gives_the_volts_back(degree: int, falling: bool, volts: lis
     np.testing.assert_allclose(back, volts, atol=1e-9, rtol=0)
 
 
-@pytest.mark.parametrize("channel_id", BOX)
+@pytest.mark.parametrize("channel_id", INSTRUMENTS)
 def test_shipped_certificates_invert(channel_id: str) -> None:
     """Every shipped certificate inverts to 1e-9 V over the whole converter range."""
     certificate = load_certificates("b777")[channel_id]
@@ -81,7 +62,7 @@ def test_shipped_certificates_invert(channel_id: str) -> None:
 
 def test_the_shipped_set_is_the_whole_box() -> None:
     """One certificate for each instrument of the box, and every set can be named."""
-    assert set(load_certificates("b777")) == set(BOX)
+    assert set(load_certificates("b777")) == set(INSTRUMENTS)
     assert "b777" in shipped_sets()
 
 
