@@ -7,16 +7,18 @@ goes to a maneuver, and saves what is on screen.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
+from gsapp.telemetry.status import RUNTIME_VARIABLE
 from ui.theme import THEMES
 
 if TYPE_CHECKING:
@@ -75,9 +77,9 @@ def photograph(
     from ui.window import MainWindow
 
     application = make_application()
-    with tempfile.TemporaryDirectory() as home:
+    with tempfile.TemporaryDirectory() as home, _no_recorders(Path(home)):
         store = SettingsStore(Path(home) / "window.toml")
-        store.change(theme=theme, scale=scale, muted=True)
+        store.change(theme=theme, scale=scale)
         faults = FaultDesk()
         window = MainWindow(store, faults)
         try:
@@ -103,6 +105,20 @@ def photograph(
             window.deleteLater()
             application.processEvents()
     return out
+
+
+@contextlib.contextmanager
+def _no_recorders(folder: Path) -> Iterator[None]:
+    """See no recorders that happen to run on this computer."""
+    before = os.environ.get(RUNTIME_VARIABLE)
+    os.environ[RUNTIME_VARIABLE] = str(folder)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[RUNTIME_VARIABLE]
+        else:
+            os.environ[RUNTIME_VARIABLE] = before
 
 
 def _wait(work: Callable[[], object], done: Callable[[], bool], what: str) -> None:

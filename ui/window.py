@@ -130,6 +130,7 @@ class MainWindow(QMainWindow):
         self.flight_place.start.link_chosen.connect(self.desk.connect_link)
         self.bar.pressed.connect(self._bar_pressed)
         self.faults.raised.connect(self._show_fault)
+        self.look.changed.connect(self._fit)
         self.desk.changed.connect(self._flight_changed)
         self.desk.painted.connect(self.view.advance)
         self.desk.told.connect(self._refresh)
@@ -217,7 +218,11 @@ class MainWindow(QMainWindow):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the rail's room to the charts where the window is narrow."""
         super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
         self.rail.fit(self.width())
+        self.bar.fit(self.height())
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about a recording, remember the window, and close."""

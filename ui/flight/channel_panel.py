@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QModelIndex, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -109,7 +109,7 @@ class ChannelPanel(QWidget):
         self.search.textChanged.connect(self._narrow)
         self.search.returnPressed.connect(self._toggle_first)
         column.addWidget(self.search)
-        split = QSplitter(Qt.Orientation.Vertical)
+        self._split = split = QSplitter(Qt.Orientation.Vertical)
         split.setChildrenCollapsible(False)
         self.tree = QTreeWidget()
         self.tree.setHeaderHidden(True)
@@ -139,6 +139,12 @@ class ChannelPanel(QWidget):
         split.setStretchFactor(0, 3)
         split.setStretchFactor(1, 2)
         column.addWidget(split, 1)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put tree and order side by side where the panel is wide and low."""
+        super().resizeEvent(event)
+        wide = self.width() > 1.5 * self.height()
+        self._split.setOrientation(Qt.Orientation.Horizontal if wide else Qt.Orientation.Vertical)
 
     def _layout_row(self) -> QHBoxLayout:
         row = QHBoxLayout()

@@ -39,6 +39,10 @@ _ROOM_FOR_SPANS = 640
 """Points of width below which the buttons for the time in sight give way."""
 
 
+_ROOM_FOR_NOTE = 520
+"""Points of width below which only the key N notes."""
+
+
 def speed_text(speed: float) -> str:
     """Return ``0.1x``, ``1x``, ``max``."""
     return "max" if speed == float("inf") else f"{speed:g}x"
@@ -350,6 +354,10 @@ class ControlRow(QWidget):
         roomy = self.width() >= self._look.px(_ROOM_FOR_SPANS)
         self._spans.setVisible(roomy)
         self._replay.show_steps(roomy)
+        enough = self.width() >= self._look.px(_ROOM_FOR_NOTE)
+        self.note.setVisible(enough)
+        # The bar on top has the time as well.
+        self._replay.clock.setVisible(enough)
 
     def _choose(self, span: float) -> None:
         self.span_chosen.emit(span)

@@ -25,6 +25,7 @@ from ui.strips.widget import StripChart
 
 _PANEL_WIDTH = 344
 _ROOM_FOR_PANEL = 1000
+_LEAST_FOR_CHARTS = 440
 
 
 class FlightView(QWidget):
@@ -151,7 +152,9 @@ class FlightView(QWidget):
 
     def clear(self) -> None:
         """Esc: back from a panel to the charts, or else take the cursors away."""
-        if self.charts.hasFocus() or not self.isAncestorOf(self.focusWidget() or self):
+        if self.charts.isHidden():
+            self._set_panel(False)
+        elif self.charts.hasFocus() or not self.isAncestorOf(self.focusWidget() or self):
             self.charts.clear()
         self.charts.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
@@ -181,9 +184,12 @@ class FlightView(QWidget):
         if shown != self.tabs.isVisibleTo(self):
             self.tabs.setVisible(shown)
         self._actions["side_panel"].setChecked(shown)
+        # Where both do not fit side by side, the open panel takes the place of the charts.
+        wide = self._look.px(_PANEL_WIDTH)
+        alone = shown and self.width() - wide < self._look.px(_LEAST_FOR_CHARTS)
+        self.charts.setVisible(not alone)
         if shown:
-            wide = min(self._look.px(_PANEL_WIDTH), max(self.width() // 2, 1))
-            self.tabs.setFixedWidth(wide)
+            self.tabs.setFixedWidth(max(self.width(), 1) if alone else wide)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the charts the room where the window is narrow."""

@@ -13,12 +13,17 @@ from ui.glyphs import paint_state
 from ui.layouts import FlowLayout
 from ui.look import Look
 
+_LOW = 360
+"""Points of height below which the bar is flat."""
+
 
 class BarPartView(QWidget):
     """One part, painted; a press runs what belongs to it.
 
     Attributes
     ----------
+    flat : bool
+        Whether word and value share one line, for windows that are low for their scale.
     pressed : Signal(str)
         Id of the part.
     """
@@ -28,6 +33,7 @@ class BarPartView(QWidget):
     def __init__(self, part: BarPart, look: Look) -> None:
         super().__init__()
         self.part = part
+        self.flat = False
         self._look = look
         wide = QSizePolicy.Policy.Expanding if part.grows else QSizePolicy.Policy.Preferred
         self.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
@@ -51,7 +57,10 @@ class BarPartView(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return the reserved size."""
-        return QSize(self._look.px(self.part.width + 16), self._look.px(48))
+        look = self._look
+        if self.flat:
+            return QSize(look.px(self.part.width + 40), look.px(28))
+        return QSize(look.px(self.part.width + 16), look.px(48))
 
     def minimumSizeHint(self) -> QSize:
         """Return the same: parts do not shrink, they wrap."""
@@ -68,14 +77,20 @@ class BarPartView(QWidget):
             brush = QBrush(look.color("line"), Qt.BrushStyle.BDiagPattern)
             painter.fillRect(box, brush)
         left = look.px(8)
-        line = QRectF(left, look.px(6), box.width() - 2 * left, look.px(14))
+        top = look.px(7 if self.flat else 6)
+        line = QRectF(left, top, box.width() - 2 * left, look.px(14))
         if part.state != "plain":
             side = look.px(10)
             sign = QRectF(left, line.center().y() - side / 2, side, side)
             paint_state(painter, part.state, sign, look.state_color(part.state))
             line.setLeft(left + side + look.px(5))
         self._word(painter, line)
-        self._value(painter, QRectF(left, look.px(20), box.width() - 2 * left, look.px(24)))
+        below = QRectF(left, look.px(20), box.width() - 2 * left, look.px(24))
+        if self.flat:
+            metrics = QFontMetricsF(look.font("label"))
+            word = min(metrics.horizontalAdvance(part.word) + look.px(8), 0.6 * line.width())
+            below = QRectF(line.left() + word, 0, line.width() - word, box.height())
+        self._value(painter, below)
         painter.setPen(look.color("line"))
         edge = box.right() - 0.5
         painter.drawLine(QPointF(edge, 0), QPointF(edge, box.height()))
@@ -85,9 +100,8 @@ class BarPartView(QWidget):
         font = self._look.font("label")
         painter.setFont(font)
         painter.setPen(self._look.color("muted" if self.part.state != "warning" else "text"))
-        word = QFontMetricsF(font).elidedText(
-            self.part.word, Qt.TextElideMode.ElideRight, line.width()
-        )
+        room = 0.6 * line.width() - self._look.px(8) if self.flat else line.width()
+        word = QFontMetricsF(font).elidedText(self.part.word, Qt.TextElideMode.ElideRight, room)
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
 
     def _value(self, painter: QPainter, line: QRectF) -> None:
@@ -95,7 +109,7 @@ class BarPartView(QWidget):
         font = look.font("body", strong=True)
         font.setPixelSize(look.px(15))
         metrics = QFontMetricsF(font)
-        if part.grows and metrics.horizontalAdvance(part.value) > line.width():
+        if part.grows and not self.flat and metrics.horizontalAdvance(part.value) > line.width():
             self._sentence(painter, line)
             return
         role = part.state if part.state in ("caution", "warning") else "text"
@@ -160,6 +174,7 @@ class Bar(QWidget):
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
         self.views: dict[str, BarPartView] = {}
+        self._flat = False
         look.changed.connect(self._resized)
 
     def show_parts(self, parts: Iterable[BarPart]) -> None:
@@ -178,7 +193,16 @@ class Bar(QWidget):
         if wider:
             self._resized()
 
+    def fit(self, window_height: int) -> None:
+        """Put word and value on one line where the window is low for its scale."""
+        flat = window_height < self._look.px(_LOW)
+        if flat != self._flat:
+            self._flat = flat
+            self._resized()
+
     def _resized(self) -> None:
+        for view in self.views.values():
+            view.flat = self._flat
         for view in self.views.values():
             view.updateGeometry()
             view.update()
