@@ -33,7 +33,8 @@ def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
     command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(target), "--plan", plan]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise GroundStationError(f"the virtual flight was not written: {done.stderr.strip()}")
+        words = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        raise GroundStationError(f"the virtual flight was not written: {words[-1]}")
     return target
 
 
