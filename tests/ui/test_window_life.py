@@ -18,16 +18,19 @@ sys.path.insert(0, str(Path(__file__).parent))
 from window_kit import Aircraft, alpha_sent, free_port, open_window, until, write_flight
 
 import ui.window
-from gsapp.telemetry.recorder_control import find_recorder
+from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.requests import ConnectRequest
 from ui.window import MainWindow
 
 
 @pytest.fixture(autouse=True)
-def _alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither see recorders of others nor be asked questions."""
+def _alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Neither see recorders of others, nor be asked questions, nor leave a recorder behind."""
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
     monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    yield
+    for recorder in find_recorders():
+        recorder.stop()
 
 
 @pytest.fixture
