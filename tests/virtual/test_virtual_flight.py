@@ -145,7 +145,10 @@ def test_a_wrong_effect_gets_one_sentence(hide: str, error: type[Exception], wor
 
 @pytest.mark.parametrize(
     ("derivatives", "words"),
-    [({"CN_alpha": 0.0, "CN_0": 0.0}, "cannot fly level"), ({"Cl_da": -0.4}, "right way round")],
+    [
+        ({"CN_alpha": 0.0, "CN_0": 0.0}, "CN_alpha is zero"),
+        ({"Cl_da": -0.4}, "Cl_da = -0.4 looks reversed"),
+    ],
 )
 def test_an_unflyable_aircraft_is_not_flown(derivatives: dict[str, float], words: str) -> None:
     """No lift, or an aileron that works backwards: one sentence before the take-off."""

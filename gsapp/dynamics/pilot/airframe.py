@@ -11,21 +11,22 @@ import math
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.atmosphere import Atmosphere, Turbulence, Wind
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY, Atmosphere, Turbulence, Wind
+from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.pilot.exposure import (
-    CALM,
-    Vector,
-    accelerations_at,
-    alpha_vane,
-    beta_vane,
-    velocity_at,
-)
 from gsapp.dynamics.pilot.gear import LandingGear
 from gsapp.dynamics.pilot.hands import Sticks
 from gsapp.dynamics.pilot.mission import START_ALONG
 from gsapp.dynamics.pilot.plan import FlightPlan
 from gsapp.dynamics.pilot.sight import Runway, Situation
+from gsapp.dynamics.sensors import (
+    Vector,
+    accelerations_at,
+    airspeed,
+    alpha_vane,
+    beta_vane,
+    velocity_at,
+)
 from gsapp.dynamics.signals import SignalPath, SignalTerm
 from gsapp.dynamics.simulation import Commands, Simulator
 
@@ -56,6 +57,8 @@ BOARD = (
 )  # fmt: skip
 """What the autopilot-like board in the box knows."""
 
+_CALM = 3.0
+"""Below this airspeed, m/s, vanes hang where friction holds them."""
 _EARTH_RADIUS = 6_371_000.0
 _UNLOADING = 0.3
 """Share by which the fans turn faster at 120 ft/s: 19,000 rpm on the ground, 25,000 in the air."""
@@ -121,6 +124,7 @@ class Airframe:
         self._board_tilt = (float(tilt[0]), float(tilt[1]))
         self._rssi = float(random.uniform(0.9, 1.0))
         self._sensor_paths = _sensor_paths(self.simulator, dt)
+        self._cg = _center_of_gravity(self.simulator.model, aircraft)
         self._sticks = Sticks(brake=1.0)
         runway = Runway(conditions, plan.pattern.side)
         self.simulator.start_on_ground(
@@ -201,7 +205,7 @@ class Airframe:
     def _note(self) -> None:
         """Take note of this instant."""
         now = self.simulator.sample()
-        if now["V"] < CALM:
+        if now["V"] < _CALM:
             now["alpha"] = now["beta"] = 0.0
         # Unloaded by the air that comes in, and never two engines alike.
         unloaded = 1.0 + _UNLOADING * min(now["V"] / _UNLOADED_SPEED, 1.0)
@@ -231,11 +235,18 @@ class Airframe:
         rates: Vector = (now["p"], now["q"], now["r"])
         spin: Vector = (now["p_dot"], now["q_dot"], now["r_dot"])
         flow: Vector = (now["u"], now["v"], now["w"])
-        force: Vector = (now["ax"], now["ay"], -now["an"])
+        force: Vector = (now["ax"], now["ay"], now["an"])
         vane, fin = sensors.alpha_vane, sensors.beta_vane
-        ax, ay, an = accelerations_at(sensors.accelerometer.position, force, rates, spin)
-        at_probe = velocity_at(sensors.air_data.position, flow, rates)
-        speed = self._through("V", math.sqrt(sum(part * part for part in at_probe)))
+        accelerometer = self._place(sensors.accelerometer.position)
+        ax, ay, an = accelerations_at(accelerometer, force, rates, spin)
+        at_probe = velocity_at(self._place(sensors.air_data.position), flow, rates)
+        speed = self._through("V", float(airspeed(at_probe)))
+        alpha = beta = 0.0
+        if now["V"] > _CALM:
+            at_vane = velocity_at(self._place(vane.position), flow, rates)
+            at_fin = velocity_at(self._place(fin.position), flow, rates)
+            alpha = alpha_vane(at_vane, vane.upwash)
+            beta = beta_vane(at_fin, fin.kind, fin.upwash)
         de, da, dr = (self._recorded(channel) for channel in ("de", "da", "dr"))
         elevator, aileron = self._rigging
         return (
@@ -244,12 +255,8 @@ class Airframe:
             da + aileron,
             da - aileron,
             dr,
-            self._through(
-                "alpha", alpha_vane(velocity_at(vane.position, flow, rates), vane.upwash)
-            ),
-            self._through(
-                "beta", beta_vane(velocity_at(fin.position, flow, rates), fin.kind, fin.upwash)
-            ),
+            self._through("alpha", alpha),
+            self._through("beta", beta),
             self._through("p", rates[0]),
             self._through("q", rates[1]),
             self._through("r", rates[2]),
@@ -266,6 +273,11 @@ class Airframe:
             now["rpm_left"],
             now["rpm_right"],
         )
+
+    def _place(self, position: Vector) -> Vector:
+        """Return where an instrument is from the CG as it really lies."""
+        x, y, z = position
+        return x - self._cg[0], y - self._cg[1], z - self._cg[2]
 
     def _recorded(self, channel: str) -> float:
         """Return a control where the aircraft file says it is measured."""
@@ -315,6 +327,14 @@ class Airframe:
 
     def _battery(self) -> float:
         return 12.6 - 6e-4 * self._time
+
+
+def _center_of_gravity(model: FlightModel, aircraft: Aircraft) -> tuple[float, float, float]:
+    """Return the CG from that of the aircraft file, m; effects move it once and for all."""
+    state = (30.0, *(0.0,) * 8)
+    inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)
+    x, y, z = model.totals((*state, *model.resting_states(state, inputs)), inputs).cg
+    return float(x), float(y), float(z)
 
 
 def _sensor_paths(simulator: Simulator, dt: float) -> dict[str, SignalPath]:
