@@ -1,160 +1,379 @@
-"""From the aircraft to the history: how old what a window can draw is.
+"""(d) From the arrival of a sample to its pixels, in the window that a crew uses.
 
-A sender in its own process speaks MAVLink at 100 Hz over UDP, a recorder in its own process
-writes it down, and a session in this one tails the files as a window would. Two ages are taken
-after every look of the session:
+A sender in a process of its own speaks the full-rate link of the aircraft's box (some 250
+messages a second, 100 of them volts) over UDP. A recorder in its own process stamps and writes
+it. The main window, with 16 charts, its own timer and all that stands beside the charts, follows
+the folder. A sample has arrived when the recorder stamped it, and is on screen when the window
+has been flushed after painting the columns that hold it.
 
-- since the recorder stamped the bytes: what recording, tailing, decoding and looking cost;
-- since the sender sampled: with it the way through UDP, and the wait for the next sample of a
-  message, which completes the row before it.
+That this means pixels is proven as it runs: the pitch rate leaps every 0.4 s, and the screen is
+read after every flush for the color of its line at the new value.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-RATE = 100.0
+RATE = 100
+LEAP_EVERY = 40  # samples
+STEPPED = "q"
+_STEPPED_PLACE = 8  # of the pitch rate among the volts
+_LEVELS = (2.3, 2.7)
+_OFF_GRID_US = 3700
+_WARM_UP = 3.0
 
 
-def send(port: int, seconds: float) -> None:
-    """Send volts at 100 Hz, attitude at 50 Hz, stamped with the clock that all processes share."""
+# The sender
+
+
+def volts_at(tick: int) -> list[float]:
+    """Return what the converter reads: slow motion, a little noise, and a leap in one channel."""
+    now = tick / RATE
+    volts = [
+        2.5 + 0.3 * math.sin(0.7 * now + k) + 0.004 * ((tick * (k + 3)) % 5) for k in range(20)
+    ]
+    volts[_STEPPED_PLACE] = _LEVELS[tick // LEAP_EVERY % 2]
+    volts[13:15] = [2.6, 1.2]
+    volts[18] = 5.0
+    return volts
+
+
+def send(port: int, seconds: float, shift_us: int) -> None:
+    """Send the full-rate link in real time, stamped so much after the places of the grid."""
     from gsapp.decoding.dialect import dialect
+    from gsapp.telemetry.virtual.messages import Tick, layout
 
-    module = dialect()
-    packer = module.MAVLink(None, srcSystem=1, srcComponent=1)
+    known = (
+        "phi theta psi p q r servo_aileron servo_elevator throttle_command servo_rudder servo_flap "
+        "stick_roll stick_pitch stick_yaw rate_switch rc_rssi rpm_left rpm_right static_pressure "
+        "dynamic_pressure temperature Vc ground_speed throttle altitude climb_rate cpu_load "
+        "battery battery_current battery_remaining armed"
+    ).split()
+    values = dict.fromkeys(known, 0.5)
+    values |= {"static_pressure": 98000.0, "temperature": 290.0, "Vc": 30.0, "battery": 11.8}
+    packer = dialect().MAVLink(None, srcSystem=1, srcComponent=1)
     line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    volts = [2.5] * 20 + [0.0] * 38
+    slots = layout(thin=False, attitude_sent=True, position_sent=False)
     begin = time.monotonic()
-    for k in range(round(seconds * RATE)):
-        due = begin + k / RATE
-        time.sleep(max(due - time.monotonic(), 0.0))
-        now = time.monotonic_ns() // 1000
-        messages = [module.MAVLink_debug_float_array_message(now, b"daq", 0, volts)]
-        if k % 2 == 0:
-            messages.append(module.MAVLink_attitude_message(now // 1000, 0, 0, 0, 0, 0, 0))
-        for message in messages:
-            line.sendto(bytes(message.pack(packer)), ("127.0.0.1", port))
-            packer.seq = (packer.seq + 1) % 256
+    for number in range(round(seconds * RATE)):
+        tick = Tick(number=number, volts=volts_at(number), values=values, unix_us=1_700_000_000)
+        frames = []
+        for slot in slots:
+            if number % slot.every == slot.offset:
+                message = slot.pack(tick)
+                if hasattr(message, "time_usec"):
+                    message.time_usec += shift_us
+                frames.append(bytes(message.pack(packer)))
+                packer.seq = (packer.seq + 1) % 256
+        time.sleep(max(begin + number / RATE - time.monotonic(), 0.0))
+        for frame in frames:
+            line.sendto(frame, ("127.0.0.1", port))
+
+
+# The window, watched
+
+
+@dataclass
+class Frames:
+    """What was on screen when.
+
+    Attributes
+    ----------
+    reached, shown : list of (int, float)
+        Index of the newest sample of the leaping channel, with the host time (s) at which the
+        session had taken it in, and at which it was on screen.
+    leaps : dict of int to float
+        Host time (s) at which the new value of a leap was read from the screen, by its sample.
+    """
+
+    reached: list[tuple[int, float]] = field(default_factory=list)
+    shown: list[tuple[int, float]] = field(default_factory=list)
+    leaps: dict[int, float] = field(default_factory=dict)
+    _waiting: list[int] = field(default_factory=list)
+
+    def advanced(self, window) -> None:
+        """Note what the charts are about to be given."""
+        history = window.desk.history
+        if history is None or not history.has(STEPPED) or history.last(STEPPED) is None:
+            return
+        newest = round(history.last(STEPPED)[0] * RATE)
+        before = self.reached[-1][0] if self.reached else newest
+        if newest > before or not self.reached:
+            self.reached.append((newest, time.time()))
+            self._waiting += [k for k in range(before + 1, newest + 1) if k % LEAP_EVERY == 0]
+
+    def flushed(self, window) -> None:
+        """Note that the picture reached the screen, and read it there while a leap is expected."""
+        now = time.time()
+        if not self.reached or (self.shown and self.shown[-1][0] == self.reached[-1][0]):
+            return
+        self.shown.append((self.reached[-1][0], now))
+        if self._waiting and new_value_on_screen(window, self._waiting[0]):
+            self.leaps[self._waiting.pop(0)] = now
+
+
+def new_value_on_screen(window, sample: int) -> bool:
+    """Read the screen: is the newest column of the leaping channel's line at its new value?"""
+    from ui.strips.raster import value_rows
+
+    charts, history = window.view.charts, window.desk.history
+    geometry, picture = charts.geometry_in_pixels, charts.picture
+    places = [
+        place
+        for place, number in enumerate(geometry.numbers)
+        if charts.charts[number].specs[0].id == STEPPED
+    ]
+    value = float(history.samples(STEPPED, sample, sample + 1)[0])
+    if not places or math.isnan(value):
+        return False
+    chart = picture.raster.charts[places[0]]
+    offset, gain = value_rows(chart, picture.raster.pad)
+    corner = charts.mapTo(window, charts.rect().topLeft())
+    x = corner.x() + geometry.plot.x + geometry.plot.width - 1
+    y = corner.y() + geometry.plot.y + chart.top + int(offset - gain * value)
+    image = window.screen().grabWindow(window.winId(), x, y, 1, 1).toImage()
+    if image.isNull():
+        return False
+    seen, color = image.pixelColor(0, 0), chart.traces[0].color
+    return max(abs(one - other) for one, other in zip(seen.getRgb(), color, strict=False)) < 60
+
+
+def watched_window(folder: Path, frames: Frames):
+    """Return the main window, which tells `frames` what it takes in and what it has flushed."""
+    from PySide6.QtCore import QEvent
+
+    from ui.faults import FaultDesk
+    from ui.settings import SettingsStore
+    from ui.window import MainWindow
+
+    class Watched(MainWindow):
+        def event(self, event: QEvent) -> bool:
+            done = super().event(event)
+            if event.type() == QEvent.Type.UpdateRequest:
+                frames.flushed(self)
+            return done
+
+    store = SettingsStore(folder / "window.toml")
+    store.change(muted=True)
+    window = Watched(store, FaultDesk())
+    # Connected after the charts' own slot: called when their columns are painted.
+    window.desk.painted.connect(lambda _: frames.advanced(window))
+    window.resize(1280, 800)
+    window.show()
+    return window
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ages:
-    """Ages in ms: of every record when it was in the history, of the newest row at every look."""
+class Result:
+    """What a run gave: ages in ms, one for each sample; shares of a core."""
 
-    records: np.ndarray
-    rows: np.ndarray
-    look: np.ndarray
-
-    def sentence(self, name: str) -> str:
-        """Return the percentiles."""
-        parts = []
-        for title, ages in (
-            ("arrival to history", self.records),
-            ("sampling to history", self.rows),
-        ):
-            middle, high = np.percentile(ages, (50, 95))
-            parts.append(f"{title} median {middle:5.1f}, 95th {high:5.1f}, worst {ages.max():5.1f}")
-        cost = np.percentile(self.look, 95)
-        return f"{name:22} {'; '.join(parts)} ms; a look takes {cost:.2f} ms (95th)"
+    history: np.ndarray
+    pixels: np.ndarray
+    leaps: np.ndarray
+    leaps_sent: int
+    same_frame: int
+    window: float
+    recorder: float | None
+    frames_per_second: float
+    charts: int
 
 
-def measure(
-    seconds: float, period: float, after: Callable[[object], None] = lambda _: None
-) -> Ages:
-    """Run sender, recorder and session for a while.
+def processor_time(pid: int) -> float | None:
+    """Return the processor time of a process, s; None where the system does not tell."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    except OSError:
+        return None
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextmanager
+def sending(port: int, seconds: float, shift_us: int) -> Iterator[None]:
+    """Run the sender beside."""
+    process = subprocess.Popen(
+        [sys.executable, __file__, "send", str(port), str(seconds), str(shift_us)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Result:
+    """Run sender, recorder and window for a while.
 
     Parameters
     ----------
     seconds : float
         How long to measure.
-    period : float
-        Between the looks of the session, s.
-    after : callable
-        Called with the session after each look, such as to paint; its time counts.
+    shift_us : int
+        How far the vehicle's stamps lie behind the places of the grid.
+    tick_ms : int or None
+        In place of the window's own interval between looks.
     """
-    from gsapp.session import Session
-    from gsapp.telemetry.recorder_control import start_recorder
+    from PySide6.QtCore import QEventLoop, QTimer
 
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    from ui.app import make_application
+    from ui.dialogs.requests import ConnectRequest
+    from ui.recording import free_port
+
+    application = make_application()
+
+    def run(how_long: float) -> None:
+        loop = QEventLoop()
+        QTimer.singleShot(round(1000 * how_long), loop.quit)
+        loop.exec()
+
+    frames = Frames()
     with tempfile.TemporaryDirectory() as place:
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(Path(place) / "runtime")
         folder = Path(place) / "flight"
-        recorder = start_recorder(f"udpin:127.0.0.1:{port}", folder)
-        sender = subprocess.Popen(
-            [sys.executable, __file__, "send", str(port), str(seconds + 3.0)],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
-        )
-        session = Session.follow(folder, channel_map="b777", aircraft="b777")
+        window = watched_window(Path(place), frames)
+        port = free_port()
         try:
-            return _watch(session, seconds, period, after)
+            window.desk.connect_aircraft(
+                ConnectRequest(
+                    link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
+                    aircraft="b777", calibration="b777",
+                )
+            )  # fmt: skip
+            deadline = time.monotonic() + 30.0
+            while not window.desk.is_open:
+                run(0.05)
+                if time.monotonic() > deadline:
+                    raise TimeoutError("the recorder did not start")
+            if tick_ms is not None:
+                window.desk._timer.setInterval(tick_ms)
+            recorder = window.desk.session.recorder
+            with sending(port, seconds + 60.0, shift_us):
+                while not frames.shown:
+                    run(0.05)
+                    if time.monotonic() > deadline:
+                        raise TimeoutError("the sender was not heard")
+                run(_WARM_UP)
+                begin, first = time.perf_counter(), len(frames.shown)
+                used = time.process_time()
+                recorder_used = processor_time(recorder.pid) if recorder else None
+                start = frames.shown[-1][0]
+                run(seconds)
+                wall = time.perf_counter() - begin
+                used = time.process_time() - used
+                if recorder is not None and recorder_used is not None:
+                    after = processor_time(recorder.pid)
+                    recorder_used = None if after is None else after - recorder_used
+                charts = len(window.view.charts.geometry_in_pixels.numbers)
+                drawn = len(frames.shown) - first
+            window.desk.stop_now()
         finally:
-            sender.kill()
-            sender.wait()
-            recorder.stop()
-            session.close()
+            window.desk.close()
+            window.close()
+            window.deleteLater()
+            application.processEvents()
+        arrived = arrivals(folder)
+    frames.leaps = {k: at for k, at in frames.leaps.items() if k > start}
+    pixels = ages(frames.shown, arrived, start)
+    by_leap = {k: 1e3 * (at - arrived[k]) for k, at in frames.leaps.items() if k in arrived}
+    last = frames.shown[-1][0]
+    return Result(
+        history=np.array(list(ages(frames.reached, arrived, start).values())),
+        pixels=np.array(list(pixels.values())),
+        leaps=np.array(list(by_leap.values())),
+        leaps_sent=sum(k % LEAP_EVERY == 0 for k in range(start + 1, last + 1)),
+        same_frame=sum(abs(by_leap[k] - pixels[k]) < 1e-6 for k in by_leap if k in pixels),
+        window=used / wall,
+        recorder=None if recorder_used is None else recorder_used / wall,
+        frames_per_second=drawn / wall,
+        charts=charts,
+    )
 
 
-def _watch(session, seconds: float, period: float, after: Callable[[object], None]) -> Ages:
-    stamps: list[int] = []
-    reader = session._reader
-    poll = reader._poll
+def arrivals(folder: Path) -> dict[int, float]:
+    """Return when the recorder stamped the volts (host s), by the place at or after the sample.
 
-    def listening(limit: int):
-        records = poll(limit)
-        stamps.extend(record.stamp_us for record in records)
-        return records
+    That place is the first row of the grid that holds all of the sample: on the grid the sample
+    itself, beside it the next row, for which the next sample is needed.
+    """
+    from gsapp.decoding.dialect import dialect
+    from gsapp.flight.raw import RawTail
 
-    reader._poll = listening
-    deadline = time.monotonic() + 20.0
-    while len(stamps) < 50:
-        session.update()
-        time.sleep(0.01)
-        if time.monotonic() > deadline:
-            raise TimeoutError("the sender was not heard")
-    records: list[float] = []
-    rows: list[float] = []
-    look: list[float] = []
-    newest = None
-    begin = time.monotonic()
-    next_look = begin
-    while next_look < begin + seconds:
-        next_look += period
-        time.sleep(max(next_look - time.monotonic(), 0.0))
-        stamps.clear()
-        start = time.perf_counter()
-        session.update()
-        after(session)
-        look.append(1e3 * (time.perf_counter() - start))
-        done_us, now = time.time_ns() // 1000, time.monotonic()
-        records += [(done_us - stamp) / 1e3 for stamp in stamps]
-        last = session.history.last("q_volts")
-        if last is not None and last != newest:
-            newest = last
-            rows.append(1e3 * (now - last[0]))
-    return Ages(records=np.array(records), rows=np.array(rows), look=np.array(look))
+    reader = dialect().MAVLink(None)
+    found = {}
+    for record in RawTail(folder).poll():
+        if record.kind == "frame" and record.data[7:10] == b"\x5e\x01\x00":  # 350
+            stamp = reader.decode(bytearray(record.data)).time_usec
+            found[-(-stamp * RATE // 1_000_000)] = record.stamp_us / 1e6
+    return found
+
+
+def ages(
+    events: list[tuple[int, float]], arrived: dict[int, float], start: int
+) -> dict[int, float]:
+    """Return for each sample after `start` the ms from its arrival to the first event with it."""
+    found = {}
+    before = start
+    for newest, at in events:
+        for sample in range(before + 1, newest + 1):
+            if sample in arrived:
+                found[sample] = 1e3 * (at - arrived[sample])
+        before = max(before, newest)
+    return found
+
+
+def describe(title: str, ms: np.ndarray) -> str:
+    """Return the percentiles in one line."""
+    if not ms.size:
+        return f"    {title:34} nothing came"
+    middle, high, higher = np.percentile(ms, (50, 95, 99))
+    return (
+        f"    {title:34}{middle:7.1f}{high:7.1f}{higher:7.1f}{ms.max():7.1f}   {ms.size:5} samples"
+    )
+
+
+def tell(words: str, result: Result) -> None:
+    """Print a result."""
+    recorder = "" if result.recorder is None else f", recorder {100 * result.recorder:.0f} %"
+    print(f"\n{words}")
+    print(f"    {'ms':34}{'50th':>7}{'95th':>7}{'99th':>7}{'worst':>7}")
+    print(describe("arrival to the session's history", result.history))
+    print(describe("arrival to painted pixels", result.pixels))
+    print(describe("leaps, read from the screen", result.leaps))
+    print(
+        f"    {len(result.leaps)} of {result.leaps_sent} leaps seen, {result.same_frame} of them "
+        f"in the very frame reckoned; {result.charts} charts, "
+        f"{result.frames_per_second:.0f} frames/s; share of a core: window "
+        f"{100 * result.window:.0f} %{recorder}",
+        flush=True,
+    )
 
 
 def main(*options: str) -> None:
-    """Print the ages for a few paces of looking."""
-    seconds = 3.0 if "--quick" in options else 10.0
-    for period in (0.004, 0.008, 1.0 / 60.0):
-        print(measure(seconds, period).sentence(f"a look every {1e3 * period:4.1f} ms"), flush=True)
+    """Measure with stamps on the grid of the charts and beside it."""
+    seconds = 4.0 if "--quick" in options else 10.0
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    tell("stamps on the grid, as the aircraft's box sends them", measure(seconds))
+    tell(
+        "stamps beside the grid: the row after a sample is complete with the next sample, 10 ms "
+        "later",
+        measure(seconds, _OFF_GRID_US),
+    )
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["send"]:
-        send(int(sys.argv[2]), float(sys.argv[3]))
+        send(int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
     else:
         main(*sys.argv[1:])
