@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -55,13 +56,7 @@ def send(port: int, seconds: float, shift_us: int) -> None:
     from gsapp.decoding.dialect import dialect
     from gsapp.telemetry.virtual.messages import Tick, layout
 
-    known = (
-        "phi theta psi p q r servo_aileron servo_elevator throttle_command servo_rudder servo_flap "
-        "stick_roll stick_pitch stick_yaw rate_switch rc_rssi rpm_left rpm_right static_pressure "
-        "dynamic_pressure temperature Vc ground_speed throttle altitude climb_rate cpu_load "
-        "battery battery_current battery_remaining armed"
-    ).split()
-    values = dict.fromkeys(known, 0.5)
+    values = defaultdict(lambda: 0.5)
     values |= {"static_pressure": 98000.0, "temperature": 290.0, "Vc": 30.0, "battery": 11.8}
     packer = dialect().MAVLink(None, srcSystem=1, srcComponent=1)
     line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -101,12 +96,18 @@ class Frames:
     reached: list[tuple[int, float]] = field(default_factory=list)
     shown: list[tuple[int, float]] = field(default_factory=list)
     leaps: dict[int, float] = field(default_factory=dict)
+    watching: bool = True
     _waiting: list[int] = field(default_factory=list)
 
     def advanced(self, window) -> None:
         """Note what the charts are about to be given."""
         history = window.desk.history
-        if history is None or not history.has(STEPPED) or history.last(STEPPED) is None:
+        if (
+            not self.watching
+            or history is None
+            or not history.has(STEPPED)
+            or history.last(STEPPED) is None
+        ):
             return
         newest = round(history.last(STEPPED)[0] * RATE)
         before = self.reached[-1][0] if self.reached else newest
@@ -117,7 +118,9 @@ class Frames:
     def flushed(self, window) -> None:
         """Note that the picture reached the screen, and read it there while a leap is expected."""
         now = time.time()
-        if not self.reached or (self.shown and self.shown[-1][0] == self.reached[-1][0]):
+        if not (self.watching and self.reached) or (
+            self.shown and self.shown[-1][0] == self.reached[-1][0]
+        ):
             return
         self.shown.append((self.reached[-1][0], now))
         if self._waiting and new_value_on_screen(window, self._waiting[0]):
@@ -125,7 +128,7 @@ class Frames:
 
 
 def new_value_on_screen(window, sample: int) -> bool:
-    """Read the screen: is the newest column of the leaping channel's line at its new value?"""
+    """Tell whether the screen has the color of the leaping line at its new value, newest column."""
     from ui.strips.raster import value_rows
 
     charts, history = window.view.charts, window.desk.history
@@ -181,6 +184,7 @@ class Result:
 
     history: np.ndarray
     pixels: np.ndarray
+    first_pixels: np.ndarray
     leaps: np.ndarray
     leaps_sent: int
     same_frame: int
@@ -188,6 +192,7 @@ class Result:
     recorder: float | None
     frames_per_second: float
     charts: int
+    off_grid: bool
 
 
 def processor_time(pid: int) -> float | None:
@@ -229,7 +234,6 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
 
     from ui.app import make_application
     from ui.dialogs.requests import ConnectRequest
-    from ui.recording import free_port
 
     application = make_application()
 
@@ -243,7 +247,9 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(Path(place) / "runtime")
         folder = Path(place) / "flight"
         window = watched_window(Path(place), frames)
-        port = free_port()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
         try:
             window.desk.connect_aircraft(
                 ConnectRequest(
@@ -270,6 +276,7 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
                 recorder_used = processor_time(recorder.pid) if recorder else None
                 start = frames.shown[-1][0]
                 run(seconds)
+                frames.watching = False
                 wall = time.perf_counter() - begin
                 used = time.process_time() - used
                 if recorder is not None and recorder_used is not None:
@@ -286,11 +293,14 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
         arrived = arrivals(folder)
     frames.leaps = {k: at for k, at in frames.leaps.items() if k > start}
     pixels = ages(frames.shown, arrived, start)
+    # Beside the grid a sample also completes the row before it, and moves the line there.
+    arrived_before = {k - (shift_us != 0): at for k, at in arrived.items()}
     by_leap = {k: 1e3 * (at - arrived[k]) for k, at in frames.leaps.items() if k in arrived}
     last = frames.shown[-1][0]
     return Result(
         history=np.array(list(ages(frames.reached, arrived, start).values())),
         pixels=np.array(list(pixels.values())),
+        first_pixels=np.array(list(ages(frames.shown, arrived_before, start).values())),
         leaps=np.array(list(by_leap.values())),
         leaps_sent=sum(k % LEAP_EVERY == 0 for k in range(start + 1, last + 1)),
         same_frame=sum(abs(by_leap[k] - pixels[k]) < 1e-6 for k in by_leap if k in pixels),
@@ -298,6 +308,7 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
         recorder=None if recorder_used is None else recorder_used / wall,
         frames_per_second=drawn / wall,
         charts=charts,
+        off_grid=shift_us != 0,
     )
 
 
@@ -349,6 +360,8 @@ def tell(words: str, result: Result) -> None:
     print(f"\n{words}")
     print(f"    {'ms':34}{'50th':>7}{'95th':>7}{'99th':>7}{'worst':>7}")
     print(describe("arrival to the session's history", result.history))
+    if result.off_grid:
+        print(describe("arrival to pixels that it moves", result.first_pixels))
     print(describe("arrival to painted pixels", result.pixels))
     print(describe("leaps, read from the screen", result.leaps))
     print(
@@ -364,6 +377,9 @@ def main(*options: str) -> None:
     """Measure with stamps on the grid of the charts and beside it."""
     seconds = 4.0 if "--quick" in options else 10.0
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    if hasattr(os, "getloadavg"):
+        # Where others want the processor, the waits for it are part of every figure.
+        print(f"    before: {os.getloadavg()[0]:.1f} processes want {os.cpu_count()} cores")
     tell("stamps on the grid, as the aircraft's box sends them", measure(seconds))
     tell(
         "stamps beside the grid: the row after a sample is complete with the next sample, 10 ms "
