@@ -31,7 +31,6 @@ LONGEST_FILL = 60.0
 _WINDOW = 9
 _UNKNOWN_PERIOD = 1_000_000
 _TURN = 2.0 * np.pi
-IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 
@@ -95,6 +94,65 @@ class Rows:
         return self.first + len(self.values)
 
 
+class _Plan:
+    """Successive rows to be laid: each between two samples, or on one, given by their places.
+
+    Attributes
+    ----------
+    first, end : int
+        The first row, and the row after the last.
+    before, after : list of int
+        Samples before and after each row; the same twice where the row stands on it.
+    weights : list of float
+        Share of the sample after.
+    gaps, silent : list of int
+        Rows, counted from the first, that lie in a gap; that lie in a silence.
+    bridged : bool
+        Whether any row lies between samples.
+    """
+
+    __slots__ = ("after", "before", "bridged", "end", "first", "gaps", "silent", "weights")
+
+    def __init__(self, first: int) -> None:
+        self.first = self.end = first
+        self.before: list[int] = []
+        self.after: list[int] = []
+        self.weights: list[float] = []
+        self.gaps: list[int] = []
+        self.silent: list[int] = []
+        self.bridged = False
+
+    def bridge(
+        self, before: int, after: int, weights: list[float], *, gap: bool, silent: bool
+    ) -> None:
+        """Lay rows between two samples."""
+        count = len(weights)
+        self.before += [before] * count
+        self.after += [after] * count
+        self.weights += weights
+        start, self.end = self.end - self.first, self.end + count
+        self.bridged = True
+        if gap:
+            self.gaps += range(start, start + count)
+        if silent:
+            self.silent += range(start, start + count)
+
+    def stand(self, place: int) -> None:
+        """Lay a row on a sample."""
+        self.before.append(place)
+        self.after.append(place)
+        self.weights.append(1.0)
+        self.end += 1
+
+    def silence(self) -> BoolArray | None:
+        """Return which rows lie in a silence; None for none."""
+        if not self.silent:
+            return None
+        flags = np.zeros(len(self.after), dtype=bool)
+        flags[self.silent] = True
+        return flags
+
+
 class Gridder:
     """Lays the samples of one message on the grid, as they come.
 
@@ -118,10 +176,11 @@ class Gridder:
         self.last: int | None = None
         self.first: tuple[int, int] | None = None
         self._grid = grid
-        self._circular = circular if circular.any() else None
-        self._stepwise = stepwise if stepwise.any() else None
+        self._longest = grid.longest * grid.step
+        self._circular = np.flatnonzero(circular) if circular.any() else None
+        self._stepwise = np.flatnonzero(stepwise) if stepwise.any() else None
         self._fallback = fallback
-        self._value: FloatArray = np.empty((0, circular.size))
+        self._value: FloatArray = np.full((1, circular.size), np.nan)
         self._next = 0
         self._intervals: deque[int] = deque()
         self._ordered: list[int] = []
@@ -137,11 +196,6 @@ class Gridder:
         """Return after what silence another source counts, us."""
         return max(self._fallback, self.period * 5 // 2)
 
-    @property
-    def next_row(self) -> int:
-        """Return the row that the next sample may complete."""
-        return self._next
-
     def feed(self, times: Sequence[int], nows: Sequence[int], values: FloatArray) -> list[Rows]:
         """Take samples and return the rows that they complete.
 
@@ -152,62 +206,55 @@ class Gridder:
         nows : sequence of int
             The latest flight time of any message when the sample came, us.
         values : ndarray, shape (n, m)
-            The samples.
+            The samples, none of them infinite. They are kept: the caller writes to them no more.
 
         Returns
         -------
         list of Rows
             Usually one, or none; more where a long pause parts them.
         """
-        kept: list[int] = []
-        stamps: list[int] = []
-        gaps: list[bool] = []
-        silences: list[bool] = []
-        last = self.last
-        for index, time in enumerate(times):
-            if last is None:
-                self.first = (time, max(nows[index], time))
-                gaps.append(True)
-                silences.append(False)
-            elif time <= last:
-                if time == last:
-                    self.duplicates += 1
-                else:
-                    self.overtaken += 1
-                continue
+        numerator, step = self._grid.numerator, self._grid.step
+        # Place 0 is the last sample before these, if there is one; place 1 the first of these.
+        place, last = 0, self.last
+        at = 0 if last is None else last * numerator
+        plan = _Plan(self._next)
+        plans = [plan]
+        for index, time in enumerate(times, start=1):
+            before, gap, silent = at, False, False
+            if last is not None:
+                if time <= last:
+                    if time == last:
+                        self.duplicates += 1
+                    else:
+                        self.overtaken += 1
+                    continue
+                silent = self._is_silent(max(nows[index - 1], time) - last)
+                gap = self._is_gap(time - last)
             else:
-                interval = time - last
-                patience = self.patience
-                gaps.append(self._is_gap(interval))
-                silences.append(max(nows[index], time) > last + patience)
-            kept.append(index)
-            stamps.append(time)
-            last = time
-        if not kept:
+                self.first = (time, max(nows[index - 1], time))
+            at = time * numerator
+            if last is None or at - before > self._longest:
+                plan = _Plan(-(-at // step))
+                plans.append(plan)
+            position = plan.end * step
+            if position < at:
+                weights = [(each - before) / (at - before) for each in range(position, at, step)]
+                plan.bridge(place, index, weights, gap=gap, silent=silent)
+                position = plan.end * step
+            if position == at:
+                plan.stand(index)
+            place, last = index, time
+        if not place:
             return []
-        if len(kept) < len(times):
-            values = values[kept]
-        if len(kept) == 1 and self.last is not None:
-            found = self._single(stamps[0], values)
-            if found is not None:
-                return found
-        return self._rows(stamps, gaps, silences, values)
+        rows = [self._laid(each, values) for each in plans if each.after]
+        self.last = last
+        self._next = plan.end
+        self._value = values[place - 1 : place]
+        return rows
 
-    def _single(self, time: int, values: FloatArray) -> list[Rows] | None:
-        """Take the usual sample of a live link: it completes no row, or the one it stands on.
-
-        Returns None where `_rows` must see to it; where both could, both give the same.
-        """
-        step = self._grid.step
-        row, rest = divmod(time * self._grid.numerator, step)
-        if row >= self._next and (row > self._next or rest):
-            return None
-        self.last = time
-        self._value = values
-        if row < self._next:
-            return []
-        self._next = row + 1
-        return [Rows(row, self._wrapped(values))]
+    def _is_silent(self, passed: int) -> bool:
+        """Return whether the message has been silent for longer than its patience."""
+        return passed > self._fallback and passed > self.patience
 
     def _is_gap(self, interval: int) -> bool:
         """Take note of an interval, and return whether it is too long to bridge."""
@@ -220,70 +267,30 @@ class Gridder:
             return 2 * interval > 5 * _UNKNOWN_PERIOD
         return 2 * interval > 5 * ordered[(len(ordered) - 1) // 2]
 
-    def _rows(
-        self, stamps: list[int], gaps: list[bool], silences: list[bool], values: FloatArray
-    ) -> list[Rows]:
-        grid = self._grid
-        fresh = self.last is None
-        before = [] if self.last is None else [self.last]
-        if fresh:
-            self._next = grid.at_or_after(stamps[0])
-        self.last = stamps[-1]
-        at = np.array(before + stamps, dtype=np.int64) * grid.numerator
-        samples = values if fresh else np.concatenate((self._value, values))
-        self._value = values[-1:]
-        # Flags of the interval that ends at each sample of `at`; nothing ends at the first.
-        flags = ([] if fresh else [True], [] if fresh else [False])
-        gap = np.array(flags[0] + gaps)
-        silent = np.array(flags[1] + silences)
-        result = []
-        start = 0
-        longest = grid.longest * grid.step
-        if int(at[-1] - at[0]) > longest:
-            for place in np.flatnonzero(np.diff(at) > longest).tolist():
-                result += self._piece(
-                    at[start : place + 1], samples[start : place + 1], gap[start:], silent[start:]
-                )
-                start = place + 1
-                self._next = -(-int(at[start]) // grid.step)
-        return result + self._piece(at[start:], samples[start:], gap[start:], silent[start:])
+    def _laid(self, plan: _Plan, values: FloatArray) -> Rows:
+        """Return planned rows."""
+        if plan.bridged:
+            result = self._between(plan, np.concatenate((self._value, values)))
+        else:
+            result = values.take([place - 1 for place in plan.after], axis=0)
+        if self._circular is not None:
+            angles = result[:, self._circular]
+            result[:, self._circular] = angles - _TURN * np.ceil(angles / _TURN - 0.5)
+        return Rows(plan.first, result, plan.silence())
 
-    def _piece(
-        self, at: IntArray, samples: FloatArray, gap: BoolArray, silent: BoolArray
-    ) -> list[Rows]:
-        """Complete the rows up to the last of some samples without a long pause between."""
-        step = self._grid.step
-        first, end = self._next, int(at[-1]) // step + 1
-        if end <= first:
-            return []
-        self._next = end
-        position = np.arange(first, end, dtype=np.int64) * step
-        after = np.searchsorted(at, position, side="left")
-        exact = at[after] == position
-        upper = samples[after]
-        hushed = silent[after] & ~exact
-        quiet = hushed if hushed.any() else None
-        if exact.all():
-            return [Rows(first, self._wrapped(upper), quiet)]
-        before = np.maximum(after - 1, 0)
-        lower = samples[before]
-        length = np.where(exact, step, at[after] - at[before])
-        weight = ((position - at[before]) / length)[:, np.newaxis]
+    def _between(self, plan: _Plan, samples: FloatArray) -> FloatArray:
+        """Return values of planned rows. On a sample both ends are that sample."""
+        lower = samples.take(plan.before, axis=0)
+        upper = samples.take(plan.after, axis=0)
+        weight = np.array(plan.weights)[:, np.newaxis]
         values = lower * (1.0 - weight) + upper * weight
         if self._circular is not None:
-            turn = upper[:, self._circular] - lower[:, self._circular]
+            start = lower[:, self._circular]
+            turn = upper[:, self._circular] - start
             turn -= _TURN * np.rint(turn / _TURN)
-            values[:, self._circular] = lower[:, self._circular] + weight * turn
+            values[:, self._circular] = start + weight * turn
         if self._stepwise is not None:
             values[:, self._stepwise] = lower[:, self._stepwise]
-        values[gap[after]] = np.nan
-        values[exact] = upper[exact]
-        return [Rows(first, self._wrapped(values), quiet)]
-
-    def _wrapped(self, values: FloatArray) -> FloatArray:
-        if self._circular is None:
-            return values
-        wrapped = values.copy()
-        angles = wrapped[:, self._circular]
-        wrapped[:, self._circular] = angles - _TURN * np.ceil(angles / _TURN - 0.5)
-        return wrapped
+        if plan.gaps:
+            values[plan.gaps] = np.nan
+        return values
