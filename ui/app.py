@@ -121,7 +121,7 @@ def run_window(
     store = SettingsStore(settings or settings_path())
     faults = FaultDesk()
     faults.install()
-    window = MainWindow(store, faults)
+    window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
     window.show()
     if flight is not None:
         QTimer.singleShot(

@@ -15,6 +15,7 @@ from gsapp.foundation import FlightError
 from gsapp.session import Alarm, History, Session, SessionSnapshot
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
+from gsapp.telemetry.virtual.process import AircraftProcess, free_port
 from ui.commands import Need
 from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
 from ui.faults import FaultDesk
@@ -22,13 +23,7 @@ from ui.flight.picture import FlightPicture
 from ui.flight.reading import PictureTaker, bar_facts
 from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
-from ui.recording import (
-    AircraftProcess,
-    RunningRecorder,
-    free_port,
-    prepare_folder,
-    running_recorders,
-)
+from ui.recording import RunningRecorder, launch, prepare_folder, running_recorders
 from ui.settings import SettingsStore, flights_path
 from ui.work import Progress, Work
 
@@ -232,7 +227,7 @@ class Desk(QObject):
         def begin() -> tuple[Session, AircraftProcess]:
             prepare_folder(connect)
             start_recorder(connect.link, connect.folder)
-            return Session.follow(connect.folder), AircraftProcess(request, port)
+            return Session.follow(connect.folder), launch(request, port)
 
         self._open(begin, request.folder.name)
 

@@ -56,6 +56,8 @@ class MainWindow(QMainWindow):
         What is remembered.
     faults : FaultDesk
         Where errors arrive.
+    offer_recorders : bool
+        Whether to look for recorders that run and offer to attach to them.
 
     Attributes
     ----------
@@ -63,7 +65,9 @@ class MainWindow(QMainWindow):
         The open flight.
     """
 
-    def __init__(self, store: SettingsStore, faults: FaultDesk) -> None:
+    def __init__(
+        self, store: SettingsStore, faults: FaultDesk, *, offer_recorders: bool = True
+    ) -> None:
         super().__init__()
         settings = store.current
         self.setWindowTitle("Ground station")
@@ -99,7 +103,8 @@ class MainWindow(QMainWindow):
             if complaint:
                 self.banners.show_banner("caution", complaint)
         self._flight_changed()
-        self.opening.look_for_recorders()
+        if offer_recorders:
+            self.opening.look_for_recorders()
 
     def _arrange(self) -> None:
         body = QWidget()

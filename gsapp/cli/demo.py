@@ -30,17 +30,19 @@ _QUIET = 1.0
 """Seconds without a new sample, after the aircraft is done, that end the live part."""
 
 
-def run(*, headless: bool, out: Path, seed: int) -> None:
+def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> None:
     """Fly, record, watch, replay and sum up a short virtual flight.
 
     Parameters
     ----------
     headless : bool
-        Without a window, at four times real time.
+        Without a window.
     out : Path
         Folder for the flight, its summary and its picture.
     seed : int
         Same seed, same flight.
+    speed : float, optional
+        Times real time; by default 1 with a window, 4 without.
 
     Raises
     ------
@@ -67,7 +69,8 @@ def run(*, headless: bool, out: Path, seed: int) -> None:
     prepare_flight(folder, aircraft="b777", channel_map="b777", source=link, notes="Demo.")
     recorder = start_recorder(link, folder)
     console.print(f"1. A recorder (process {recorder.pid}) writes {link} into {folder}.")
-    speed = _HEADLESS_SPEED if headless else 1.0
+    if speed is None:
+        speed = _HEADLESS_SPEED if headless else 1.0
     aircraft = AircraftProcess(folder, port, plan="short", seed=seed, speed=speed)
     console.print(f"2. The virtual aircraft flies the short plan at {speed:g} times real time.")
     try:

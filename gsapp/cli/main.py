@@ -60,6 +60,10 @@ def demo(
         Path, typer.Option(metavar="DIR", help="Where the flight and its pictures go")
     ] = Path("demo-flight"),
     seed: Annotated[int, typer.Option(help="Another seed is another flight")] = 1,
+    speed: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without"),
+    ] = None,
 ) -> None:
     """Do the whole job on a virtual flight: stream, record, draw, replay, sum up.
 
@@ -67,7 +71,7 @@ def demo(
     """
     from gsapp.cli import demo as command
 
-    command.run(headless=headless, out=out, seed=seed)
+    command.run(headless=headless, out=out, seed=seed, speed=speed)
 
 
 @app.command()
