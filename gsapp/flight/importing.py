@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from calibration.reading import FOLDER as CERTIFICATES
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo, current_versions
 from gsapp.flight.loading import default_map, load_flight
+from gsapp.flight.preparing import certificate_files
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
@@ -91,7 +91,7 @@ def _keep_map(folder: FlightFolder, channel_map: ChannelMap) -> None:
     if channel_map.path is not None:
         folder.keep_channel_map(channel_map.path)
     if channel_map.certificates is not None:
-        folder.keep_certificates(sorted((CERTIFICATES / channel_map.certificates).glob("*.toml")))
+        folder.keep_certificates(certificate_files(channel_map.certificates))
 
 
 def _begun(tlog: Path) -> datetime | None:
