@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
+from calibration import Certificate
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.flight import Flight
@@ -44,6 +45,8 @@ class RecordReader:
     ----------
     decoder : Decoder or None
         None until a map is found.
+    certificates : mapping of str to Certificate
+        Those in force, by channel.
     problem : str
         Why nothing is decoded, in words; empty otherwise.
     """
@@ -66,6 +69,7 @@ class RecordReader:
         self._next_guess = 0
         self.problem = ""
         self.decoder: Decoder | None = None
+        self.certificates: Mapping[str, Certificate] = setting.certificates or {}
         if setting.channel_map is not None:
             self._begin(setting)
 
@@ -136,9 +140,10 @@ class RecordReader:
 
     def _begin(self, setting: Setting) -> None:
         if setting.channel_map is not None:
+            self.certificates = setting.certificates_for(setting.channel_map)
             self.decoder = Decoder(
                 setting.channel_map,
-                certificates=setting.certificates_for(setting.channel_map),
+                certificates=self.certificates,
                 aircraft=setting.aircraft,
                 rate=setting.rate,
             )

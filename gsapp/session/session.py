@@ -423,10 +423,9 @@ class Session:
     @property
     def certificates(self) -> Mapping[str, Certificate]:
         """Return the certificates in force, by channel."""
-        decoder = self.decoder
-        if decoder is None:
-            return self._setting.certificates or {}
-        return self._setting.certificates_for(decoder.channel_map)
+        if isinstance(self._reader, RecordReader):
+            return self._reader.certificates
+        return self._setting.certificates or {}
 
     @property
     def marks(self) -> tuple[Mark, ...]:
