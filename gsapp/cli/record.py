@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gsapp.telemetry.status import RecorderStatus
 
 
 def run(
@@ -32,8 +38,9 @@ def run(
     speed : float, optional
         Of a recorded flight as the link.
     json : Path, optional
-        Where to write the final state for programs.
+        Where to write the final state for programs; ``-`` for the screen.
     """
+    import sys
     import threading
 
     from rich.console import Console
@@ -41,30 +48,24 @@ def run(
     from gsapp.flight.preparing import prepare_flight
     from gsapp.foundation import write_atomically
     from gsapp.telemetry.address import parse_link
+    from gsapp.telemetry.beginning import new_flight
     from gsapp.telemetry.recorder_process import record, stop_on_signals
-    from gsapp.telemetry.status import RecorderStatus
 
-    console = Console()
+    on_screen = json is not None and str(json) == "-"
+    console = Console(stderr=on_screen)
     stop = threading.Event()
     stop_on_signals(stop)
-    told: list[str] = []
-
-    def tell(status: RecorderStatus) -> None:
-        words = [status.source_state, *status.notes, *status.warnings, status.error]
-        for sentence in words:
-            # Once each: the number in a warning changes all the time, its first words do not.
-            key = sentence[:24]
-            if sentence and key not in told:
-                told.append(key)
-                console.print(sentence, highlight=False, soft_wrap=True)
-
-    parse_link(link)  # before anything is made
-    prepare_flight(
-        out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link
+    teller = _Teller(
+        lambda words: console.print(words, highlight=False, markup=False, soft_wrap=True),
+        f"Recording {link} into {out}; Ctrl-C ends it.",
     )
-    console.print(f"Recording {link} into {out}; Ctrl-C ends it.", highlight=False, soft_wrap=True)
+    parse_link(link)  # before anything is made
     options = {} if speed is None else {"speed": speed}
-    status = record(link, out, heartbeat=heartbeat, stop=stop, on_status=tell, **options)
+    with new_flight(out):
+        prepare_flight(
+            out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link
+        )
+        status = record(link, out, heartbeat=heartbeat, stop=stop, on_status=teller.tell, **options)
     seconds = (status.updated_us - status.started_us) / 1e6
     console.print(
         f"Recorded {status.frames} frames, {status.lines} lines and {status.residue_bytes} other "
@@ -72,5 +73,33 @@ def run(
         highlight=False,
         soft_wrap=True,
     )
-    if json is not None:
-        write_atomically(json, status.model_dump_json(indent=2) + "\n")
+    text = status.model_dump_json(indent=2) + "\n"
+    if on_screen:
+        sys.stdout.write(text)
+    elif json is not None:
+        write_atomically(json, text)
+
+
+class _Teller:
+    """Says how the link fares whenever that changes, and everything else once."""
+
+    def __init__(self, say: Callable[[str], None], beginning: str) -> None:
+        self._say = say
+        self._beginning = beginning
+        self._link = ""
+        self._told: set[str] = set()
+
+    def tell(self, status: RecorderStatus) -> None:
+        """Say what is new; only a link that could be opened has a status."""
+        if self._beginning:
+            self._say(self._beginning)
+            self._beginning = ""
+        if status.state == "recording" and status.source_state != self._link:
+            self._link = status.source_state
+            self._say(self._link)
+        for sentence in (*status.notes, *status.warnings, status.error):
+            # The numbers in a warning change all the time.
+            key = re.sub(r"[\d.]+", "", sentence)
+            if sentence and key not in self._told:
+                self._told.add(key)
+                self._say(sentence)

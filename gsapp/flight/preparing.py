@@ -53,8 +53,9 @@ def prepare_flight(
     if aircraft_file is not None:
         load_aircraft(aircraft_file)
     map_file = None if channel_map is None else CHANNEL_MAPS.find(channel_map)
-    if map_file is not None and calibration is None:
-        calibration = load_channel_map(map_file).certificates
+    if map_file is not None:
+        named = load_channel_map(map_file).certificates
+        calibration = named if calibration is None else calibration
     certificates = certificate_files(calibration) if calibration else ()
     target = Path(path)
     folder = FlightFolder.create(

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
+import tempfile
+import warnings
 from pathlib import Path
 from typing import Final, Literal
 
@@ -88,9 +91,31 @@ def runtime_folder() -> Path:
     The environment variable ``GSAPP_RUNTIME_FOLDER`` names another.
     """
     given = os.environ.get(RUNTIME_VARIABLE)
-    folder = Path(given) if given else Path(platformdirs.user_runtime_dir("gsapp"))
-    folder = folder / "recorders"
+    if given:
+        folder = Path(given)
+    else:
+        with warnings.catch_warnings():
+            # Where the session names no folder, or one that others may enter, platformdirs takes
+            # another, always the same; nobody has to do anything about it.
+            warnings.filterwarnings("ignore", message="XDG_RUNTIME_DIR", category=UserWarning)
+            folder = Path(platformdirs.user_runtime_dir("gsapp"))
+    try:
+        return _private(folder / "recorders")
+    except OSError:
+        # A note is no reason not to record.
+        return _private(Path(tempfile.gettempdir()) / f"gsapp-{_user()}" / "recorders")
+
+
+def _user() -> int:
+    # Windows gives every user temporary folders of their own.
+    return os.getuid() if sys.platform != "win32" else 0
+
+
+def _private(folder: Path) -> Path:
+    """Make a folder that this user may write, if it is not there yet."""
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(f"{folder} may not be written")
     return folder
 
 

@@ -173,8 +173,12 @@ class SerialSource(ReconnectingSource):
                 f"{self.address}: {path} cannot run at {self.address.baud} baud; choose the rate "
                 "that the radio is set to, usually 57600"
             )
+        there = ", ".join(sorted(port.device for port in self._ports())) or "none"
+        if number in (errno.ENOTTY, errno.EISDIR) or "inappropriate ioctl" in text:
+            return LinkError(
+                f"{self.address}: {path} is not a serial port; choose one (plugged in: {there})"
+            )
         if number == errno.ENOENT or "filenotfounderror" in text or "could not open" in text:
-            there = ", ".join(sorted(port.device for port in self._ports())) or "none"
             return LinkAwaitedError(
                 f"{self.address}: there is no serial port {path}; plug it in or choose another "
                 f"(plugged in: {there})"

@@ -1,0 +1,42 @@
+"""A recording that cannot begin leaves nothing behind."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from gsapp.flight.folder import FlightFolder
+from gsapp.foundation import GroundStationError
+from gsapp.telemetry.locking import holder
+from gsapp.telemetry.status import LOCK_FILE
+
+
+@contextlib.contextmanager
+def new_flight(path: Path | str) -> Iterator[None]:
+    """Take away what was made inside if the flight cannot begin.
+
+    What stood there before stays, and so does a folder into which anything was recorded, or
+    another recorder records.
+
+    Parameters
+    ----------
+    path : Path or str
+        The flight folder that is made inside the context.
+    """
+    folder = Path(path).absolute()
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        yield
+    except GroundStationError:
+        if made and folder.is_dir() and not _in_use(folder):
+            shutil.rmtree(folder, ignore_errors=True)
+        for each in made:
+            with contextlib.suppress(OSError):  # others may have put something there
+                each.rmdir()
+        raise
+
+
+def _in_use(folder: Path) -> bool:
+    return bool(FlightFolder(path=folder).raw_files) or holder(folder / LOCK_FILE) is not None
