@@ -280,10 +280,10 @@ class Gridder:
 
     def _between(self, plan: _Plan, samples: FloatArray) -> FloatArray:
         """Return values of planned rows. On a sample both ends are that sample."""
-        lower = samples.take(plan.before, axis=0)
-        upper = samples.take(plan.after, axis=0)
+        lower: FloatArray = samples.take(plan.before, axis=0)
+        upper: FloatArray = samples.take(plan.after, axis=0)
         weight = np.array(plan.weights)[:, np.newaxis]
-        values = lower * (1.0 - weight) + upper * weight
+        values: FloatArray = lower * (1.0 - weight) + upper * weight
         if self._circular is not None:
             start = lower[:, self._circular]
             turn = upper[:, self._circular] - start

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from calibration import Certificate
 from calibration.certificate import reference_ratio
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
-from gsapp.decoding.conversions import CONVERSIONS
+from gsapp.decoding.conversions import CONVERSIONS, Conversion
 from gsapp.quantities import FloatArray, base_id, channel, to_si
 
 _CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
@@ -71,8 +71,7 @@ class Output:
 class _Calibrations:
     """All certificates of one message at once: each step is one operation on a matrix."""
 
-    def __init__(self, certificates: Sequence[Certificate], columns: Sequence[int]) -> None:
-        self.columns = np.array(columns, dtype=np.intp)
+    def __init__(self, certificates: Sequence[Certificate]) -> None:
         degree = max(certificate.degree for certificate in certificates)
         self._coefficients = [
             np.array([(*c.si_coefficients, 0.0, 0.0, 0.0)[power] for c in certificates])
@@ -86,7 +85,8 @@ class _Calibrations:
             certificate.excitation_voltage if certificate.ratiometric else None
             for certificate in certificates
         ]
-        self.ratiometric = np.array([supply is not None for supply in supplies])
+        self._ratiometric = np.array([supply is not None for supply in supplies])
+        self._any_ratiometric = bool(self._ratiometric.any())
         self._supply = np.array([supply or 1.0 for supply in supplies])
 
     def evaluate(
@@ -96,17 +96,19 @@ class _Calibrations:
 
         The same steps as `Certificate.evaluate`, so the same numbers to the last bit.
         """
-        if excitation is not None and self.ratiometric.any():
+        if excitation is not None and self._any_ratiometric:
             ratio = reference_ratio(self._supply, excitation[:, np.newaxis])
-            volts = volts * np.where(self.ratiometric, ratio, 1.0)
-        inside = np.clip(volts, self._low, self._high)
+            volts = volts * np.where(self._ratiometric, ratio, 1.0)
+        inside = volts.clip(self._low, self._high)
         beyond = volts - inside
-        outside = (beyond < 0.0) | (beyond > 0.0)
-        values: FloatArray = np.broadcast_to(self._coefficients[-1], inside.shape)
+        below = beyond < 0.0
+        outside = below | (beyond > 0.0)
+        values: FloatArray = self._coefficients[-1]
         for coefficient in reversed(self._coefficients[:-1]):
             values = values * inside + coefficient
-        slope = np.where(beyond < 0.0, self._low_slope, self._high_slope)
-        return values + beyond * slope, outside
+        if outside.any():
+            values += beyond * np.where(below, self._low_slope, self._high_slope)
+        return values, outside
 
 
 class Stream:
@@ -139,39 +141,25 @@ class Stream:
         self.message = entries[0].message
         self.selector: Selector | None = entries[0].selector
         self.vehicle_time = vehicle_time
-        self._entries = tuple(entries)
-        factors = [linear_factors(entry) for entry in entries]
-        self._factor = np.array([factor for factor, _ in factors])
-        self._offset = np.array([offset for _, offset in factors])
-        self._arrays: list[tuple[str, list[int], list[int]]] = []
-        self._singles: list[tuple[int, MapEntry]] = []
-        missing = [(i, value) for i, entry in enumerate(entries) for value in entry.missing]
-        self._missing_places = np.array([place for place, _ in missing], dtype=np.intp)
-        self._missing_values = np.array([value for _, value in missing])
-        self._valid = [(i, FieldRef(field=e.valid)) for i, e in enumerate(entries) if e.valid]
-        self._plan_fields()
-        outputs, picked, calibrated = [], [], []
-        for index, entry in enumerate(entries):
+        outputs: list[Output] = []
+        calibrated: list[tuple[int, Certificate]] = []
+        for entry in entries:
             if entry.calibration is None:
                 outputs.append(Output(channel=entry.channel, entry=entry, calibrated=False))
-                picked.append(index)
                 continue
             certificate = certificates.get(entry.calibration)
             if certificate is not None:
-                calibrated.append((certificate, index, len(outputs)))
+                calibrated.append((len(outputs), certificate))
                 outputs.append(Output(channel=entry.channel, entry=entry, calibrated=True))
-                picked.append(index)
             outputs.append(Output(channel=entry.volts_channel, entry=entry, calibrated=False))
-            picked.append(index)
         self.outputs = tuple(outputs)
-        self._picked = np.array(picked, dtype=np.intp)
-        self._calibrations = (
-            _Calibrations([c for c, _, _ in calibrated], [i for _, i, _ in calibrated])
-            if calibrated
-            else None
-        )
-        self._calibrated_outputs = np.array([place for _, _, place in calibrated], dtype=np.intp)
-        supply = [i for i, entry in enumerate(entries) if entry.channel == "excitation"]
+        factors = [linear_factors(output.entry) for output in outputs]
+        self._factor = np.array([factor for factor, _ in factors])
+        self._offset = np.array([offset for _, offset in factors])
+        self._calibrated = np.array([place for place, _ in calibrated], dtype=np.intp)
+        self._calibrations = _Calibrations([each for _, each in calibrated]) if calibrated else None
+        self._plan_fields()
+        supply = [i for i, output in enumerate(outputs) if output.channel == "excitation"]
         self._supply = supply[0] if supply else None
         bases = [base_id(output.channel) for output in outputs]
         self.circular = np.array([base in _CIRCULAR for base in bases], dtype=bool)
@@ -215,36 +203,41 @@ class Stream:
         ndarray, shape (n, n_outputs)
             NaN where the vehicle says that it does not know.
         """
-        raw = np.empty((count, len(self._entries)))
+        values = self._fetch(columns, count)
+        values *= self._factor
+        values += self._offset
+        outside: BoolArray | None = None
+        if self._calibrations is not None:
+            supply = None if self._supply is None else values[:, self._supply]
+            calibrated, outside = self._calibrations.evaluate(
+                values.take(self._calibrated, axis=1), supply
+            )
+            values[:, self._calibrated] = calibrated
+        finite = np.isfinite(values)
+        if not finite.all():
+            values[~finite] = np.nan
+            if outside is not None:
+                outside &= finite[:, self._calibrated]
+        self._count_clipped(values, outside)
+        return values
+
+    def _fetch(self, columns: Columns, count: int) -> FloatArray:
+        """Return the raw number of each output; NaN where it says that it is none."""
+        raw = np.empty((count, len(self.outputs)))
         for name, elements, places in self._arrays:
-            raw[:, places] = columns[name][:, elements]
-        for place, entry in self._singles:
-            if entry.convert is None:
-                raw[:, place] = columns[entry.inputs[0].field]
-            else:
-                inputs = tuple(number_of(columns, ref) for ref in entry.inputs)
-                raw[:, place] = CONVERSIONS[entry.convert].compute(inputs)
+            raw[:, places] = columns[name].take(elements, axis=1)
+        for place, field in self._singles:
+            raw[:, place] = columns[field]
+        for place, conversion, refs in self._converted:
+            raw[:, place] = conversion.compute(tuple(number_of(columns, ref) for ref in refs))
         if self._missing_places.size:
-            unknown = raw[:, self._missing_places] == self._missing_values
+            unknown = raw.take(self._missing_places, axis=1) == self._missing_values
             if unknown.any():
                 rows, found = np.nonzero(unknown)
                 raw[rows, self._missing_places[found]] = np.nan
         for place, flag in self._valid:
             raw[number_of(columns, flag) == 0.0, place] = np.nan
-        si = raw * self._factor + self._offset
-        finite = np.isfinite(si)
-        if not finite.all():
-            si[~finite] = np.nan
-        values: FloatArray = si[:, self._picked]
-        outside: BoolArray | None = None
-        if self._calibrations is not None:
-            supply = None if self._supply is None else si[:, self._supply]
-            calibrated, outside = self._calibrations.evaluate(
-                si[:, self._calibrations.columns], supply
-            )
-            values[:, self._calibrated_outputs] = calibrated
-        self._count_clipped(values, outside)
-        return values
+        return raw
 
     def _count_clipped(self, values: FloatArray, outside: BoolArray | None) -> None:
         """Count samples outside calibration, or at the end of the instrument's range."""
@@ -254,7 +247,7 @@ class Stream:
         if outside is not None and outside.any():
             if clipped is None:
                 clipped = np.zeros(values.shape, dtype=bool)
-            clipped[:, self._calibrated_outputs] |= outside
+            clipped[:, self._calibrated] |= outside
         if clipped is None or not clipped.any():
             return
         totals = clipped.sum(axis=0)
@@ -263,14 +256,29 @@ class Stream:
             self.clipped[name] = self.clipped.get(name, 0) + int(totals[column])
 
     def _plan_fields(self) -> None:
-        """Gather the elements of each array field: they are fetched together."""
+        """Gather where the raw numbers come from; elements of an array are fetched together."""
         gathered: dict[str, tuple[list[int], list[int]]] = {}
-        for place, entry in enumerate(self._entries):
+        self._singles: list[tuple[int, str]] = []
+        self._converted: list[tuple[int, Conversion, tuple[FieldRef, ...]]] = []
+        missing: list[tuple[int, float]] = []
+        self._valid: list[tuple[int, FieldRef]] = []
+        for place, output in enumerate(self.outputs):
+            entry = output.entry
             ref = entry.inputs[0]
-            if entry.convert is None and ref.index is not None:
+            if entry.convert is not None:
+                self._converted.append((place, CONVERSIONS[entry.convert], entry.inputs))
+            elif ref.index is None:
+                self._singles.append((place, ref.field))
+            else:
                 elements, places = gathered.setdefault(ref.field, ([], []))
                 elements.append(ref.index)
                 places.append(place)
-            else:
-                self._singles.append((place, entry))
-        self._arrays = [(name, *both) for name, both in gathered.items()]
+            missing += [(place, value) for value in entry.missing]
+            if entry.valid:
+                self._valid.append((place, FieldRef(field=entry.valid)))
+        self._arrays = [
+            (name, np.array(elements, dtype=np.intp), np.array(places, dtype=np.intp))
+            for name, (elements, places) in gathered.items()
+        ]
+        self._missing_places = np.array([place for place, _ in missing], dtype=np.intp)
+        self._missing_values = np.array([value for _, value in missing])
