@@ -1,0 +1,251 @@
+"""Writing the raw files, on through a full disk, and on where an earlier recorder was cut off."""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from gsapp.decoding.frames import Frame, Residue
+from gsapp.decoding.framing import Line
+from gsapp.flight.raw.files import (
+    FRAMES_FILE,
+    LINES_FILE,
+    LONGEST_PIECE,
+    RAW_FILES,
+    RESIDUE_FILE,
+    RESIDUE_HEAD,
+    STAMP,
+    find_end,
+)
+from gsapp.foundation import FlightError
+
+
+@dataclass(slots=True)
+class _Pending:
+    """Bytes that the disk has not taken yet."""
+
+    name: str
+    data: bytes
+    records: int
+    begun: bool = False  # a part is on disk already: the rest must follow
+
+
+@dataclass(slots=True)
+class WriterState:
+    """What a writer has done; attributes are totals since it was made.
+
+    Attributes
+    ----------
+    frames, lines, residue_bytes, written_bytes : int
+        What was handed over, and how many bytes the disk has taken.
+    waiting_bytes : int
+        Bytes in memory, since the disk takes no more.
+    dropped_records, dropped_bytes : int
+        What memory could not hold either.
+    error : str
+        Why the disk takes no more, in words; empty when it does.
+    notes : list of str
+        What was found and mended in files that were there already.
+    """
+
+    frames: int = 0
+    lines: int = 0
+    residue_bytes: int = 0
+    written_bytes: int = 0
+    waiting_bytes: int = 0
+    dropped_records: int = 0
+    dropped_bytes: int = 0
+    error: str = ""
+    notes: list[str] = field(default_factory=list)
+
+
+class RawWriter:
+    """Append to the raw files of a flight folder.
+
+    Files that are there already are continued; an incomplete record at their end, which a power
+    cut or a killed recorder left, is cut off first.
+
+    Every batch is handed to the operating system at once. When the disk refuses, the newest
+    batches are kept in memory, and written in order as soon as there is room again.
+
+    Parameters
+    ----------
+    folder : Path
+        The flight folder; made if missing.
+    memory_bytes : int
+        How much to keep in memory while the disk refuses.
+    write : callable
+        ``os.write`` or its stand-in.
+
+    Attributes
+    ----------
+    state : WriterState
+        What has been done.
+    last_stamp : int
+        Stamp of the last record that was there already; 0 for a new flight.
+
+    Raises
+    ------
+    FlightError
+        If the folder cannot be made or its files cannot be mended.
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        *,
+        memory_bytes: int = 16 << 20,
+        write: Callable[[int, bytes], int] = os.write,
+    ) -> None:
+        self.folder = Path(folder)
+        self.state = WriterState()
+        self.last_stamp = 0
+        self._memory_bytes = memory_bytes
+        self._write = write
+        self._descriptors: dict[str, int] = {}
+        self._unsynced = dict.fromkeys(RAW_FILES, False)
+        self._waiting: deque[_Pending] = deque()
+        self._closing = threading.Lock()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            for name in RAW_FILES:
+                end = find_end(self.folder / name)
+                self.last_stamp = max(self.last_stamp, end.last_stamp)
+                if end.torn:
+                    os.truncate(self.folder / name, end.size)
+                    self.state.notes.append(
+                        f"{name} ended in an incomplete record of {end.torn} bytes, "
+                        "which was cut off."
+                    )
+        except OSError as error:
+            raise FlightError(
+                f"{self.folder} cannot be written to ({error.strerror or error}); "
+                "choose another folder or correct its permissions"
+            ) from error
+
+    def append(self, stamp_us: int, items: Sequence[Frame | Residue | Line]) -> None:
+        """Write what came at one time.
+
+        Parameters
+        ----------
+        stamp_us : int
+            Host microseconds, higher than that of the batch before.
+        items : sequence of Frame, Residue or Line
+            As they came out of a framer.
+        """
+        stamp = STAMP.pack(stamp_us)
+        frames: list[bytes] = []
+        lines: list[bytes] = []
+        pieces: list[bytes] = []
+        for item in items:
+            if isinstance(item, Frame):
+                frames += (stamp, item.data)
+            elif isinstance(item, Line):
+                lines.append(b"%d\t%b\n" % (stamp_us, item.data))
+            else:
+                for start in range(0, len(item.data), LONGEST_PIECE):
+                    part = item.data[start : start + LONGEST_PIECE]
+                    pieces += (RESIDUE_HEAD.pack(stamp_us, item.offset + start, len(part)), part)
+                    self.state.residue_bytes += len(part)
+        self.state.frames += len(frames) // 2
+        self.state.lines += len(lines)
+        if pieces:
+            self._put(_Pending(RESIDUE_FILE, b"".join(pieces), len(pieces) // 2))
+        if lines:
+            self._put(_Pending(LINES_FILE, b"".join(lines), len(lines)))
+        if frames:
+            self._put(_Pending(FRAMES_FILE, b"".join(frames), len(frames) // 2))
+
+    def retry(self) -> bool:
+        """Try again to write what waits in memory; return whether nothing waits any more."""
+        while self._waiting:
+            if not self._deliver(self._waiting[0]):
+                return False
+            self._waiting.popleft()
+        self.state.error = ""
+        return True
+
+    def sync(self) -> None:
+        """Flush to the disk itself; may be called from another thread."""
+        with self._closing:
+            for name, descriptor in list(self._descriptors.items()):
+                if not self._unsynced[name]:
+                    continue
+                self._unsynced[name] = False
+                try:
+                    os.fsync(descriptor)
+                except OSError as error:
+                    self._unsynced[name] = True
+                    self.state.error = _refusal(self.folder / name, error)
+
+    def close(self) -> None:
+        """Write what waits, flush and close. What the disk does not take now is lost."""
+        if not self.retry():
+            for pending in self._waiting:
+                self.state.dropped_bytes += len(pending.data)
+                self.state.dropped_records += pending.records
+            self._waiting.clear()
+            self.state.waiting_bytes = 0
+        self.sync()
+        with self._closing:
+            for descriptor in self._descriptors.values():
+                os.close(descriptor)
+            self._descriptors.clear()
+
+    def _put(self, pending: _Pending) -> None:
+        if self._waiting or not self._deliver(pending):
+            self._waiting.append(pending)
+            self.state.waiting_bytes += len(pending.data)
+            self._make_room()
+
+    def _make_room(self) -> None:
+        """Drop the oldest that waits, but never the rest of what is half written."""
+        while self.state.waiting_bytes > self._memory_bytes and len(self._waiting) > 1:
+            first = self._waiting.popleft()
+            if first.begun:
+                second = self._waiting.popleft()
+                self._waiting.appendleft(first)
+                first = second
+            self.state.waiting_bytes -= len(first.data)
+            self.state.dropped_bytes += len(first.data)
+            self.state.dropped_records += first.records
+
+    def _deliver(self, pending: _Pending) -> bool:
+        """Hand bytes to the operating system; return False where it does not take all."""
+        waits = bool(self._waiting) and self._waiting[0] is pending
+        path = self.folder / pending.name
+        try:
+            descriptor = self._descriptors.get(pending.name)
+            if descriptor is None:
+                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+                descriptor = os.open(path, flags, 0o644)
+                self._descriptors[pending.name] = descriptor
+            while pending.data:
+                count = self._write(descriptor, pending.data)
+                self._unsynced[pending.name] = True
+                self.state.written_bytes += count
+                if waits:
+                    self.state.waiting_bytes -= count
+                pending.data = pending.data[count:]
+                pending.begun = True
+        except OSError as error:
+            self.state.error = _refusal(path, error)
+            return False
+        return True
+
+
+def _refusal(path: Path, error: OSError) -> str:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC):
+        return (
+            f"The disk of {path.parent} is full; the newest data are kept in memory: make room, "
+            "and writing goes on."
+        )
+    return (
+        f"{path} cannot be written to ({error.strerror or error}); the newest data are kept in "
+        "memory until it can."
+    )
