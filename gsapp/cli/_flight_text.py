@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ _MARKS = {"estimated": "est.", "derived": "calc."}
 """Beside what was not measured."""
 
 _WIDE = 100
+_MOST_NOTICES = 20
 
 
 def describe(console: Console, flight: Flight) -> None:
@@ -22,12 +24,14 @@ def describe(console: Console, flight: Flight) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from gsapp.decoding.decoder import NOTICE_KINDS
     from gsapp.flight.summary import summarize
     from gsapp.quantities import channel, from_si
 
     summary = summarize(flight)
+    rate = f", {flight.rate:.4g} per s" if math.isfinite(flight.rate) else ""
     table = Table(
-        title=f"{escape(flight.name)}: {summary['duration']:.1f} s, {flight.rate:.4g} per s",
+        title=f"{escape(flight.name)}: {summary['duration']:.1f} s{rate}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
@@ -68,5 +72,16 @@ def describe(console: Console, flight: Flight) -> None:
             f"{frames.lost} lost",
             highlight=False,
         )
-    for remark in flight.remarks:
-        console.print(remark, style="yellow", highlight=False, markup=False)
+    noticed = [event for event in flight.events if event.kind in NOTICE_KINDS]
+    told = [
+        *flight.remarks,
+        *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
+    ]
+    for sentence in told:
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+    if len(noticed) > _MOST_NOTICES:
+        console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
+
+
+def _at(time: float | None) -> str:
+    return "" if time is None else f"{time:.2f} s: "

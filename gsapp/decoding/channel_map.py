@@ -57,7 +57,7 @@ from gsapp.foundation import (
 )
 from gsapp.foundation.shipped import Shipped
 from gsapp.foundation.toml import validate
-from gsapp.quantities import base_id, channel, normalize_unit
+from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
 from gsapp.quantities.fields import Time
 
 SHIPPED = Shipped(folder=Path(__file__).parent / "maps", kind="channel map")
@@ -465,7 +465,9 @@ class _Reader:
     def _check_calibration(self, where: str, row: _EntryTable) -> None:
         if row.calibration is None:
             return
-        for name in {row.calibration, f"{base_id(row.id)}_volts"}:
+        # Of an id that is none, nothing more is to be said.
+        known = base_id(row.id) in CHANNELS
+        for name in {row.calibration, f"{base_id(row.id)}_volts"} if known else {row.calibration}:
             try:
                 channel(name)
             except UnknownNameError as error:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, cast
+from typing import Final, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -55,6 +55,13 @@ class Record(Protocol):
     @property
     def data(self) -> bytes:
         """The bytes."""
+
+
+NOTICE_KINDS: Final = frozenset({
+    "restart", "step", "outlier", "other-clock", "frozen-clock", "no-clock", "host-step",
+    "other-system", "other-component", "unknown-message", "bad-line",
+})  # fmt: skip
+"""Kinds of notices about what was recorded, beside what the vehicle says itself."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -534,4 +541,4 @@ class Decoder:
         self._line_columns = max(columns) + 1 if columns else 0
 
 
-__all__ = ["ChannelSource", "Decoder", "Notice"]
+__all__ = ["NOTICE_KINDS", "ChannelSource", "Decoder", "Notice"]

@@ -7,6 +7,7 @@ itself: a duplicate is not a loss, and a frame that comes late takes its loss ba
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -26,6 +27,9 @@ _GROUND_STATION = 6
 _NOT_AIRCRAFT = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
 _MIXED_FRAMES = 200
 _MIXED_SHARE = 0.25
+# So many headers of one message without one whose checksum fits are no accident.
+_FOREIGN_HEADS = 20
+_UNREADABLE_BYTES = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,6 +209,7 @@ class LinkHealth:
         self._run = b""  # end of the residue at hand: a header may be cut across two pieces
         self._in_residue = False
         self._run_heads = 0
+        self._heads: Counter[int] = Counter()  # in the residue, by message
         self.damaged = 0
         self.lines = 0
         self.residue_bytes = 0
@@ -262,8 +267,9 @@ class LinkHealth:
         joined = self._run + data
         position = 0
         while position + 10 <= len(joined):
-            head = self._plausible_head(joined, position)
+            head, number = self._plausible_head(joined, position)
             if head:
+                self._heads[number] += 1
                 self._run_heads += 1
                 if self._run_heads > 1:
                     self.damaged += 1
@@ -272,17 +278,18 @@ class LinkHealth:
                 position += 1
         self._run = joined[position:]
 
-    def _plausible_head(self, data: bytes, position: int) -> int:
-        """Return the length of the header of a known message that stands here, or 0."""
+    def _plausible_head(self, data: bytes, position: int) -> tuple[int, int]:
+        """Return length and message of the header of a known message that stands here, or 0."""
         magic = data[position]
         if magic == 0xFD and data[position + 2] <= 1:
             number = int.from_bytes(data[position + 7 : position + 10], "little")
-            return 10 if number in self._known else 0
+            return (10, number) if number in self._known else (0, 0)
         if magic == 0xFE:
-            wire = self._known.get(data[position + 5])
+            number = data[position + 5]
+            wire = self._known.get(number)
             if wire is not None and data[position + 1] in (wire.size, wire.full_size):
-                return 6
-        return 0
+                return 6, number
+        return 0, 0
 
     def _frame(self, stamp: int, data: bytes) -> None:
         self._count(stamp)
@@ -474,7 +481,26 @@ class LinkHealth:
             for key, sender in sorted(self._senders.items())
             if sender.mixed
         )
+        if not self._senders and not self.lines and self.residue_bytes >= _UNREADABLE_BYTES:
+            found.append(
+                "Nothing that arrives can be read, neither as MAVLink nor as lines of text; check "
+                "the baud rate, the wiring and what the sender speaks."
+            )
+        if foreign := self._foreign():
+            names = dialect().mavlink_map
+            listed = ", ".join(names[number].msgname for number in foreign[:4])
+            more = " and others" if len(foreign) > 4 else ""
+            found.append(
+                f"No {listed}{more} has a checksum that fits: the sender speaks another dialect "
+                "of MAVLink, or the link damages each; they are recorded, not decoded."
+            )
         return tuple(found)
+
+    def _foreign(self) -> list[int]:
+        """Return the messages that come often and never whole."""
+        often = {number for number, count in self._heads.items() if count >= _FOREIGN_HEADS}
+        whole = {number for sender in self._senders.values() for number in sender.messages}
+        return sorted(often - whole)
 
 
 def _tick(rate: _Rate, stamp: int) -> None:

@@ -152,7 +152,7 @@ def _load_folder(folder: FlightFolder, given: _Setting) -> Flight:
     record = read_events(folder.path / EVENTS_NAME)
     remarks: tuple[str, ...] = ()
     if record.damaged:
-        remarks = (f"{record.damaged} lines of {EVENTS_NAME} were damaged and are left out",)
+        remarks = (damaged_events(record.damaged),)
     decoded = _decode_folder(folder, setting)
     events = sorted(
         (*record.events, *decoded.said),
@@ -170,6 +170,12 @@ def _load_folder(folder: FlightFolder, given: _Setting) -> Flight:
     )
 
 
+def damaged_events(count: int) -> str:
+    """Return the sentence for damaged lines of ``events.jsonl``."""
+    lines = "1 line" if count == 1 else f"{count} lines"
+    return f"{EVENTS_NAME}: {lines} of marks and notes could not be read and were left out."
+
+
 def _map_of(folder: FlightFolder) -> ChannelMap | None:
     return load_channel_map(folder.channel_map_file) if folder.channel_map_file.is_file() else None
 
@@ -177,7 +183,13 @@ def _map_of(folder: FlightFolder) -> ChannelMap | None:
 def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
     """Decode raw files and on-board log; from the cache where it still holds."""
     raw = [file for file in folder.raw_files if file.stat().st_size]
-    onboard = folder.onboard_log()
+    missing = ""
+    try:
+        onboard = folder.onboard_log()
+    except FlightError as error:
+        if not raw:
+            raise
+        onboard, missing = None, str(error)
     if not raw and onboard is None:
         return Decoded(
             block=Block(channels=(), times=np.empty(0), values=np.empty((0, 0))),
@@ -186,17 +198,16 @@ def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
         )
     files = [*raw, *(file for file in (onboard,) if file is not None)]
     key = _key(files, setting)
-    cached = load_cached(folder.cache_folder, key)
-    if cached is not None:
-        return cached
-    if raw:
-        decoded = _decode_folder_records(folder.path, setting)
-        if onboard is not None:
-            decoded = _with_log(decoded, onboard, setting)
-    else:
-        decoded = _decode_file(files[0], setting)
-    store_cached(folder.cache_folder, key, decoded)
-    return decoded
+    decoded = load_cached(folder.cache_folder, key)
+    if decoded is None:
+        if raw:
+            decoded = _decode_folder_records(folder.path, setting)
+            if onboard is not None:
+                decoded = _with_log(decoded, onboard, setting)
+        else:
+            decoded = _decode_file(files[0], setting)
+        store_cached(folder.cache_folder, key, decoded)
+    return replace(decoded, remarks=(missing, *decoded.remarks)) if missing else decoded
 
 
 def _with_log(live: Decoded, onboard: Path, setting: _Setting) -> Decoded:
@@ -433,10 +444,24 @@ def guess_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
     for autopilot, _ in autopilots.most_common():
         if autopilot in _MAP_OF_AUTOPILOT:
             return load_channel_map(_MAP_OF_AUTOPILOT[autopilot])
-    raise FlightError(
-        f"{path} does not tell which channel map fits it; name one with --map: "
-        f"{', '.join(shipped_channel_maps())}, or a file"
-    )
+    kinds = Counter(record.kind for record in records)
+    fitting = [
+        name for name in shipped_channel_maps() if load_channel_map(name).format == "mavlink"
+    ]
+    named = f"name one with --map: {', '.join(fitting)}, or a file"
+    if kinds["frame"]:
+        raise FlightError(f"{path} does not tell which channel map fits it; {named}")
+    if kinds["line"]:
+        raise FlightError(
+            f"{path} holds lines of text; name with --map a file of your own that says which "
+            "channel is line[0], line[1] and so on"
+        )
+    if kinds["residue"]:
+        raise FlightError(
+            f"{path} holds no whole MAVLink frame, only bytes that cannot be read; check the baud "
+            f"rate, the wiring and what the sender speaks, or {named}"
+        )
+    raise FlightError(f"{path} holds no record yet; {named}")
 
 
 def _message(frame: bytes) -> tuple[int, bytes]:

@@ -75,7 +75,8 @@ def validate(path: Path | str, content: Mapping[str, Any], model: type[Model]) -
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        problems = [_problem(dict(detail), model) for detail in error.errors()]
+        details = [dict(detail) for detail in error.errors()]
+        problems = [_problem(detail, model) for detail in details if not _follows(detail, details)]
         raise FileProblemsError(path, problems) from error
 
 
@@ -115,6 +116,15 @@ def _key_path(location: Sequence[Any]) -> str:
         elif part != "[key]":
             path += f".{part}" if path else str(part)
     return path or "file"
+
+
+def _follows(detail: dict[str, Any], details: Sequence[dict[str, Any]]) -> bool:
+    """Return whether a list is only too short because an item of it is wrong."""
+    place = tuple(detail["loc"])
+    return detail["type"] == "too_short" and any(
+        len(other["loc"]) > len(place) and tuple(other["loc"][: len(place)]) == place
+        for other in details
+    )
 
 
 def _problem(detail: dict[str, Any], model: type[BaseModel]) -> FileProblem:

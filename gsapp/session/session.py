@@ -22,7 +22,7 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.events import Event, EventLog
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import EVENTS_NAME, FlightFolder, is_flight_folder
-from gsapp.flight.loading import load_flight
+from gsapp.flight.loading import damaged_events, load_flight
 from gsapp.flight.raw import RawDamage, RawTail
 from gsapp.flight.uniform import union
 from gsapp.foundation import FlightError
@@ -438,7 +438,10 @@ class Session:
         whole = () if self._flight is None else self._flight.remarks
         decoder = self.decoder
         said = () if decoder is None else decoder.health.sentences()
-        return (*(damage.sentence() for damage in self._damage()), *whole, *said)
+        lost = [damage.sentence() for damage in self._damage()]
+        if self.book.damaged and self._flight is None:
+            lost.append(damaged_events(self.book.damaged))
+        return (*lost, *whole, *said)
 
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
@@ -537,6 +540,8 @@ class Session:
             (*self.book.events, *self.messages()),
             key=lambda event: (event.time is None, event.time or 0.0),
         )
+        info = FlightFolder(path=self.path).info() if self.path.is_dir() else None
+        log = () if info is None or not info.onboard_log else (_beside(info.onboard_log),)
         # A log of another ground station has its damage in the file, not in a residue.
         torn = sum(each.places for each in damage) if self.path.is_file() else 0
         return Flight(
@@ -544,7 +549,7 @@ class Session:
             path=self.path,
             block=block,
             sources={name: self.sources[name] for name in block.channels},
-            info=FlightFolder(path=self.path).info() if self.path.is_dir() else None,
+            info=info,
             frames=None
             if health is None
             else FrameCounts(
@@ -554,7 +559,7 @@ class Session:
                 lost=health.lost,
             ),
             events=tuple(events),
-            remarks=self.remarks,
+            remarks=(*log, *self.remarks),
         )
 
     # What the user does
@@ -674,6 +679,13 @@ class Session:
                     )
                 except FlightError:
                     return  # a full disk: the alarm itself says so
+
+
+def _beside(log: str) -> str:
+    return (
+        f"this is the live record; the on-board log {log} holds more: 'gsapp export' joins the "
+        "two, and the log can be replayed by itself"
+    )
 
 
 def event_of(notice: Notice) -> Event:
