@@ -28,8 +28,8 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.events import EventLog
 from gsapp.flight.info import FlightInfo, current_versions, now
 from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
-from gsapp.flight.replacing import copy_atomically
-from gsapp.foundation import FlightError, read_toml, write_atomically
+from gsapp.flight.replacing import copy_atomically, write_whole
+from gsapp.foundation import FlightError, read_toml
 from gsapp.foundation.toml import validate
 
 INFO_NAME = "flight.toml"
@@ -199,7 +199,7 @@ class FlightFolder:
             else:
                 document[key] = value
         info = validate(self.info_file, document.unwrap(), FlightInfo)
-        self._write(self.info_file, tomlkit.dumps(document))
+        write_whole(self.info_file, tomlkit.dumps(document))
         return info
 
     def onboard_log(self) -> Path | None:
@@ -239,7 +239,7 @@ class FlightFolder:
                 "replace the other in the flight folder; rename one"
             )
         kept = tuple(
-            self._write(self.calibration_folder / name, content)
+            write_whole(self.calibration_folder / name, content)
             for name, content in contents.items()
         )
         for old in self.certificate_files():
@@ -268,7 +268,7 @@ class FlightFolder:
         return load_aircraft(self.aircraft_file) if self.aircraft_file.is_file() else None
 
     def _keep(self, source: Path, target: Path) -> Path:
-        return self._write(target, self._content(source))
+        return write_whole(target, self._content(source))
 
     @staticmethod
     def _content(source: Path) -> bytes:
@@ -280,15 +280,6 @@ class FlightFolder:
                 "path and the permissions"
             ) from error
 
-    def _write(self, target: Path, content: bytes | str) -> Path:
-        try:
-            return write_atomically(target, content)
-        except OSError as error:
-            raise FlightError(
-                f"{target} cannot be written ({error.strerror}); check the permissions and the "
-                "space on the disk"
-            ) from error
-
     def _write_new_info(self, info: FlightInfo | None) -> None:
         given = info or FlightInfo()
         filled = given.model_copy(
@@ -298,7 +289,7 @@ class FlightFolder:
                 "versions": dict(given.versions) or current_versions(),
             }
         )
-        self._write(self.info_file, tomlkit.dumps(filled.content()))
+        write_whole(self.info_file, tomlkit.dumps(filled.content()))
 
 
 def is_flight_folder(path: Path | str) -> bool:

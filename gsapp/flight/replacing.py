@@ -1,25 +1,18 @@
-"""Writing a file too long for memory, or by a library that writes for itself, atomically."""
+"""Replacing the files of a flight whole, with one clear sentence where the disk refuses."""
 
 from __future__ import annotations
 
 import contextlib
-import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, files
 
 
 @contextlib.contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Give a temporary path to write to, and put it in place of `path` if all went well.
-
-    Yields
-    ------
-    Path
-        An empty file in the same folder, with the same ending.
+    """Give a temporary file to write to, and put it in place of `path` if all went well.
 
     Raises
     ------
@@ -27,30 +20,29 @@ def replacing(path: Path | str) -> Iterator[Path]:
         If the disk refuses. What stood at `path` then still stands.
     """
     target = Path(path)
-    temporary: Path | None = None
     try:
         if target.is_dir():
             raise FlightError(f"{target} is a folder, where a file is meant; name a file")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent
-        )
-        os.close(handle)
-        temporary = Path(name)
-        yield temporary
-        with temporary.open("rb+") as stream:
-            os.fsync(stream.fileno())
-        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o644)
-        temporary.replace(target)
+        with files.replacing(target) as temporary:
+            yield temporary
     except OSError as error:
         raise FlightError(
             f"{target} cannot be written ({error.strerror or error}); check the path, the "
             "permissions and the space on the disk"
         ) from error
-    finally:
-        if temporary is not None:
-            with contextlib.suppress(OSError):
-                temporary.unlink()
+
+
+def write_whole(path: Path | str, content: bytes | str) -> Path:
+    """Write a whole file as `gsapp.foundation.write_atomically` does.
+
+    Raises
+    ------
+    FlightError
+        If the disk refuses. What stood at `path` then still stands.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
+    return Path(path)
 
 
 def copy_atomically(source: Path | str, target: Path | str) -> Path:
