@@ -32,6 +32,18 @@ _WINDOW = 9
 _UNKNOWN_PERIOD = 1_000_000
 _TURN = 2.0 * np.pi
 BoolArray = npt.NDArray[np.bool_]
+ColumnIndex = slice | npt.NDArray[np.intp]
+
+
+def columns_at(places: Sequence[int] | npt.NDArray[np.intp]) -> ColumnIndex:
+    """Return columns of a matrix as an index; a slice, which is far quicker, where one does."""
+    found = np.asarray(places, dtype=np.intp)
+    if not found.size:
+        return slice(0, 0)
+    step = int(found[1] - found[0]) if found.size > 1 else 1
+    if step < 1 or (np.diff(found) != step).any():
+        return found
+    return slice(int(found[0]), int(found[-1]) + 1, step)
 
 
 class Grid:
@@ -57,13 +69,14 @@ class Grid:
 
     def times(self, first: int, count: int) -> FloatArray:
         """Return the times of rows `first` and following, s."""
-        rows = np.arange(first, first + count, dtype=np.int64)
-        return rows * self.denominator / self.numerator
+        start = first * self.denominator
+        stop = (first + count) * self.denominator
+        return np.arange(start, stop, self.denominator, dtype=np.int64) / self.numerator
 
     def micros(self, first: int, count: int) -> FloatArray:
         """Return the times of rows `first` and following, us."""
-        rows = np.arange(first, first + count, dtype=np.int64)
-        return rows * self.step / self.numerator
+        start, stop = first * self.step, (first + count) * self.step
+        return np.arange(start, stop, self.step, dtype=np.int64) / self.numerator
 
     def at_or_after(self, time: int) -> int:
         """Return the first row at or after a time (us)."""
@@ -92,6 +105,10 @@ class Rows:
     def end(self) -> int:
         """Return the row after the last."""
         return self.first + len(self.values)
+
+    def of(self, columns: ColumnIndex) -> Rows:
+        """Return the same rows with these columns only."""
+        return Rows(self.first, self.values[:, columns], self.silent)
 
 
 class _Plan:
@@ -177,8 +194,8 @@ class Gridder:
         self.first: tuple[int, int] | None = None
         self._grid = grid
         self._longest = grid.longest * grid.step
-        self._circular = np.flatnonzero(circular) if circular.any() else None
-        self._stepwise = np.flatnonzero(stepwise) if stepwise.any() else None
+        self._circular = columns_at(np.flatnonzero(circular)) if circular.any() else None
+        self._stepwise = columns_at(np.flatnonzero(stepwise)) if stepwise.any() else None
         self._fallback = fallback
         self._value: FloatArray = np.full((1, circular.size), np.nan)
         self._next = 0
@@ -280,17 +297,17 @@ class Gridder:
 
     def _between(self, plan: _Plan, samples: FloatArray) -> FloatArray:
         """Return values of planned rows. On a sample both ends are that sample."""
-        lower: FloatArray = samples.take(plan.before, axis=0)
-        upper: FloatArray = samples.take(plan.after, axis=0)
-        weight = np.array(plan.weights)[:, np.newaxis]
-        values: FloatArray = lower * (1.0 - weight) + upper * weight
+        ends = samples.take((plan.before, plan.after), axis=0)
+        shares = np.array(([1.0 - weight for weight in plan.weights], plan.weights))
+        lower, upper = ends * shares[:, :, np.newaxis]
+        values: FloatArray = lower + upper
         if self._circular is not None:
-            start = lower[:, self._circular]
-            turn = upper[:, self._circular] - start
+            start, stop = ends[:, :, self._circular]
+            turn = stop - start
             turn -= _TURN * np.rint(turn / _TURN)
-            values[:, self._circular] = start + weight * turn
+            values[:, self._circular] = start + shares[1][:, np.newaxis] * turn
         if self._stepwise is not None:
-            values[:, self._stepwise] = lower[:, self._stepwise]
+            values[:, self._stepwise] = ends[0][:, self._stepwise]
         if plan.gaps:
             values[plan.gaps] = np.nan
         return values

@@ -18,7 +18,7 @@ from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
 from gsapp.decoding.derived import LONGEST_HOLD, Derivation, SlowInput, derivations_for
-from gsapp.decoding.grid import Grid, Gridder, Rows
+from gsapp.decoding.grid import ColumnIndex, Grid, Gridder, Rows, columns_at
 from gsapp.decoding.merging import Merger
 from gsapp.decoding.stream import Columns, Stream
 from gsapp.quantities import Block, FloatArray
@@ -59,42 +59,57 @@ class _Step:
 
 @dataclass(slots=True)
 class _Group:
-    """Channels that share their rows."""
+    """Channels that share their rows: its own, then the derived ones.
 
-    channels: list[str]
-    emitted: list[int]
+    A group with `join` takes its own channels from other groups, and emits the derived ones only.
+    """
+
+    channels: tuple[str, ...]
+    width: int
+    join: _Join | None = None
     steps: list[_Step] = field(default_factory=list)
     ready: list[Rows] = field(default_factory=list)
+
+    @property
+    def emitted(self) -> tuple[str, ...]:
+        """Return the channels of its blocks."""
+        return self.channels if self.join is None else self.channels[self.width :]
 
     def derive(self, grid: Grid, rows: Rows) -> Rows:
         """Add the derived columns."""
         if not self.steps:
             return rows
-        width = rows.values.shape[1]
-        values = np.empty((len(rows.values), width + len(self.steps)))
-        values[:, :width] = rows.values
+        # Each channel in a row of its own: a function may round differently on a strided one.
+        table = np.empty((len(self.channels), len(rows.values)))
+        table[: self.width] = rows.values.T
         micros: FloatArray | None = None
-        for place, step in enumerate(self.steps, start=width):
+        for place, step in enumerate(self.steps, start=self.width):
             inputs = []
             for each in step.inputs:
                 if isinstance(each, SlowInput):
                     if micros is None:
-                        micros = grid.micros(rows.first, len(values))
+                        micros = grid.micros(rows.first, len(rows.values))
                     inputs.append(each.at(micros))
                 else:
-                    # A column of its own: a function may round differently on a strided one.
-                    inputs.append(np.ascontiguousarray(values[:, each]))
-            values[:, place] = step.derivation.compute(*inputs)
-        return Rows(rows.first, values)
+                    inputs.append(table[each])
+            table[place] = step.derivation.compute(*inputs)
+        return Rows(rows.first, table.T)
+
+    def block(self, grid: Grid, rows: Rows) -> Block:
+        """Return rows, derived columns included, as a block."""
+        return Block.trusted(
+            self.emitted,
+            grid.times(rows.first, len(rows.values)),
+            rows.values if self.join is None else rows.values[:, self.width :],
+        )
 
 
 @dataclass(slots=True)
 class _Join:
     """Rows of several groups, where all of them have one."""
 
-    parents: list[tuple[_Group, list[int]]]
+    parents: list[tuple[_Group, int]]
     waiting: list[deque[Rows]]
-    group: _Group
 
     def pull(self) -> list[Rows]:
         for queue, (parent, _) in zip(self.waiting, self.parents, strict=True):
@@ -106,10 +121,10 @@ class _Join:
             end = min(head.end for head in heads)
             if first < end:
                 parts = [
-                    head.values[first - head.first : end - head.first][:, columns]
-                    for head, (_, columns) in zip(heads, self.parents, strict=True)
+                    head.values[first - head.first : end - head.first, column]
+                    for head, (_, column) in zip(heads, self.parents, strict=True)
                 ]
-                found.append(Rows(first, np.concatenate(parts, axis=1)))
+                found.append(Rows(first, np.column_stack(parts)))
             for queue in self.waiting:
                 while queue and queue[0].end <= end:
                     queue.popleft()
@@ -168,10 +183,9 @@ class Pipeline:
         )
         self.sources: dict[str, ChannelSource] = {}
         self._groups: list[_Group] = []
-        self._direct: list[tuple[list[int], _Group] | None] = [None] * len(self.streams)
+        self._direct: list[tuple[ColumnIndex | None, _Group] | None] = [None] * len(self.streams)
         self._mergers: list[tuple[Merger, _Group]] = []
-        self._merged: list[list[tuple[Merger, int, list[int]]]] = [[] for _ in self.streams]
-        self._joins: list[_Join] = []
+        self._merged: list[list[tuple[Merger, int, ColumnIndex]]] = [[] for _ in self.streams]
         self._slow: dict[str, SlowInput] = {}
         self._slow_feeds: list[list[tuple[SlowInput, int, int]]] = [[] for _ in self.streams]
         self._candidates = self._find_candidates()
@@ -221,40 +235,27 @@ class Pipeline:
             return
         direct = self._direct[stream]
         if direct is not None:
-            columns_of, group = direct
-            every = len(columns_of) == values.shape[1]
-            group.ready += rows if every else [Rows(r.first, r.values[:, columns_of]) for r in rows]
+            own, group = direct
+            group.ready += rows if own is None else [each.of(own) for each in rows]
         for merger, source, chosen in self._merged[stream]:
-            merger.push(source, [Rows(r.first, r.values[:, chosen], r.silent) for r in rows])
+            merger.push(source, [each.of(chosen) for each in rows])
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
         """Return the blocks that are complete; see `Merger.pull` for the parameters."""
         for merger, group in self._mergers:
             group.ready += merger.pull(first, now, final=final)
-        joins = {id(join.group): join for join in self._joins}
         blocks: list[Block] = []
         for group in self._groups:
-            join = joins.get(id(group))
-            if join is not None:
-                group.ready += join.pull()
-            if not group.ready:
-                continue
-            group.ready = [group.derive(self.grid, rows) for rows in group.ready]
-            if group.emitted:
-                blocks += [self._block(group, rows) for rows in group.ready]
+            if group.join is not None:
+                group.ready += group.join.pull()
+            if group.ready:
+                group.ready = [group.derive(self.grid, rows) for rows in group.ready]
+                blocks += [group.block(self.grid, rows) for rows in group.ready]
         for group in self._groups:
             group.ready = []
         for slow in self._slow.values():
             slow.forget(now - _FORGET)
         return blocks
-
-    def _block(self, group: _Group, rows: Rows) -> Block:
-        every = len(group.emitted) == len(group.channels)
-        return Block(
-            channels=tuple(group.channels[place] for place in group.emitted),
-            times=self.grid.times(rows.first, len(rows.values)),
-            values=rows.values if every else rows.values[:, group.emitted],
-        )
 
     def _find_candidates(self) -> dict[str, list[tuple[int, int]]]:
         """Return (stream, column) of every source of every channel, the better first."""
@@ -286,7 +287,9 @@ class Pipeline:
                 competing.setdefault(tuple(number for number, _ in places), []).append(name)
         for number, names in sorted(alone.items()):
             group = self._new_group(names)
-            self._direct[number] = ([self._candidates[name][0][1] for name in names], group)
+            own = [self._candidates[name][0][1] for name in names]
+            every = len(own) == len(self.streams[number].outputs)
+            self._direct[number] = (None if every else columns_at(own), group)
         for numbers, names in competing.items():
             group = self._new_group(names)
             merger = Merger(
@@ -298,10 +301,10 @@ class Pipeline:
             self._mergers.append((merger, group))
             for source, number in enumerate(numbers):
                 columns = [self._candidates[name][source][1] for name in names]
-                self._merged[number].append((merger, source, columns))
+                self._merged[number].append((merger, source, columns_at(columns)))
 
-    def _new_group(self, names: Sequence[str]) -> _Group:
-        group = _Group(channels=list(names), emitted=list(range(len(names))))
+    def _new_group(self, names: Sequence[str], join: _Join | None = None) -> _Group:
+        group = _Group(channels=tuple(names), width=len(names), join=join)
         self._groups.append(group)
         return group
 
@@ -314,8 +317,7 @@ class Pipeline:
                 for name in derivation.slow
             ]
             group.steps.append(_Step(derivation, inputs))
-            group.emitted.append(len(group.channels))
-            group.channels.append(derivation.output)
+            group.channels += (derivation.output,)
             used = [self.sources[name] for name in derivation.inputs]
             arrival = any(self.sources[name].timing == "arrival" for name in derivation.quick)
             self.sources[derivation.output] = ChannelSource(
@@ -331,19 +333,12 @@ class Pipeline:
         if all(home is homes[0] for home in homes):
             return homes[0]
         parents = [
-            (home, [home.channels.index(name)]) for home, name in zip(homes, names, strict=True)
+            (home, home.channels.index(name)) for home, name in zip(homes, names, strict=True)
         ]
-        group = _Group(channels=list(names), emitted=[])
-        self._groups.append(group)
-        self._joins.append(_Join(parents=parents, waiting=[deque() for _ in parents], group=group))
-        return group
+        return self._new_group(names, _Join(parents=parents, waiting=[deque() for _ in parents]))
 
     def _home(self, name: str) -> _Group:
-        return next(
-            group
-            for group in self._groups
-            if name in group.channels and group.channels.index(name) in group.emitted
-        )
+        return next(group for group in self._groups if name in group.emitted)
 
     def _slow_input(self, name: str) -> SlowInput:
         if name not in self._slow:

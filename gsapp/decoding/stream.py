@@ -12,6 +12,7 @@ from calibration import Certificate
 from calibration.certificate import reference_ratio
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
 from gsapp.decoding.conversions import CONVERSIONS, Conversion
+from gsapp.decoding.grid import columns_at
 from gsapp.quantities import FloatArray, base_id, channel, to_si
 
 _CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
@@ -91,8 +92,10 @@ class _Calibrations:
 
     def evaluate(
         self, volts: FloatArray, excitation: FloatArray | None
-    ) -> tuple[FloatArray, BoolArray]:
+    ) -> tuple[FloatArray, BoolArray | None]:
         """Return SI values and where volts were outside what was calibrated, shape (n, m).
+
+        None stands for nowhere.
 
         The same steps as `Certificate.evaluate`, so the same numbers to the last bit.
         """
@@ -106,9 +109,9 @@ class _Calibrations:
         values: FloatArray = self._coefficients[-1]
         for coefficient in reversed(self._coefficients[:-1]):
             values = values * inside + coefficient
-        if outside.any():
-            values += beyond * np.where(below, self._low_slope, self._high_slope)
-        return values, outside
+        if not outside.any():
+            return values, None
+        return values + beyond * np.where(below, self._low_slope, self._high_slope), outside
 
 
 class Stream:
@@ -156,7 +159,7 @@ class Stream:
         factors = [linear_factors(output.entry) for output in outputs]
         self._factor = np.array([factor for factor, _ in factors])
         self._offset = np.array([offset for _, offset in factors])
-        self._calibrated = np.array([place for place, _ in calibrated], dtype=np.intp)
+        self._calibrated = columns_at([place for place, _ in calibrated])
         self._calibrations = _Calibrations([each for _, each in calibrated]) if calibrated else None
         self._plan_fields()
         supply = [i for i, output in enumerate(outputs) if output.channel == "excitation"]
@@ -209,9 +212,7 @@ class Stream:
         outside: BoolArray | None = None
         if self._calibrations is not None:
             supply = None if self._supply is None else values[:, self._supply]
-            calibrated, outside = self._calibrations.evaluate(
-                values.take(self._calibrated, axis=1), supply
-            )
+            calibrated, outside = self._calibrations.evaluate(values[:, self._calibrated], supply)
             values[:, self._calibrated] = calibrated
         finite = np.isfinite(values)
         if not finite.all():
@@ -244,7 +245,7 @@ class Stream:
         clipped: BoolArray | None = None
         if self._ranges is not None:
             clipped = (values <= self._ranges[0]) | (values >= self._ranges[1])
-        if outside is not None and outside.any():
+        if outside is not None:
             if clipped is None:
                 clipped = np.zeros(values.shape, dtype=bool)
             clipped[:, self._calibrated] |= outside
@@ -277,7 +278,7 @@ class Stream:
             if entry.valid:
                 self._valid.append((place, FieldRef(field=entry.valid)))
         self._arrays = [
-            (name, np.array(elements, dtype=np.intp), np.array(places, dtype=np.intp))
+            (name, np.array(elements, dtype=np.intp), columns_at(places))
             for name, (elements, places) in gathered.items()
         ]
         self._missing_places = np.array([place for place, _ in missing], dtype=np.intp)

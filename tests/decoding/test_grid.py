@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.decoding.grid import LONGEST_FILL, Grid, Gridder, Rows
+from gsapp.decoding.grid import LONGEST_FILL, Grid, Gridder, Rows, columns_at
 from gsapp.decoding.merging import Merger
 
 
@@ -143,6 +143,15 @@ def test_impossible_rates_are_refused() -> None:
     """A rate of nothing says which rates there are."""
     with pytest.raises(ValueError, match="rows per second"):
         Grid(0.0)
+
+
+@pytest.mark.parametrize("places", [[], [3], [0, 1, 2], [1, 3, 5], [2, 0], [0, 1, 3], [4, 4]])
+def test_columns_are_picked_alike_by_slice_and_by_list(places: list[int]) -> None:
+    """Evenly spaced columns are a slice; either way the columns are those asked for."""
+    matrix = np.arange(12.0).reshape(2, 6)
+    np.testing.assert_array_equal(
+        matrix[:, columns_at(places)], matrix[:, np.array(places, dtype=int)]
+    )
 
 
 @given(

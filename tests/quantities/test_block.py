@@ -46,6 +46,20 @@ def test_shapes_and_names_must_fit(channels: tuple[str, ...], shape: tuple[int, 
         Block(channels=channels, times=np.arange(2.0), values=np.zeros(shape))
 
 
+def test_a_trusted_block_is_the_same_without_a_copy() -> None:
+    """It takes the very arrays, which nobody can change from then on, and reads alike."""
+    times, values = np.arange(3.0), np.arange(6.0).reshape(3, 2)
+    trusted = Block.trusted(("p", "q"), times, values)
+    checked = Block(channels=("p", "q"), times=times, values=values)
+    assert trusted.times is times
+    assert trusted.values is values
+    assert trusted.channels == checked.channels
+    np.testing.assert_array_equal(trusted["q"], checked["q"])
+    np.testing.assert_array_equal(trusted.between(1.0, 2.0).values, [[2.0, 3.0]])
+    with pytest.raises(ValueError, match="read-only"):
+        values[0, 0] = 9.0
+
+
 def test_unknown_channels_fail_with_the_nearest_known() -> None:
     with pytest.raises(UnknownNameError, match="did you mean alpha"):
         Block(channels=("alfa",), times=np.zeros(1), values=np.zeros((1, 1)))
