@@ -26,7 +26,8 @@ from gsapp.flight.loading import damaged_events, load_flight
 from gsapp.flight.raw import RawDamage, RawTail
 from gsapp.flight.uniform import union
 from gsapp.foundation import FlightError
-from gsapp.session.alarms import Alarm, AlarmBoard, AlarmWatch
+from gsapp.session.alarm_watch import AlarmWatch
+from gsapp.session.alarms import Alarm, AlarmBoard
 from gsapp.session.equipment import (
     DiskView,
     EquipmentMonitor,

@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block
-from gsapp.session.alarms import Alarm, AlarmBoard, LimitMonitor, PresenceMonitor
+from gsapp.session.alarms import Alarm, AlarmBoard
+from gsapp.session.limit_monitor import LimitMonitor
 from gsapp.session.limits import LimitRule, LimitSet, Severity, load_limits
+from gsapp.session.presence import PresenceMonitor
 
 RATE = 100.0
 DEG = np.pi / 180.0

@@ -1,0 +1,315 @@
+"""Watching samples against limits.
+
+What comes out depends on the samples only: not on how they were cut into blocks, and not on when
+they arrived.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.quantities import Block, FloatArray
+from gsapp.session.alarms import AlarmBoard
+from gsapp.session.limits import LimitRule, LimitSet, Severity
+
+
+class _Threshold:
+    """One threshold of one side: a latch with hysteresis and a least duration.
+
+    Values and limits come multiplied by the sign of the side, so that beyond is always above.
+    """
+
+    __slots__ = ("back", "on", "peak", "pending_peak", "since", "threshold")
+
+    def __init__(self, threshold: float, hysteresis: float) -> None:
+        self.threshold = threshold
+        self.back = threshold - hysteresis
+        self.on = False
+        # Index from which the value has been beyond (when off) or back (when on).
+        self.since: int | None = None
+        self.pending_peak = -math.inf
+        self.peak = -math.inf
+
+    def interrupt(self) -> None:
+        """Forget a change under way, at a gap in the samples; the state stays."""
+        self.since = None
+        self.pending_peak = -math.inf
+
+    def sleep(self) -> None:
+        """Return to the state before the first sample."""
+        self.interrupt()
+        self.on = False
+        self.peak = -math.inf
+
+    def quiet(self, lowest: float, highest: float) -> bool:
+        """Take in samples between two values, none missing, if they change nothing."""
+        if self.on:
+            if lowest <= self.back:
+                return False
+            self.peak = max(self.peak, highest)
+        elif highest > self.threshold:
+            return False
+        self.interrupt()
+        return True
+
+    def watch(self, first: int, values: FloatArray, needed: int) -> list[tuple[int, bool, float]]:
+        """Take in samples from index `first` on; return the changes as (index, on, peak)."""
+        # 0 back, 1 between, 2 beyond, 3 missing
+        code = np.full(values.size, 1, dtype=np.int8)
+        code[values > self.threshold] = 2
+        code[values <= self.back] = 0
+        code[np.isnan(values)] = 3
+        changes: list[tuple[int, bool, float]] = []
+        cuts = np.flatnonzero(np.diff(code)) + 1
+        begins = [0, *cuts.tolist()]
+        ends = [*cuts.tolist(), values.size]
+        for begin, end in zip(begins, ends, strict=True):
+            self._run(first, begin, end, int(code[begin]), values, needed, changes)
+        return changes
+
+    def _run(
+        self,
+        first: int,
+        begin: int,
+        end: int,
+        code: int,
+        values: FloatArray,
+        needed: int,
+        changes: list[tuple[int, bool, float]],
+    ) -> None:
+        if code == 3:
+            self.interrupt()
+            return
+        highest = float(np.max(values[begin:end]))
+        if self.on:
+            self.peak = max(self.peak, highest)
+        if code != (0 if self.on else 2):
+            self.interrupt()
+            return
+        if self.since is None:
+            self.since = first + begin
+        self.pending_peak = max(self.pending_peak, highest)
+        at = self.since + needed - 1
+        if at < first + end:
+            self.on = not self.on
+            if self.on:
+                self.peak = self.pending_peak
+            changes.append((at, self.on, self.peak))
+            self.interrupt()
+
+
+class _Step(NamedTuple):
+    """A change of severity at a sample, and the farthest value until then."""
+
+    place: int
+    key: str
+    severity: Severity
+    value: float
+
+
+class _Watch:
+    """One rule at work on the samples of its channel."""
+
+    def __init__(self, rule: LimitRule, rate: float) -> None:
+        self.rule = rule
+        self._sign = 1.0 if rule.side == "high" else -1.0
+        self._needed = max(1, round(rule.duration * rate))
+        limits = ((Severity.CAUTION, rule.caution), (Severity.WARNING, rule.warning))
+        self._latches = {
+            severity: _Threshold(self._sign * limit, rule.hysteresis)
+            for severity, limit in limits
+            if limit is not None
+        }
+        self._told = dict.fromkeys(self._latches, False)
+        self._armed = rule.armed_at is None
+        self._next: int | None = None
+
+    @property
+    def peak(self) -> float:
+        """Return the farthest value since the alarm went on, SI."""
+        # The lesser threshold is on whenever the other is.
+        return self._sign * next(iter(self._latches.values())).peak
+
+    @property
+    def on(self) -> bool:
+        """Return whether any threshold is on."""
+        return any(latch.on for latch in self._latches.values())
+
+    def quiet_between(self) -> tuple[float, float] | None:
+        """Return between which values samples change nothing at all; None if any may."""
+        if any(latch.on or latch.since is not None for latch in self._latches.values()):
+            return None
+        low, high = -math.inf, math.inf
+        if self._armed:
+            high = min(latch.threshold for latch in self._latches.values())
+            if self.rule.asleep_at is not None:
+                high = min(high, self._sign * self.rule.asleep_at)
+        elif self.rule.armed_at is not None:
+            low = self._sign * self.rule.armed_at
+        return (low, high) if self._sign > 0 else (-high, -low)
+
+    def feed(self, first: int, values: FloatArray) -> list[_Step]:
+        """Take in samples from index `first` on; return where the severity changed."""
+        if self._next is not None and first != self._next:
+            for latch in self._latches.values():
+                latch.interrupt()
+        self._next = first + values.size
+        signed = values if self._sign > 0 else -values
+        if self.rule.armed_at is None:
+            return self._watch(first, signed)
+        found: list[_Step] = []
+        for begin, end, armed in self._wakes(signed):
+            if armed:
+                found += self._watch(first + begin, signed[begin:end])
+            elif self._armed:
+                found += self._fall_asleep(first + begin)
+            self._armed = armed
+        return found
+
+    def _watch(self, first: int, signed: FloatArray) -> list[_Step]:
+        lowest, highest = float(np.min(signed)), float(np.max(signed))
+        changes: list[tuple[int, Severity, bool, float]] = []
+        for severity, latch in self._latches.items():
+            if math.isnan(lowest) or not latch.quiet(lowest, highest):
+                found = latch.watch(first, signed, self._needed)
+                changes += [(index, severity, on, peak) for index, on, peak in found]
+        steps = []
+        for index, severity, on, peak in sorted(changes):
+            self._told[severity] = on
+            steps.append(_Step(index, self.rule.key, self._severity(), self._sign * peak))
+        return steps
+
+    def _fall_asleep(self, index: int) -> list[_Step]:
+        was, peak = self._severity(), self.peak
+        for severity, latch in self._latches.items():
+            latch.sleep()
+            self._told[severity] = False
+        return [_Step(index, self.rule.key, Severity.NORMAL, peak)] if was else []
+
+    def _severity(self) -> Severity:
+        return max((each for each, on in self._told.items() if on), default=Severity.NORMAL)
+
+    def _wakes(self, signed: FloatArray) -> list[tuple[int, int, bool]]:
+        """Return stretches (begin, end, armed): armed by safe values, put to sleep by far ones."""
+        safe = self._sign * (self.rule.armed_at or 0.0)
+        far = math.inf if self.rule.asleep_at is None else self._sign * self.rule.asleep_at
+        places = np.flatnonzero((signed < safe) | (signed > far))
+        wakes = np.asarray(signed[places] < safe)
+        before = np.concatenate((np.array([self._armed]), wakes[:-1]))[: wakes.size]
+        turns = places[np.flatnonzero(wakes != before)].tolist()
+        stretches = []
+        begin, armed = 0, self._armed
+        for turn in turns:
+            if turn > begin:
+                stretches.append((begin, turn, armed))
+            begin, armed = turn, not armed
+        stretches.append((begin, signed.size, armed))
+        return stretches
+
+
+class _Watched(NamedTuple):
+    """The rules of one channel, and its place among all channels."""
+
+    place: int
+    watches: list[_Watch]
+
+
+class LimitMonitor:
+    """Watches the samples of all channels against their limits, and raises alarms.
+
+    Parameters
+    ----------
+    limits : LimitSet
+        The rules.
+    board : AlarmBoard
+        Where the alarms go.
+    rate : float
+        Of the grid, Hz.
+    """
+
+    def __init__(self, limits: LimitSet, board: AlarmBoard, rate: float) -> None:
+        self._limits = limits
+        self._board = board
+        self._rate = rate
+        self._channels: dict[str, _Watched] = {}
+        self._places: dict[tuple[str, ...], npt.NDArray[np.int64]] = {}
+        # Between these nothing happens, by the place of the channel; empty where it might.
+        self._lowest = np.empty(0)
+        self._highest = np.empty(0)
+
+    def reset(self) -> None:
+        """Forget every sample seen. The board is the owner's to reset."""
+        self._channels.clear()
+        self._places.clear()
+        self._lowest = self._highest = np.empty(0)
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels, on consecutive places of the grid."""
+        if not len(block):
+            return
+        first = round(float(block.times[0]) * self._rate)
+        places = self._places_of(block.channels)
+        # The usual case, all columns at once: nobody near a limit, nothing pending.
+        lows = np.fmin.reduce(block.values, axis=0)
+        highs = np.fmax.reduce(block.values, axis=0)
+        lowest, highest = self._lowest[places], self._highest[places]
+        stirred = (lows < lowest) | (highs > highest) | np.isnan(lowest)
+        if not stirred.any():
+            return
+        steps: list[tuple[_Step, LimitRule]] = []
+        touched: list[_Watch] = []
+        for column in np.flatnonzero(stirred).tolist():
+            watched = self._channels[block.channels[column]]
+            for watch in watched.watches:
+                steps += [(step, watch.rule) for step in watch.feed(first, block.values[:, column])]
+                if watch.on:
+                    touched.append(watch)
+            self._set_quiet(watched)
+        for step, rule in sorted(steps, key=lambda pair: pair[0][:2]):
+            if step.severity is Severity.NORMAL:
+                self._board.reach(step.key, step.value)
+                self._board.clear(step.key)
+            else:
+                self._board.raise_(
+                    step.key,
+                    step.severity,
+                    step.place / self._rate,
+                    rule.words(step.severity),
+                    rule=rule,
+                    value=step.value,
+                )
+        for watch in touched:
+            self._board.reach(watch.rule.key, watch.peak)
+
+    def _places_of(self, channels: tuple[str, ...]) -> npt.NDArray[np.int64]:
+        found = self._places.get(channels)
+        if found is None:
+            for channel_id in channels:
+                if channel_id not in self._channels:
+                    rules = self._limits.rules(channel_id)
+                    watched = _Watched(
+                        len(self._channels), [_Watch(rule, self._rate) for rule in rules]
+                    )
+                    self._channels[channel_id] = watched
+                    self._lowest = np.append(self._lowest, 0.0)
+                    self._highest = np.append(self._highest, 0.0)
+                    self._set_quiet(watched)
+            found = np.array([self._channels[name].place for name in channels], dtype=np.int64)
+            self._places[channels] = found
+        return found
+
+    def _set_quiet(self, watched: _Watched) -> None:
+        low, high = -math.inf, math.inf
+        for watch in watched.watches:
+            quiet = watch.quiet_between()
+            # While something is under way even a missing sample matters, and so does any value.
+            low, high = (
+                (math.nan, math.nan) if quiet is None else (max(low, quiet[0]), min(high, quiet[1]))
+            )
+            if quiet is None:
+                break
+        self._lowest[watched.place], self._highest[watched.place] = low, high

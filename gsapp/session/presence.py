@@ -1,0 +1,136 @@
+"""Watching for messages that stay away."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.quantities import Block
+from gsapp.session.alarms import AlarmBoard
+from gsapp.session.limits import Severity
+
+
+class PresenceMonitor:
+    """Raises an alarm for a message that stays away while others still come.
+
+    Instruments are watched by the message that carries them: one alarm for a box that falls
+    silent, not one for each of its channels.
+
+    Presence is kept in ticks of a quarter of a second of flight time, each judged a second
+    late, when all that belongs to it has arrived; so a replay judges as the live flight did.
+
+    Parameters
+    ----------
+    board : AlarmBoard
+        Where the alarms go.
+    group : callable
+        What carries a channel, from its id; None for a channel that is not watched.
+    patience : float
+        Seconds of silence after which it counts as lost.
+    """
+
+    TICK = 0.25
+    _DELAY = 4  # ticks
+
+    def __init__(
+        self, board: AlarmBoard, group: Callable[[str], str | None], patience: float = 3.0
+    ) -> None:
+        self._board = board
+        self._group = group
+        self._patience = max(1, math.ceil(patience / self.TICK))
+        self._members: dict[tuple[str, ...], dict[str, list[int]]] = {}
+        self._front: int | None = None
+        self._judged: int | None = None
+        self._last: dict[str, int] = {}
+        self._coming: dict[str, list[npt.NDArray[np.int64]]] = {}
+
+    def reset(self) -> None:
+        """Forget every sample seen."""
+        self._front = self._judged = None
+        self._last.clear()
+        self._coming.clear()
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        if not len(block):
+            return
+        ticks = np.floor_divide(block.times + 1e-6, self.TICK).astype(np.int64)
+        missing: npt.NDArray[np.bool_] = np.isnan(block.values)
+        if missing.any():
+            present = np.logical_not(missing)
+            rows = np.flatnonzero(np.any(present, axis=1))
+            if not rows.size:
+                return
+            newest = int(ticks[rows[-1]])
+            for name, members in self._groups(block.channels).items():
+                self._note(name, ticks[np.any(present[:, members], axis=1)])
+        else:
+            newest = int(ticks[-1])
+            for name in self._groups(block.channels):
+                self._note(name, ticks)
+        self._front = newest if self._front is None else max(self._front, newest)
+        if self._judged is None:
+            self._judged = int(ticks[0]) - 1
+
+    def _groups(self, channels: tuple[str, ...]) -> dict[str, list[int]]:
+        """Return the columns of a block by what carries them."""
+        found = self._members.get(channels)
+        if found is None:
+            found = self._members[channels] = {}
+            for column, channel_id in enumerate(channels):
+                name = self._group(channel_id)
+                if name is not None:
+                    found.setdefault(name, []).append(column)
+        return found
+
+    def _note(self, name: str, ticks: npt.NDArray[np.int64]) -> None:
+        if ticks.size:
+            self._coming.setdefault(name, []).append(ticks)
+
+    def settle(self) -> None:
+        """Judge the ticks whose time has come; once after all blocks of a step."""
+        if self._front is None or self._judged is None:
+            return
+        last = self._front - self._DELAY
+        if last <= self._judged:
+            return
+        lost: list[tuple[int, str, bool]] = []
+        for name, parts in self._coming.items():
+            seen = np.unique(np.concatenate(parts)) if parts else np.empty(0, np.int64)
+            due = seen[seen <= last]
+            self._coming[name] = [seen[seen > last]] if due.size < seen.size else []
+            lost += self._silences(name, due, last)
+        for tick, name, silent in sorted(lost):
+            key = f"{name}:silent"
+            if silent:
+                words = f"{name} stays away, while others come: check what sends it"
+                self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
+            else:
+                self._board.clear(key)
+        self._judged = last
+
+    def _silences(
+        self, name: str, due: npt.NDArray[np.int64], last: int
+    ) -> list[tuple[int, str, bool]]:
+        """Return where a message stayed away (True) and where it came again (False)."""
+        patience = self._patience
+        before = self._last.get(name)
+        spoken = due if before is None else np.union1d(np.array([before]), due)
+        if not spoken.size:
+            return []
+        found: list[tuple[int, str, bool]] = []
+        judged = self._judged if self._judged is not None else last
+        for place in np.flatnonzero(np.diff(spoken) > patience).tolist():
+            falls = int(spoken[place]) + patience
+            if falls > judged:
+                found.append((falls, name, True))
+            found.append((int(spoken[place + 1]), name, False))
+        newest = int(spoken[-1])
+        falls = newest + patience
+        if judged < falls <= last:
+            found.append((falls, name, True))
+        self._last[name] = newest
+        return found
