@@ -44,6 +44,11 @@ class Merger:
         self._start = 0
         self._begun = False
 
+    @property
+    def waiting(self) -> int:
+        """Return how many pieces of rows wait for a decision."""
+        return sum(map(len, self._rows))
+
     def push(self, source: int, rows: Sequence[Rows]) -> None:
         """Take rows of a source, with the columns of this merger's channels only."""
         self._rows[source].extend(rows)
@@ -69,11 +74,18 @@ class Merger:
         while True:
             piece, end = self._decide(self._next, now, final=final)
             if end == self._next:
+                self._forget()
                 return found
             if piece is not None:
                 found.append(piece)
                 self._begun = True
             self._next = end
+
+    def _forget(self) -> None:
+        """Let go of rows that are decided: while a better source lives, nobody asks the others."""
+        for rows in self._rows:
+            while rows and rows[0].end <= (self._next or 0):
+                rows.popleft()
 
     def _decide(self, row: int, now: int, *, final: bool) -> tuple[Rows | None, int]:
         """Return the rows from `row` on that are decided alike, and the row after them."""
