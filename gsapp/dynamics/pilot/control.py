@@ -31,6 +31,8 @@ class Feel:
         In level flight; and its change for each m/s more.
     turn_pull : float
         Pitch stick for each unit of (1/cos(bank) - 1).
+    turn_roll : float
+        Roll stick for each unit of sin(bank), against the bank's steepening by itself.
     turn_yaw : float
         Yaw stick for each unit of sin(bank), for a turn without sideslip.
     flap_travel : float
@@ -46,6 +48,7 @@ class Feel:
     throttle: float
     throttle_slope: float
     turn_pull: float
+    turn_roll: float
     turn_yaw: float
     flap_travel: float
 
@@ -137,6 +140,7 @@ class RollKeeper:
             self._hold = min(max(self._hold, -0.1), 0.1)
         firmness = min(self._feel.speed / max(view.speed, 0.6 * self._feel.speed), 1.7)
         roll = self._hold + firmness * self._gain * miss
+        roll += self._feel.turn_roll * math.sin(view.bank)
         yaw = self._coordination * self._feel.turn_yaw * math.sin(view.bank)
         return roll, yaw
 

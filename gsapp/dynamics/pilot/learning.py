@@ -64,6 +64,7 @@ def learn(model: FlightModel, speed: float, density: float) -> Feel:
         throttle=now["throttle"],
         throttle_slope=(now["throttle"] - slower.controls["throttle"]) / (0.05 * speed),
         turn_pull=pull / controls.de.full_stick_high,
+        turn_roll=turn.controls["da"] / math.sin(_BANK) / controls.da.full_stick_high,
         turn_yaw=turn.controls["dr"] / math.sin(_BANK) / controls.dr.full_stick_high,
         flap_travel=controls.flap.travel[1],
     )
