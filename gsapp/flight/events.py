@@ -13,13 +13,16 @@ import math
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import FlightError
+
+if TYPE_CHECKING:
+    from gsapp.decoding.decoder import Notice
 
 _LOCK_BYTE = 1 << 40
 """Where Windows locks: far behind the end, since it would forbid reading what is locked."""
@@ -96,6 +99,22 @@ class Event:
             host_time_us=host,
             data=data,
         )
+
+
+def event_of(notice: Notice) -> Event:
+    """Return what the vehicle said, or was noticed about it, as an event."""
+    return Event(
+        kind="status" if notice.kind == "statustext" else notice.kind,
+        text=notice.text,
+        time=notice.time,
+        host_time_us=notice.stamp_us,
+        data={} if notice.severity is None else {"severity": notice.severity},
+    )
+
+
+def in_order(events: Iterable[Event]) -> tuple[Event, ...]:
+    """Return events by flight time; those without one come last."""
+    return tuple(sorted(events, key=lambda event: (event.time is None, event.time or 0.0)))
 
 
 class EventLog:

@@ -121,6 +121,18 @@ class FlightFolder:
         return FlightFolder(path=folder)
 
     @property
+    def name(self) -> str:
+        """Return what the crew calls the flight, else the name of the folder.
+
+        Raises
+        ------
+        FileProblemsError
+            If ``flight.toml`` holds mistakes.
+        """
+        info = self.info()
+        return (info.name if info else "") or self.path.resolve().name
+
+    @property
     def info_file(self) -> Path:
         """Return the path of ``flight.toml``."""
         return self.path / INFO_NAME
@@ -135,6 +147,11 @@ class FlightFolder:
         """Return the raw files that are there."""
         names = (FRAMES_FILE, LINES_FILE, RESIDUE_FILE)
         return tuple(self.path / name for name in names if (self.path / name).is_file())
+
+    @property
+    def records(self) -> tuple[Path, ...]:
+        """Return the raw files that hold anything."""
+        return tuple(path for path in self.raw_files if path.stat().st_size)
 
     @property
     def aircraft_file(self) -> Path:

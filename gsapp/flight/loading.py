@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from calibration.certificate import Certificate
-from calibration.reading import load_certificates
-from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
 from gsapp.decoding.decoder import ChannelSource, Decoder
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
-from gsapp.flight.events import Event, read_events
+from gsapp.flight.events import event_of, in_order, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import EVENTS_NAME, FlightFolder
-from gsapp.flight.onboard import with_onboard_log
 from gsapp.flight.raw import RawDamage, RawTail, read_tlog
 from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
 from gsapp.flight.readers.dataflash import read_dataflash
@@ -32,12 +29,10 @@ from gsapp.flight.readers.parquet import read_parquet_columns
 from gsapp.flight.readers.tables import read_table
 from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.records import RawRecord
+from gsapp.flight.setting import Name, Setting
 from gsapp.flight.uniform import even_grid, typical_step, union
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.quantities import Block
-
-DEFAULT_RATE = 100.0
-"""Samples per second of the grid where nothing else is said."""
 
 _RECORDS_AT_ONCE = 20_000
 _USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
@@ -56,29 +51,13 @@ _ARRAY = 350
 _ARRAY_NAME = 10  # place in the payload of DEBUG_FLOAT_ARRAY
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Setting:
-    """What shapes the numbers, beside the file itself."""
-
-    channel_map: ChannelMap | None
-    certificates: Mapping[str, Certificate] | None
-    aircraft: Aircraft | None
-    rate: float | None
-
-    def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
-        """Return the certificates given, else those that the map names."""
-        if self.certificates is not None:
-            return self.certificates
-        return load_certificates(channel_map.certificates) if channel_map.certificates else {}
-
-
 def load_flight(
-    name_or_path: str | Path,
+    name_or_path: Name,
     *,
-    channel_map: ChannelMap | str | Path | None = None,
+    channel_map: ChannelMap | Name | None = None,
     rate: float | None = None,
-    certificates: str | Path | None = None,
-    aircraft: str | Path | None = None,
+    certificates: Name | None = None,
+    aircraft: Aircraft | Name | None = None,
 ) -> Flight:
     """Open a flight.
 
@@ -93,8 +72,10 @@ def load_flight(
     rate : float, optional
         Samples per second of the grid. By default that of ``flight.toml``, else 100 for logs;
         columns that are even keep their own.
-    certificates, aircraft : str or Path, optional
+    certificates : str or Path, optional
         In place of those in the folder.
+    aircraft : Aircraft, str or Path, optional
+        In place of the one in the folder.
 
     Returns
     -------
@@ -113,16 +94,16 @@ def load_flight(
     path = Path(name_or_path)
     if rate is not None and not 0.0 < rate <= 10_000.0:
         raise FlightError(f"a grid of {rate:g} samples per second cannot be; give 1 to 10000")
-    setting = _Setting(
-        channel_map=load_channel_map(channel_map)
-        if isinstance(channel_map, (str, Path))
-        else channel_map,
-        certificates=None if certificates is None else load_certificates(certificates),
-        aircraft=None if aircraft is None else load_aircraft(aircraft),
+    folder = FlightFolder.open(path) if path.is_dir() else None
+    setting = Setting.find(
+        path,
+        channel_map=channel_map,
+        certificates=certificates,
+        aircraft=aircraft,
         rate=rate,
     )
-    if path.is_dir():
-        return _load_folder(FlightFolder.open(path), setting)
+    if folder is not None:
+        return _load_folder(folder, setting)
     if not path.exists():
         raise FlightError(f"there is no flight {path}; check the path")
     decoded = _decode_file(path, setting)
@@ -137,35 +118,20 @@ def load_flight(
     )
 
 
-def _load_folder(folder: FlightFolder, given: _Setting) -> Flight:
-    info = folder.info()
-    setting = _Setting(
-        channel_map=given.channel_map or _map_of(folder),
-        certificates=given.certificates
-        if given.certificates is not None
-        else load_certificates(folder.calibration_folder)
-        if folder.certificate_files()
-        else None,
-        aircraft=given.aircraft or folder.aircraft(),
-        rate=given.rate or (info.grid_rate if info else None),
-    )
+def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
     record = read_events(folder.path / EVENTS_NAME)
     remarks: tuple[str, ...] = ()
     if record.damaged:
         remarks = (damaged_events(record.damaged),)
     decoded = _decode_folder(folder, setting)
-    events = sorted(
-        (*record.events, *decoded.said),
-        key=lambda event: (event.time is None, event.time or 0.0),
-    )
     return Flight(
-        name=(info.name if info else "") or folder.path.resolve().name,
+        name=folder.name,
         path=folder.path,
         block=decoded.block,
         sources=decoded.sources,
-        info=info,
+        info=folder.info(),
         frames=decoded.frames,
-        events=tuple(events),
+        events=in_order((*record.events, *decoded.said)),
         remarks=remarks + decoded.remarks,
     )
 
@@ -176,13 +142,9 @@ def damaged_events(count: int) -> str:
     return f"{EVENTS_NAME}: {lines} of marks and notes could not be read and were left out."
 
 
-def _map_of(folder: FlightFolder) -> ChannelMap | None:
-    return load_channel_map(folder.channel_map_file) if folder.channel_map_file.is_file() else None
-
-
-def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
+def _decode_folder(folder: FlightFolder, setting: Setting) -> Decoded:
     """Decode raw files and on-board log; from the cache where it still holds."""
-    raw = [file for file in folder.raw_files if file.stat().st_size]
+    raw = folder.records
     missing = ""
     try:
         onboard = folder.onboard_log()
@@ -210,8 +172,10 @@ def _decode_folder(folder: FlightFolder, setting: _Setting) -> Decoded:
     return replace(decoded, remarks=(missing, *decoded.remarks)) if missing else decoded
 
 
-def _with_log(live: Decoded, onboard: Path, setting: _Setting) -> Decoded:
+def _with_log(live: Decoded, onboard: Path, setting: Setting) -> Decoded:
     """Let the on-board log replace the live record, if it can be read."""
+    from gsapp.flight.onboard import with_onboard_log  # SciPy's transforms, a third of a second
+
     channel_map = setting.channel_map
     if channel_map is not None and channel_map.format != _FORMATS.get(onboard.suffix.casefold()):
         # The map in force is that of the link; the log is read by its own.
@@ -220,14 +184,12 @@ def _with_log(live: Decoded, onboard: Path, setting: _Setting) -> Decoded:
         log = _decode_file(onboard, setting)
     except GroundStationError as error:
         return replace(live, remarks=(*live.remarks, f"the on-board log is left out: {error}"))
-    return with_onboard_log(live, log, setting.rate or DEFAULT_RATE)
+    return with_onboard_log(live, log, setting.grid_rate)
 
 
-def _key(files: list[Path], setting: _Setting) -> str:
+def _key(files: list[Path], setting: Setting) -> str:
     channel_map = setting.channel_map
-    certificates = setting.certificates
-    if certificates is None and channel_map is not None:
-        certificates = setting.certificates_for(channel_map)
+    certificates = setting.certificates_for(channel_map) if channel_map else setting.certificates
     return cache_key(
         files,
         {
@@ -249,7 +211,7 @@ def default_map(path: Path) -> ChannelMap | None:
     return None
 
 
-def _decode_file(path: Path, setting: _Setting) -> Decoded:
+def _decode_file(path: Path, setting: Setting) -> Decoded:
     ending = path.suffix.casefold()
     if setting.channel_map is not None and ending in _FORMATS:
         _must_fit(path, setting.channel_map, _FORMATS[ending])
@@ -333,13 +295,13 @@ def _nearest_rate(rate: float) -> float:
     return float(near) if abs(near - rate) <= 0.02 * near else float(f"{rate:.3g}")
 
 
-def _decode_log(log: Log, channel_map: ChannelMap, setting: _Setting) -> Decoded:
+def _decode_log(log: Log, channel_map: ChannelMap, setting: Setting) -> Decoded:
     mapped = map_log(
         log,
         channel_map,
         certificates=setting.certificates_for(channel_map),
         aircraft=setting.aircraft,
-        rate=setting.rate or DEFAULT_RATE,
+        rate=setting.grid_rate,
     )
     return Decoded(
         block=mapped.block,
@@ -349,7 +311,7 @@ def _decode_log(log: Log, channel_map: ChannelMap, setting: _Setting) -> Decoded
     )
 
 
-def _decode_tlog(path: Path, setting: _Setting) -> Decoded:
+def _decode_tlog(path: Path, setting: Setting) -> Decoded:
     damage = RawDamage(name=path.name)
     decoded = _decode_records(_batches(read_tlog(path, damage)), setting, path)
     if decoded.frames is not None and damage:
@@ -358,7 +320,7 @@ def _decode_tlog(path: Path, setting: _Setting) -> Decoded:
     return decoded
 
 
-def _decode_folder_records(folder: Path, setting: _Setting) -> Decoded:
+def _decode_folder_records(folder: Path, setting: Setting) -> Decoded:
     tail = RawTail(folder)
     decoded = _decode_records(_polled(tail), setting, folder)
     return replace(
@@ -376,14 +338,14 @@ def _batches(records: Iterator[RawRecord]) -> Iterator[list[RawRecord]]:
         yield batch
 
 
-def _decode_records(batches: Iterator[list[RawRecord]], setting: _Setting, path: Path) -> Decoded:
+def _decode_records(batches: Iterator[list[RawRecord]], setting: Setting, path: Path) -> Decoded:
     first = next(batches, [])
     channel_map = setting.channel_map or guess_map(first, path)
     decoder = Decoder(
         channel_map,
         certificates=setting.certificates_for(channel_map),
         aircraft=setting.aircraft,
-        rate=setting.rate or DEFAULT_RATE,
+        rate=setting.grid_rate,
     )
 
     def blocks() -> Iterator[Block]:
@@ -393,23 +355,13 @@ def _decode_records(batches: Iterator[list[RawRecord]], setting: _Setting, path:
 
     block = union(blocks(), decoder.rate)
     health = decoder.health
-    said = [
-        Event(
-            kind="status" if notice.kind == "statustext" else notice.kind,
-            text=notice.text,
-            time=notice.time,
-            host_time_us=notice.stamp_us,
-            data={} if notice.severity is None else {"severity": notice.severity},
-        )
-        for notice in (*decoder.messages, *decoder.notices)
-    ]
     return Decoded(
         block=block,
         sources={name: decoder.sources[name] for name in block.channels},
         frames=FrameCounts(
             good=health.good, damaged=health.damaged, unknown=health.unknown, lost=health.lost
         ),
-        said=tuple(said),
+        said=tuple(event_of(notice) for notice in (*decoder.messages, *decoder.notices)),
         remarks=(*health.report().sentences, *clipped_remarks(decoder.clipped)),
     )
 

@@ -5,7 +5,8 @@ from gsapp.session.feeds import MAX_SPEED, Consumer
 from gsapp.session.history import History
 from gsapp.session.limits import Bands, LimitSet, Severity
 from gsapp.session.marks import Mark
-from gsapp.session.session import Playhead, Session, SessionSnapshot
+from gsapp.session.session import Session
+from gsapp.session.snapshot import Playhead, SessionSnapshot
 from gsapp.session.states import ChannelState, Freshness
 
 __all__ = [

@@ -74,9 +74,6 @@ class Consumer(Protocol):
         """Forget everything; the flight begins anew."""
 
 
-Clock = Callable[[], float]
-
-
 class _Pace:
     """How many records to read at a time so that a deadline is kept."""
 
@@ -120,7 +117,11 @@ class LiveFeed:
     """
 
     def __init__(
-        self, reader: Reader, history: History, consumers: Sequence[Consumer], clock: Clock
+        self,
+        reader: Reader,
+        history: History,
+        consumers: Sequence[Consumer],
+        clock: Callable[[], float],
     ) -> None:
         self._reader = reader
         self._history = history
@@ -240,7 +241,7 @@ class ReplayFeed:
         reader: Reader,
         history: History,
         consumers: Sequence[Consumer],
-        clock: Clock,
+        clock: Callable[[], float],
         *,
         speed: float = 1.0,
         playing: bool = True,

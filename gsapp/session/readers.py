@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -11,12 +12,12 @@ from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.flight import Flight
 from gsapp.flight.loading import guess_map
-from gsapp.flight.raw import RawDamage, RawTail, read_tlog
+from gsapp.flight.raw import RAW_FILES, RawDamage, RawTail, read_tlog
 from gsapp.flight.records import RawRecord
+from gsapp.flight.setting import Setting
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.feeds import Step
-from gsapp.session.setting import Setting
 
 _GUESS_US = 3_000_000
 _GUESS_RECORDS = 20_000
@@ -126,15 +127,7 @@ class RecordReader:
             self._next_guess = len(self._held) * 3 // 2
             return []
         self.problem = ""
-        setting = self._setting
-        self._begin(
-            Setting(
-                channel_map=channel_map,
-                certificates=setting.certificates,
-                aircraft=setting.aircraft,
-                rate=setting.rate,
-            )
-        )
+        self._begin(replace(self._setting, channel_map=channel_map))
         held, self._held = self._held, []
         return held
 
@@ -145,7 +138,7 @@ class RecordReader:
                 setting.channel_map,
                 certificates=self.certificates,
                 aircraft=setting.aircraft,
-                rate=setting.rate,
+                rate=setting.grid_rate,
             )
 
 
@@ -154,8 +147,7 @@ def folder_reader(folder: Path, setting: Setting, *, grows: bool) -> tuple[Recor
     tail = RawTail(folder)
 
     def progress() -> float:
-        names = ("raw.tlog", "raw.txt", "residue.bin")
-        whole = sum(path.stat().st_size for name in names if (path := folder / name).is_file())
+        whole = sum(path.stat().st_size for name in RAW_FILES if (path := folder / name).is_file())
         return min(sum(tail.position) / whole, 1.0) if whole else 0.0
 
     return RecordReader(tail.poll, progress, setting, folder, grows=grows), tail

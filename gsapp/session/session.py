@@ -10,24 +10,23 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap
-from gsapp.decoding.decoder import Decoder, Notice
+from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
-from gsapp.flight.events import Event, EventLog
+from gsapp.flight.events import Event, EventLog, event_of, in_order
 from gsapp.flight.flight import Flight, FrameCounts
-from gsapp.flight.folder import EVENTS_NAME, FlightFolder, is_flight_folder
+from gsapp.flight.folder import EVENTS_NAME, FlightFolder
 from gsapp.flight.loading import damaged_events, load_flight
 from gsapp.flight.raw import RawDamage, RawTail
+from gsapp.flight.setting import Name
 from gsapp.flight.uniform import union
-from gsapp.foundation import FlightError
+from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarm_watch import AlarmWatch
-from gsapp.session.alarms import Alarm, AlarmBoard
+from gsapp.session.alarms import AlarmBoard
 from gsapp.session.equipment import (
     DiskView,
     EquipmentMonitor,
@@ -40,7 +39,8 @@ from gsapp.session.history import History
 from gsapp.session.limits import LimitSet
 from gsapp.session.marks import Mark, MarkBook, MarkKind
 from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
-from gsapp.session.setting import Name, Setting, setting_for
+from gsapp.session.setting import SessionSetting, setting_for
+from gsapp.session.snapshot import Mode, Playhead, SessionSnapshot
 from gsapp.session.states import (
     USUAL_PATIENCE,
     ChannelState,
@@ -53,98 +53,6 @@ from gsapp.telemetry.status import LOCK_FILE
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
-_SAME_ALARM_US = 10_000_000
-ACKNOWLEDGE = "acknowledge"
-ALARM = "alarm"
-_EQUIPMENT = ("link", "recorder", "disk")
-
-Mode = Literal["live", "replay"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Playhead:
-    """Where a replay is and how it runs; times are flight times, s.
-
-    Attributes
-    ----------
-    time, start, end : float
-        Of the playhead, and of the first and last sample known.
-    playing : bool
-        Whether it moves.
-    speed : float
-        Times real time; infinite for as fast as it goes.
-    complete : bool
-        Whether `end` is the end of the flight; the record is read ahead.
-    at_end : bool
-        Whether the playhead has arrived there.
-    """
-
-    time: float
-    start: float
-    end: float
-    playing: bool
-    speed: float
-    complete: bool
-    at_end: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SessionSnapshot:
-    """What the bar shows at one moment.
-
-    Attributes
-    ----------
-    name : str
-        Of the flight.
-    path : Path
-        Its folder or file.
-    mode : {"live", "replay"}
-        Whether it is happening.
-    now : float or None
-        Flight time, s; None before the first sample.
-    caught_up : bool
-        Whether all that was recorded, or played, is in the history and was watched.
-    progress : float
-        Share of the record that was read, 0 to 1.
-    link, recorder, disk
-        The equipment. In a replay only the counts of the link mean anything.
-    aircraft, channel_map : str
-        Names; empty where there is none.
-    calibration : tuple of str
-        Instruments with a certificate in force, sorted.
-    uncalibrated : tuple of str
-        Channels that want one, sorted.
-    alarms : tuple of Alarm
-        Those that stand, newest first.
-    waiting : int
-        How many of them nobody has acknowledged.
-    playhead : Playhead or None
-        None while live, and before the first sample of a replay was read.
-    problem : str
-        Why nothing is decoded, in words; empty otherwise.
-    marks_revision, alarms_revision : int
-        Grow with every change.
-    """
-
-    name: str
-    path: Path
-    mode: Mode
-    now: float | None
-    caught_up: bool
-    progress: float
-    link: LinkView
-    recorder: RecorderView
-    disk: DiskView
-    aircraft: str
-    channel_map: str
-    calibration: tuple[str, ...]
-    uncalibrated: tuple[str, ...]
-    alarms: tuple[Alarm, ...]
-    waiting: int
-    playhead: Playhead | None
-    problem: str
-    marks_revision: int
-    alarms_revision: int
 
 
 class Session:
@@ -179,7 +87,7 @@ class Session:
         name: str,
         mode: Mode,
         reader: RecordReader | FlightReader,
-        setting: Setting,
+        setting: SessionSetting,
         flight: Flight | None = None,
         damage: Callable[[], Sequence[RawDamage]] = tuple,
         rate: float | None = None,
@@ -195,7 +103,7 @@ class Session:
         self.aircraft: Aircraft | None = setting.aircraft
         self.limits = LimitSet(setting.aircraft, setting.limits)
         self.board = AlarmBoard()
-        self.history = History((), rate or setting.rate)
+        self.history = History((), rate or setting.grid_rate)
         events = (
             path / EVENTS_NAME if path.is_dir() else path.with_name(f"{path.name}.{EVENTS_NAME}")
         )
@@ -208,7 +116,7 @@ class Session:
         self._wall_us = wall_us
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
-        self._logged = 0
+        self._alarm_log = AlarmLog(self.board, self.book, wall_us)
         watch = AlarmWatch(self.board, self.limits, self.history.rate, self._carrier)
         everyone = (watch, *consumers)
         self.equipment: EquipmentMonitor | None = None
@@ -333,8 +241,8 @@ class Session:
         reader: RecordReader | FlightReader
         whole: Flight | None = None
         damage: Callable[[], Sequence[RawDamage]] = tuple
-        grid_rate = setting.rate
-        if path.is_dir() and _has_records(FlightFolder.open(path)):
+        grid_rate = setting.grid_rate
+        if path.is_dir() and FlightFolder.open(path).records:
             reader, tail = folder_reader(path, setting, grows=False)
             damage = _lost_of(tail)
         elif path.is_file() and path.suffix.casefold() == ".tlog":
@@ -346,7 +254,7 @@ class Session:
                 channel_map=setting.channel_map,
                 rate=rate,
                 certificates=certificates,
-                aircraft=None if isinstance(aircraft, Aircraft) else aircraft,
+                aircraft=setting.aircraft,
             )
             reader = FlightReader(whole)
             if math.isfinite(whole.rate):
@@ -375,7 +283,7 @@ class Session:
         self.feed.advance(now + budget)
         if now >= self._next_events:
             self._next_events = now + _EVENTS_EVERY
-            self._read_events()
+            self._alarm_log.read()
         if now >= self._next_relax:
             self._next_relax = now + _RELAX_EVERY
             self.history.relax()
@@ -383,7 +291,7 @@ class Session:
             decoder = self.decoder
             health = None if decoder is None else decoder.health
             if self.equipment.look(health, self.now):
-                self._log_equipment()
+                self._alarm_log.write_equipment()
 
     def finish(self) -> None:
         """Take in the very last rows of a live flight whose record is complete."""
@@ -537,10 +445,6 @@ class Session:
         health = None if decoder is None else decoder.health
         damage = list(self._damage())
         block = union(self.history.blocks(), self.history.rate)
-        events = sorted(
-            (*self.book.events, *self.messages()),
-            key=lambda event: (event.time is None, event.time or 0.0),
-        )
         info = FlightFolder(path=self.path).info() if self.path.is_dir() else None
         log = () if info is None or not info.onboard_log else (_beside(info.onboard_log),)
         # A log of another ground station has its damage in the file, not in a residue.
@@ -559,7 +463,7 @@ class Session:
                 unknown=health.unknown,
                 lost=health.lost,
             ),
-            events=tuple(events),
+            events=in_order((*self.book.events, *self.messages())),
             remarks=(*log, *self.remarks),
         )
 
@@ -590,19 +494,7 @@ class Session:
         alarm = self.board.get(key) if key is not None else next(iter(self.board.waiting), None)
         if alarm is None or alarm.acknowledged:
             return False
-        self.board.acknowledge(alarm.key, alarm.time)
-        # An alarm is over for the crew even where the disk refuses to remember it.
-        try:
-            self.book.write(
-                Event(
-                    kind=ACKNOWLEDGE,
-                    text=alarm.sentence(),
-                    time=self.now,
-                    data={"alarm": alarm.key, "raised": alarm.time},
-                )
-            )
-        except FlightError:
-            return True
+        self._alarm_log.acknowledge(alarm, self.now)
         return True
 
     def acknowledge_all(self) -> int:
@@ -647,56 +539,11 @@ class Session:
             return link_view(decoder.health.report(), words="replay")
         return LinkView(words="replay")
 
-    def _read_events(self) -> None:
-        for event in self.book.poll():
-            if event.kind == ACKNOWLEDGE:
-                key, raised = event.data.get("alarm"), event.data.get("raised")
-                moment = float(raised) if isinstance(raised, (int, float)) else None
-                self.board.acknowledge(str(key), moment)
-
-    def _log_equipment(self) -> None:
-        """Write alarms that no record of samples can tell again, once for all windows."""
-        log = self.board.log_of(_EQUIPMENT)
-        fresh, self._logged = log[self._logged :], len(log)
-        if not fresh:
-            return
-        self._read_events()
-        stamp = self._wall_us()
-        known = {
-            event.data.get("alarm")
-            for event in self.book.others
-            if event.kind == ALARM and abs(event.host_time_us - stamp) < _SAME_ALARM_US
-        }
-        for onset in fresh:
-            if onset.key not in known:
-                try:
-                    self.book.write(
-                        Event(
-                            kind=ALARM,
-                            text=onset.words,
-                            time=onset.time,
-                            data={"alarm": onset.key, "severity": onset.severity.name.lower()},
-                        )
-                    )
-                except FlightError:
-                    return  # a full disk: the alarm itself says so
-
 
 def _beside(log: str) -> str:
     return (
         f"this is the live record; the on-board log {log} holds more: 'gsapp export' joins the "
         "two, and the log can be replayed by itself"
-    )
-
-
-def event_of(notice: Notice) -> Event:
-    """Return what the vehicle said, or was noticed about it, as an event."""
-    return Event(
-        kind="status" if notice.kind == "statustext" else notice.kind,
-        text=notice.text,
-        time=notice.time,
-        host_time_us=notice.stamp_us,
-        data={} if notice.severity is None else {"severity": notice.severity},
     )
 
 
@@ -733,14 +580,7 @@ def _share(feed: ReplayFeed) -> float:
 
 
 def _name_of(path: Path) -> str:
-    if path.is_dir():
-        info = FlightFolder(path=path).info()
-        return (info.name if info else "") or path.resolve().name
-    return path.stem
-
-
-def _has_records(folder: FlightFolder) -> bool:
-    return is_flight_folder(folder.path) and any(path.stat().st_size for path in folder.raw_files)
+    return FlightFolder(path=path).name if path.is_dir() else path.stem
 
 
 def _lost_of(tail: RawTail) -> Callable[[], Sequence[RawDamage]]:

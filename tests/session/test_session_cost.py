@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-import gsapp.session.setting
+import gsapp.flight.setting
 from calibration import load_certificates
 from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
@@ -34,7 +34,7 @@ def test_certificates_that_the_map_names_are_read_once(
         read.append(name)
         return load_certificates(name)
 
-    monkeypatch.setattr(gsapp.session.setting, "load_certificates", counted)
+    monkeypatch.setattr(gsapp.flight.setting, "load_certificates", counted)
     session = Session.replay(folder, channel_map="b777", speed=MAX_SPEED)
     run_through(session)
     told = [session.snapshot().calibration for _ in range(5)]

@@ -1,0 +1,97 @@
+"""What a flight is read with: channel map, certificates, aircraft, rate of the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibration import Certificate, load_certificates
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.flight.folder import FlightFolder
+
+DEFAULT_RATE = 100.0
+"""Samples per second of the grid where nothing else is said."""
+
+Name = str | Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What shapes the numbers of a flight, beside the record itself.
+
+    Attributes
+    ----------
+    channel_map : ChannelMap or None
+        None leaves it to be guessed from the record.
+    certificates : mapping of str to Certificate, or None
+        By channel; None takes those that the map names.
+    aircraft : Aircraft or None
+        For limits and instrument ranges.
+    rate : float or None
+        Of the grid, Hz; None leaves it to the reader.
+    """
+
+    channel_map: ChannelMap | None = None
+    certificates: Mapping[str, Certificate] | None = None
+    aircraft: Aircraft | None = None
+    rate: float | None = None
+
+    @classmethod
+    def find(
+        cls,
+        path: Path,
+        *,
+        channel_map: ChannelMap | Name | None = None,
+        certificates: Name | None = None,
+        aircraft: Aircraft | Name | None = None,
+        rate: float | None = None,
+    ) -> Setting:
+        """Find what a flight is read with: what is given, else what lies in its folder.
+
+        Parameters
+        ----------
+        path : Path
+            Flight folder or file. The folder need not hold anything yet.
+        channel_map, certificates, aircraft : name, path or object
+            In place of those in the folder.
+        rate : float, optional
+            In place of that of ``flight.toml``.
+
+        Raises
+        ------
+        FileProblemsError
+            If one of the files holds mistakes.
+        UnknownNameError
+            If something of a given name does not exist.
+        """
+        if path.is_dir():
+            folder = FlightFolder(path=path)
+            info = folder.info()
+            rate = rate or (info.grid_rate if info else None)
+            if channel_map is None and folder.channel_map_file.is_file():
+                channel_map = folder.channel_map_file
+            if certificates is None and folder.certificate_files():
+                certificates = folder.calibration_folder
+            if aircraft is None and folder.aircraft_file.is_file():
+                aircraft = folder.aircraft_file
+        if isinstance(channel_map, (str, Path)):
+            channel_map = load_channel_map(channel_map)
+        return Setting(
+            channel_map=channel_map,
+            certificates=None if certificates is None else load_certificates(certificates),
+            aircraft=load_aircraft(aircraft) if isinstance(aircraft, (str, Path)) else aircraft,
+            rate=rate,
+        )
+
+    @property
+    def grid_rate(self) -> float:
+        """Return the rate of the grid of a decoded record, Hz."""
+        return self.rate or DEFAULT_RATE
+
+    def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
+        """Return the certificates in force with a map."""
+        if self.certificates is not None:
+            return self.certificates
+        return load_certificates(channel_map.certificates) if channel_map.certificates else {}

@@ -1,0 +1,98 @@
+"""What a window shows of a session at one moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from gsapp.session.alarms import Alarm
+from gsapp.session.equipment import DiskView, LinkView, RecorderView
+
+Mode = Literal["live", "replay"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Playhead:
+    """Where a replay is and how it runs; times are flight times, s.
+
+    Attributes
+    ----------
+    time, start, end : float
+        Of the playhead, and of the first and last sample known.
+    playing : bool
+        Whether it moves.
+    speed : float
+        Times real time; infinite for as fast as it goes.
+    complete : bool
+        Whether `end` is the end of the flight; the record is read ahead.
+    at_end : bool
+        Whether the playhead has arrived there.
+    """
+
+    time: float
+    start: float
+    end: float
+    playing: bool
+    speed: float
+    complete: bool
+    at_end: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionSnapshot:
+    """What the bar shows at one moment.
+
+    Attributes
+    ----------
+    name : str
+        Of the flight.
+    path : Path
+        Its folder or file.
+    mode : {"live", "replay"}
+        Whether it is happening.
+    now : float or None
+        Flight time, s; None before the first sample.
+    caught_up : bool
+        Whether all that was recorded, or played, is in the history and was watched.
+    progress : float
+        Share of the record that was read, 0 to 1.
+    link, recorder, disk
+        The equipment. In a replay only the counts of the link mean anything.
+    aircraft, channel_map : str
+        Names; empty where there is none.
+    calibration : tuple of str
+        Instruments with a certificate in force, sorted.
+    uncalibrated : tuple of str
+        Channels that want one, sorted.
+    alarms : tuple of Alarm
+        Those that stand, newest first.
+    waiting : int
+        How many of them nobody has acknowledged.
+    playhead : Playhead or None
+        None while live, and before the first sample of a replay was read.
+    problem : str
+        Why nothing is decoded, in words; empty otherwise.
+    marks_revision, alarms_revision : int
+        Grow with every change.
+    """
+
+    name: str
+    path: Path
+    mode: Mode
+    now: float | None
+    caught_up: bool
+    progress: float
+    link: LinkView
+    recorder: RecorderView
+    disk: DiskView
+    aircraft: str
+    channel_map: str
+    calibration: tuple[str, ...]
+    uncalibrated: tuple[str, ...]
+    alarms: tuple[Alarm, ...]
+    waiting: int
+    playhead: Playhead | None
+    problem: str
+    marks_revision: int
+    alarms_revision: int
