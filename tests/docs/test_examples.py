@@ -1,0 +1,235 @@
+"""The documentation tells the truth: examples load, commands parse, keys, effects and links exist.
+
+Examples are fenced blocks whose info string names what they are: ``toml aircraft``.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+from calibration import load_certificate, load_certificates
+from gsapp.aircraft import load_aircraft
+from gsapp.cli.main import app
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.decoder import Decoder
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.plan import load_plan
+from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.flight.events import read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.loading import load_flight
+from gsapp.flight.records import RawRecord
+from gsapp.session.limits import load_limits
+from gsapp.session.setting import setting_for
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted([ROOT / "README.md", *DOCS.glob("*.md"), *DOCS.glob("decisions/*.md")])
+GUIDES = [DOCS / "field-guide.md", DOCS / "files.md", DOCS / "virtual-aircraft.md"]
+_BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_CHECKED = {
+    "flight", "events", "flight-csv", "aircraft", "channel-map", "text-map", "lines", "table-map",
+    "table", "certificate", "limits", "plan", "model", "layout",
+}  # fmt: skip
+
+
+def _blocks() -> dict[tuple[str, str], str]:
+    found: dict[tuple[str, str], str] = {}
+    for language, kind, text in _BLOCK.findall((DOCS / "files.md").read_text(encoding="utf-8")):
+        assert (language, kind) not in found, f"two examples of {language} {kind}"
+        found[language, kind] = text
+    return found
+
+
+BLOCKS = _blocks()
+Example = Callable[..., Path]
+"""Writes an example to a file: language, kind, and the name if it matters."""
+
+
+@pytest.fixture
+def example(tmp_path: Path) -> Example:
+    """Return a function that writes an example to a file."""
+
+    def write(language: str, kind: str, name: str = "") -> Path:
+        path = tmp_path / (name or f"{kind}.{language}")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(BLOCKS[language, kind], encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_every_example_is_of_a_kind_that_is_checked_here() -> None:
+    assert {kind for _language, kind in BLOCKS} == _CHECKED
+
+
+def test_the_aircraft_is_read_and_its_units_converted(example: Example) -> None:
+    aircraft = load_aircraft(example("toml", "aircraft"))
+    assert aircraft.geometry.wing_area == pytest.approx(11.33 * 0.3048**2)
+    assert aircraft.controls.de.full_stick_high < 0.0
+    assert aircraft.warnings() == ()
+
+
+def test_the_channel_map_is_read(example: Example) -> None:
+    found = load_channel_map(example("toml", "channel-map"))
+    assert [entry.kind for entry in found.by_channel["q"]] == ["measured", "estimated"]
+    assert found.by_channel["elevator_left"][0].volts_channel == "elevator_left_volts"
+
+
+def test_lines_of_text_become_samples(example: Example) -> None:
+    found = load_channel_map(example("toml", "text-map"))
+    decoder = Decoder(found, rate=50.0)
+    records = [
+        RawRecord(1_000_000 + 20_000 * number, "line", line.encode())
+        for number, line in enumerate(BLOCKS["text", "lines"].splitlines())
+    ]
+    blocks = [*decoder.feed(records), *decoder.finish()]
+    alpha = np.concatenate([block["alpha"] for block in blocks if "alpha" in block.channels])
+    assert np.degrees(alpha) == pytest.approx([2.5, 2.6, 2.4])
+    assert blocks[0].times[0] == pytest.approx(1.0)
+
+
+def test_a_table_of_another_program_is_read_with_its_map(example: Example) -> None:
+    flight = load_flight(
+        example("csv", "table"), channel_map=example("toml", "table-map"), rate=50.0
+    )
+    assert np.degrees(flight.block["alpha"]) == pytest.approx([2.0, 2.1, 2.2])
+    assert flight.block["q"] == pytest.approx([0.01, 0.02, 0.03])
+
+
+def test_the_flight_csv_is_read(example: Example) -> None:
+    flight = load_flight(example("csv", "flight-csv"))
+    assert flight.rate == pytest.approx(100.0)
+    assert np.isnan(flight.block["an"][2])
+    assert flight.block["V"][0] == pytest.approx(100.2 * 0.3048)
+
+
+def test_the_certificate_is_read_and_agrees_with_its_points(example: Example) -> None:
+    certificate = load_certificate(example("toml", "certificate"))
+    volts = [point.volts for point in certificate.points]
+    values = np.radians([point.value for point in certificate.points])
+    worst = np.radians(certificate.max_residual) + 1e-9
+    assert np.abs(certificate.evaluate(volts) - values).max() <= worst
+
+
+def test_the_script_that_writes_a_certificate_works(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(compile(BLOCKS["python", "certificate"], "files.md", "exec"), {})  # noqa: S102
+    made = load_certificate(tmp_path / "rudder.toml")
+    assert np.degrees(made.evaluate([2.5])) == pytest.approx([0.0], abs=0.05)
+    assert made.hysteresis == pytest.approx(0.4, abs=0.05)
+
+
+def test_limits_are_read(example: Example) -> None:
+    rules = {rule.key: rule for rule in load_limits(example("toml", "limits")).rules()}
+    assert set(rules) == {"battery:low", "alpha:high"}
+    assert rules["battery:low"].warning == pytest.approx(10.5)
+
+
+def test_the_plan_is_read(example: Example) -> None:
+    plan = load_plan(example("toml", "plan"))
+    assert [maneuver.inputs for maneuver in plan.maneuvers] == [("de",), ("da", "dr")]
+
+
+def test_the_model_is_read(example: Example) -> None:
+    model = load_model(example("toml", "model"))
+    assert model.effects[0].parameters == {"Cm_alpha2": -2.0}
+
+
+def test_the_layout_is_read(example: Example) -> None:
+    layout_reader = pytest.importorskip("ui.strips.layout")
+    layout = layout_reader.load_layout(example("toml", "layout"))
+    assert layout.channels == ("q", "alpha", "elevator_left", "elevator_right")
+
+
+def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: Path) -> None:
+    example("toml", "flight", "day/flight.toml")
+    example("toml", "aircraft", "day/aircraft.toml")
+    example("toml", "channel-map", "day/channel_map.toml")
+    example("toml", "certificate", "day/calibration/rudder.toml")
+    example("toml", "limits", "day/limits.toml")
+    example("json", "events", "day/events.jsonl")
+    folder = FlightFolder.open(tmp_path / "day")
+    info = folder.info()
+    assert info is not None
+    assert info.takeoff_weight == pytest.approx(46.6 * 4.4482216, rel=1e-6)
+    setting = setting_for(folder.path)
+    assert setting.channel_map is not None
+    assert setting.channel_map.name == "my box"
+    assert set(load_certificates(folder.calibration_folder)) == {"rudder"}
+    assert {rule.key for rule in setting.limits} == {"battery:low", "alpha:high"}
+    record = read_events(folder.path / "events.jsonl")
+    assert record.damaged == 0
+    assert len(record.events) == 2
+
+
+def _commands() -> list[str]:
+    found = []
+    for page in [ROOT / "README.md", *GUIDES]:
+        text = _BLOCK.sub("", page.read_text(encoding="utf-8"))
+        found += re.findall(r"^    (gsapp [a-z][^\n]*)", text, re.MULTILINE)
+    return found
+
+
+@pytest.mark.parametrize("line", _commands())
+def test_every_command_is_understood(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if "[" in line or "|" in line:
+        pytest.skip("a synopsis, not a command")
+    monkeypatch.setenv("COLUMNS", "100")
+    call = re.split(r"\s{2,}|\s#", line)[0]  # what follows explains it
+    words = shlex.split(call, posix=os.name != "nt")
+    group = typer.main.get_command(app)
+    command = group.commands[words[1]]  # type: ignore[attr-defined]
+    command.make_context(words[1], words[2:]).close()
+
+
+def test_every_key_is_one_of_the_window() -> None:
+    commands = pytest.importorskip("ui.commands")
+    known = {key for command in commands.COMMANDS for key in command.keys}
+    named = {
+        key
+        for page in [ROOT / "README.md", *GUIDES]
+        for key in re.findall(r"<kbd>(.+?)</kbd>", page.read_text(encoding="utf-8"))
+    }
+    assert named
+    assert named <= known
+
+
+def test_every_effect_is_in_the_page_with_its_usual_values() -> None:
+    text = (DOCS / "virtual-aircraft.md").read_text(encoding="utf-8")
+    aircraft = load_aircraft("b777")
+    listed: set[str] = set()
+    for cell, usual in re.findall(r"^\| `([\w.<>]+)` \|([^|]*)\|", text, re.MULTILINE):
+        pattern = re.sub(r"<\w+>", r"[A-Za-z]\\w*", re.escape(cell))
+        ids = [name for name in effect_ids() if re.fullmatch(pattern, name)]
+        assert ids, f"no effect is called {cell}"
+        listed |= set(ids)
+        for name, value in re.findall(r"`(\w+)=([-\d.]+)`", usual):
+            defaults = make_term(ids[0], aircraft).defaults
+            assert defaults[name] == pytest.approx(float(value), abs=5e-4), (cell, name)
+    assert set(effect_ids()) <= listed
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    text = _BLOCK.sub("", page.read_text(encoding="utf-8"))
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
+
+
+def test_every_decision_is_in_the_index() -> None:
+    index = (DOCS / "decisions" / "README.md").read_text(encoding="utf-8")
+    for page in DOCS.glob("decisions/0*.md"):
+        title = page.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+        assert f"[{title}]({page.name})" in index
