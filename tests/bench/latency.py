@@ -123,6 +123,9 @@ class Frames:
         ):
             return
         self.shown.append((self.reached[-1][0], now))
+        # After a long stall a leap may be over before it was on screen.
+        while self._waiting and self.shown[-1][0] >= self._waiting[0] + LEAP_EVERY:
+            del self._waiting[0]
         if self._waiting and new_value_on_screen(window, self._waiting[0]):
             self.leaps[self._waiting.pop(0)] = now
 

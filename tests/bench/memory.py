@@ -30,7 +30,7 @@ from gsapp.telemetry.sources import Chunk
 
 START_US = 1_700_000_000_000_000
 TOLD = (1, 5, 10, 20, 30, 40, 50, 60)  # minutes
-LOOK = 0.1  # simulated seconds between two looks of the session
+LOOK = 0.2  # simulated seconds between two looks of the session
 _SYSTEM_TIME = 2
 
 
