@@ -312,11 +312,11 @@ class FlightClock:
         last = line.last or 0
         passed = max(first.host - line.host, 0)
         step = first.stamp - last
-        before = (last + line.offset) / 1e6
+        before = last + line.offset
         if 0 < step - passed <= LONGEST_STEP:
             self._tell(
                 "step",
-                last + line.offset,
+                before,
                 f"the vehicle's clock went on by {step / 1e6:.1f} s while {passed / 1e6:.1f} s "
                 "passed here; taken as a pause of the link",
             )
@@ -325,9 +325,9 @@ class FlightClock:
             what = "restarted: its clock went back" if step < 0 else "set its clock ahead"
             self._tell(
                 "restart",
-                last + line.offset,
+                before,
                 f"the vehicle {what} from {last / 1e6:.1f} to {first.stamp / 1e6:.1f} s at "
-                f"{before:.1f} s of the flight; flight time goes on by the time of arrival, "
+                f"{before / 1e6:.1f} s of the flight; flight time goes on by the time of arrival, "
                 "uncertain by the delay of the link",
             )
         self._release(line)

@@ -119,6 +119,7 @@ def test_a_restart_goes_on_by_arrival_and_is_reported() -> None:
         case.stamp(10_000 * k, 4_000_000 + 10_000 * k + 2_000)
     assert case.kinds == ["restart"]
     assert "restarted" in case.clock.events[0].text
+    assert case.clock.events[0].time == case.times[99]  # where the clock was last heard before
     assert len(case.times) == 200
     assert case.times == sorted(case.times)
     # Four seconds after the first sample, as it arrived.
