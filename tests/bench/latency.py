@@ -287,8 +287,8 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
                     recorder_used = None if after is None else after - recorder_used
                 charts = len(window.view.charts.geometry_in_pixels.numbers)
                 drawn = len(frames.shown) - first
-            window.desk.stop_now()
         finally:
+            window.desk.stop_now()
             window.desk.close()
             window.close()
             window.deleteLater()
