@@ -4,6 +4,7 @@ from calibration.certificate import Certificate
 from calibration.fit import CalibrationError, CalibrationPoint, Fit, fit_points
 from calibration.reading import (
     certificate_content,
+    certificate_files,
     load_certificate,
     load_certificates,
     shipped_sets,
@@ -16,6 +17,7 @@ __all__ = [
     "Certificate",
     "Fit",
     "certificate_content",
+    "certificate_files",
     "fit_points",
     "load_certificate",
     "load_certificates",

@@ -128,17 +128,9 @@ def load_certificates(folder_or_name: str | Path) -> dict[str, Certificate]:
     UnknownNameError
         If there is neither such a folder nor such a shipped set, or it holds no certificate.
     """
-    folder = Path(folder_or_name)
-    if not folder.is_dir():
-        folder = FOLDER / str(folder_or_name)
-        if folder.parent != FOLDER or not folder.is_dir():
-            raise UnknownNameError(
-                f"there is no folder '{folder_or_name}' with calibration certificates, and none "
-                f"of that name comes with the program; shipped are: {', '.join(shipped_sets())}"
-            )
     found: dict[str, Certificate] = {}
     files: dict[str, Path] = {}
-    for path in sorted(folder.glob("*.toml")):
+    for path in certificate_files(folder_or_name):
         certificate = load_certificate(path)
         former = files.setdefault(certificate.channel, path)
         if former != path:
@@ -149,9 +141,29 @@ def load_certificates(folder_or_name: str | Path) -> dict[str, Certificate]:
             )
             raise FileProblemsError(path, [problem])
         found[certificate.channel] = certificate
-    if not found:
-        raise UnknownNameError(f"the folder {folder} holds no calibration certificate (*.toml)")
     return found
+
+
+def certificate_files(folder_or_name: str | Path) -> tuple[Path, ...]:
+    """Return the certificates of a folder, or of a shipped set such as ``b777``, sorted, unread.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is neither such a folder nor such a shipped set, or it holds no certificate.
+    """
+    folder = Path(folder_or_name)
+    if not folder.is_dir():
+        folder = FOLDER / str(folder_or_name)
+        if folder.parent != FOLDER or not folder.is_dir():
+            raise UnknownNameError(
+                f"there is no folder '{folder_or_name}' with calibration certificates, and none "
+                f"of that name comes with the program; shipped are: {', '.join(shipped_sets())}"
+            )
+    files = tuple(sorted(folder.glob("*.toml")))
+    if not files:
+        raise UnknownNameError(f"the folder {folder} holds no calibration certificate (*.toml)")
+    return files
 
 
 def shipped_sets() -> tuple[str, ...]:
@@ -209,9 +221,9 @@ def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tu
         key = channel(file.channel).quantity
         unit = normalize_unit(file.unit, key)
     except UnknownNameError as error:
-        problems.append(_problem("channel", error))
+        problems.append(FileProblem.of("channel", error))
     except UnitError as error:
-        problems.append(_problem("unit", error))
+        problems.append(FileProblem.of("unit", error))
     if file.stamp.microsecond:
         problems.append(
             FileProblem(
@@ -306,10 +318,5 @@ def _in_unit(text: str, unit: str, key: str, where: str, problems: list[FileProb
         written = normalize_unit(match.group(2), key)
         return number if written == unit else from_si(to_si(number, written, key), unit, key)
     except UnitError as error:
-        problems.append(_problem(where, error))
+        problems.append(FileProblem.of(where, error))
         return float("nan")
-
-
-def _problem(where: str, error: Exception) -> FileProblem:
-    what, _, remedy = str(error).partition("; ")
-    return FileProblem(where=where, what=what, remedy=remedy)

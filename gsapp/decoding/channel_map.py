@@ -344,8 +344,7 @@ class _Reader:
         self._problems.append(FileProblem(where=where, what=what, remedy=remedy))
 
     def _report_error(self, where: str, error: Exception) -> None:
-        what, _, remedy = str(error).partition("; ")
-        self._report(where, what, remedy)
+        self._problems.append(FileProblem.of(where, error))
 
     def _head(self) -> _Head | None:
         known = {key: value for key, value in self._raw.items() if key not in ("channels", "text")}

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
+from calibration import certificate_files
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.info import FlightInfo, current_versions
+from gsapp.flight.info import FlightInfo
 from gsapp.flight.loading import default_map, load_flight
-from gsapp.flight.preparing import certificate_files
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
@@ -62,7 +62,6 @@ def import_flight(
         name=target.resolve().name,
         source=source.name,
         channel_map=chosen.name if chosen else "",
-        versions=current_versions(),
     )
     with _appearing(target) as made:
         folder = FlightFolder.create(made, info)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from calibration import load_certificates
-from calibration.reading import FOLDER as CERTIFICATES
+from calibration import certificate_files, load_certificates
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
 from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.info import FlightInfo, current_versions
+from gsapp.flight.info import FlightInfo
 
 
 def prepare_flight(
@@ -56,38 +55,22 @@ def prepare_flight(
     if map_file is not None:
         named = load_channel_map(map_file).certificates
         calibration = named if calibration is None else calibration
-    certificates = certificate_files(calibration) if calibration else ()
-    target = Path(path)
+    if calibration:
+        load_certificates(calibration)
     folder = FlightFolder.create(
-        target,
+        path,
         FlightInfo(
-            name=name or target.resolve().name,
+            name=name,
             source=source,
             aircraft=aircraft_file.stem if aircraft_file else "",
             channel_map=map_file.stem if map_file else "",
             notes=notes,
-            versions=current_versions(),
         ),
     )
     if aircraft_file is not None and not folder.aircraft_file.exists():
         folder.keep_aircraft(aircraft_file)
     if map_file is not None and not folder.channel_map_file.exists():
         folder.keep_channel_map(map_file)
-    if certificates and not folder.certificate_files():
-        folder.keep_certificates(certificates)
+    if calibration and not folder.certificate_files():
+        folder.keep_certificates(certificate_files(calibration))
     return folder
-
-
-def certificate_files(calibration: str | Path) -> tuple[Path, ...]:
-    """Return the certificates of a shipped set or of a folder, sorted; all are valid.
-
-    Raises
-    ------
-    GroundStationError
-        If there is no such set, or a certificate holds mistakes.
-    """
-    load_certificates(calibration)
-    folder = Path(calibration)
-    if not folder.is_dir():
-        folder = CERTIFICATES / calibration
-    return tuple(sorted(folder.glob("*.toml")))

@@ -53,6 +53,12 @@ class FileProblem:
     what: str
     remedy: str = ""
 
+    @classmethod
+    def of(cls, where: str, error: Exception) -> FileProblem:
+        """Return the problem that an error tells of: its sentence is ``what; remedy``."""
+        what, _, remedy = str(error).partition("; ")
+        return cls(where=where, what=what, remedy=remedy)
+
     def __str__(self) -> str:
         """Return ``where: what; remedy`` on one line."""
         tail = f"; {self.remedy}" if self.remedy else ""

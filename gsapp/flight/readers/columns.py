@@ -93,10 +93,7 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[Column, 
         try:
             column = parse_name(name)
         except (UnitError, UnknownNameError) as error:
-            what, _, remedy = str(error).partition("; ")
-            problems.append(
-                FileProblem(where=f"{where}, column {number} ({name})", what=what, remedy=remedy)
-            )
+            problems.append(FileProblem.of(f"{where}, column {number} ({name})", error))
             continue
         if column.id in seen:
             problems.append(
