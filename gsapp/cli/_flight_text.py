@@ -38,8 +38,8 @@ def describe(console: Console, flight: Flight) -> None:
         padding=(0, 1, 0, 0),
         expand=True,
     )
-    for heading in ("channel", "unit", "samples", "min", "max", "gaps", ""):
-        right = heading in ("samples", "min", "max", "gaps")
+    for heading in ("channel", "unit", "samples", "per s", "min", "max", "mean", "gaps", ""):
+        right = heading not in ("channel", "unit", "")
         table.add_column(heading, justify="right" if right else "left", no_wrap=True)
     wide = console.width >= _WIDE
     # The source takes what is left of a wide line.
@@ -52,13 +52,14 @@ def describe(console: Console, flight: Flight) -> None:
             ""
             if numbers[key] is None
             else f"{from_si(float(numbers[key]), unit, spec.quantity):.{digits}f}"
-            for key in ("min", "max")
+            for key in ("min", "max", "mean")
         ]
         source = flight.sources.get(name)
         table.add_row(
             name,
             unit,
             str(numbers["count"]),
+            "" if numbers["rate"] is None else f"{numbers['rate']:.4g}",
             *shown,
             str(numbers["gaps"]),
             _MARKS.get(source.kind, "") if source else "",

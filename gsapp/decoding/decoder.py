@@ -246,6 +246,10 @@ class Decoder:
         """Return the system that is followed; None before it was heard."""
         return self._system
 
+    def counted_sources(self) -> dict[str, ChannelSource]:
+        """Return `sources` with what arrived of each so far."""
+        return self._pipeline.counted_sources()
+
     def feed(self, records: Sequence[Record]) -> list[Block]:
         """Take records in the order of their arrival; return the rows that they complete.
 

@@ -183,6 +183,16 @@ class Gridder:
         Channels that keep the former value.
     fallback : int
         Microseconds of silence after which another source counts; at least 2.5 periods.
+
+    Attributes
+    ----------
+    samples, duplicates, overtaken : int
+        How many samples were laid, and how many were not because they had the stamp of their
+        predecessor or came after a later one.
+    gaps : int
+        How often samples lay further apart than the grid bridges.
+    missing : ndarray of int, shape (m,)
+        Samples without a number, by channel.
     """
 
     def __init__(
@@ -190,6 +200,9 @@ class Gridder:
     ) -> None:
         self.duplicates = 0
         self.overtaken = 0
+        self.samples = 0
+        self.gaps = 0
+        self.missing = np.zeros(circular.size, dtype=np.intp)
         self.last: int | None = None
         self.first: tuple[int, int] | None = None
         self._grid = grid
@@ -247,6 +260,7 @@ class Gridder:
                     continue
                 silent = self._is_silent(max(nows[index - 1], time) - last)
                 gap = self._is_gap(time - last)
+                self.gaps += gap
             else:
                 self.first = (time, max(nows[index - 1], time))
             at = time * numerator
@@ -261,8 +275,11 @@ class Gridder:
             if position == at:
                 plan.stand(index)
             place, last = index, time
+            self.samples += 1
         if not place:
             return []
+        if np.isnan(values.sum()):
+            self.missing += np.isnan(values).sum(axis=0)
         rows = [self._laid(each, values) for each in plans if each.after]
         self.last = last
         self._next = plan.end

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -41,12 +41,22 @@ class ChannelSource:
     timing : {"vehicle", "arrival"}
         Whether its samples carry the vehicle's time. Those timed by arrival stay out of
         identification unless asked for.
+    samples : int or None
+        How many arrived, before the grid: of the source that gave most, or of the input of a
+        derived channel that gave least. None where nobody counted.
+    rate : float or None
+        Their rate, Hz: one over the median period of late.
+    gaps : int or None
+        How often they were further apart than the grid bridges.
     """
 
     source: str
     kind: Literal["measured", "estimated", "derived"]
     calibrated: bool
     timing: Literal["vehicle", "arrival"] = "vehicle"
+    samples: int | None = None
+    rate: float | None = None
+    gaps: int | None = None
 
 
 @dataclass(slots=True)
@@ -186,6 +196,7 @@ class Pipeline:
         self._direct: list[tuple[ColumnIndex | None, _Group] | None] = [None] * len(self.streams)
         self._mergers: list[tuple[Merger, _Group]] = []
         self._merged: list[list[tuple[Merger, int, ColumnIndex]]] = [[] for _ in self.streams]
+        self._inputs: dict[str, tuple[str, ...]] = {}
         self._slow: dict[str, SlowInput] = {}
         self._slow_feeds: list[list[tuple[SlowInput, int, int]]] = [[] for _ in self.streams]
         self._candidates = self._find_candidates()
@@ -257,6 +268,31 @@ class Pipeline:
             slow.forget(now - _FORGET)
         return blocks
 
+    def counted_sources(self) -> dict[str, ChannelSource]:
+        """Return `sources` with what arrived of each so far."""
+        counted: dict[str, ChannelSource] = {}
+        for name, source in self.sources.items():
+            inputs = self._inputs.get(name)
+            counted[name] = (
+                self._counted(name, source)
+                if inputs is None
+                # Derivations stand after their inputs.
+                else _like(source, min((counted[each] for each in inputs), key=_samples_of))
+            )
+        return counted
+
+    def _counted(self, name: str, source: ChannelSource) -> ChannelSource:
+        samples, gridder = max(
+            (
+                (gridder.samples - int(gridder.missing[column]), gridder)
+                for number, column in self._candidates[name]
+                for gridder in (self._gridders[number],)
+            ),
+            key=lambda each: each[0],
+        )
+        rate = round(1e6 / gridder.period, 3) if samples > 1 else None
+        return replace(source, samples=samples, rate=rate, gaps=gridder.gaps)
+
     def _find_candidates(self) -> dict[str, list[tuple[int, int]]]:
         """Return (stream, column) of every source of every channel, the better first."""
         found: dict[str, list[tuple[int, int, int]]] = {}
@@ -318,6 +354,7 @@ class Pipeline:
             ]
             group.steps.append(_Step(derivation, inputs))
             group.channels += (derivation.output,)
+            self._inputs[derivation.output] = tuple(derivation.quick)
             used = [self.sources[name] for name in derivation.inputs]
             arrival = any(self.sources[name].timing == "arrival" for name in derivation.quick)
             self.sources[derivation.output] = ChannelSource(
@@ -347,6 +384,14 @@ class Pipeline:
             for source, (number, column) in enumerate(places):
                 self._slow_feeds[number].append((slow, source, column))
         return self._slow[name]
+
+
+def _samples_of(source: ChannelSource) -> int:
+    return source.samples or 0
+
+
+def _like(source: ChannelSource, counted: ChannelSource) -> ChannelSource:
+    return replace(source, samples=counted.samples, rate=counted.rate, gaps=counted.gaps)
 
 
 def _streams(

@@ -355,9 +355,10 @@ def _decode_records(batches: Iterator[list[RawRecord]], setting: Setting, path: 
 
     block = union(blocks(), decoder.rate)
     health = decoder.health
+    counted = decoder.counted_sources()
     return Decoded(
         block=block,
-        sources={name: decoder.sources[name] for name in block.channels},
+        sources={name: counted[name] for name in block.channels},
         frames=FrameCounts(
             good=health.good, damaged=health.damaged, unknown=health.unknown, lost=health.lost
         ),

@@ -35,6 +35,7 @@ def summarize(flight: Flight) -> dict[str, Any]:
         "channels": {
             name: {
                 **channel_statistics(flight.block.times, flight.block[name]),
+                **_arrived(flight, name),
                 **_source(flight, name),
             }
             for name in flight.block.channels
@@ -82,6 +83,14 @@ def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:
         "mean": float(samples.mean()),
         "gaps": int(np.count_nonzero(spacings > GAP * period)),
     }
+
+
+def _arrived(flight: Flight, name: str) -> dict[str, Any]:
+    """Return what arrived, where it was counted: the grid has more rows than slow messages."""
+    source = flight.sources.get(name)
+    if source is None or source.samples is None:
+        return {}
+    return {"count": source.samples, "rate": source.rate, "gaps": source.gaps}
 
 
 def _source(flight: Flight, name: str) -> dict[str, Any]:

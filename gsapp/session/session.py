@@ -290,7 +290,7 @@ class Session:
         if self.equipment is not None:
             decoder = self.decoder
             health = None if decoder is None else decoder.health
-            if self.equipment.look(health, self.now):
+            if self.equipment.look(health, self.now, caught_up=self.feed.caught_up):
                 self._alarm_log.write_equipment()
 
     def finish(self) -> None:
@@ -449,11 +449,13 @@ class Session:
         log = () if info is None or not info.onboard_log else (_beside(info.onboard_log),)
         # A log of another ground station has its damage in the file, not in a residue.
         torn = sum(each.places for each in damage) if self.path.is_file() else 0
+        decoder = self.decoder
+        counted = self.sources if decoder is None else decoder.counted_sources()
         return Flight(
             name=self.name,
             path=self.path,
             block=block,
-            sources={name: self.sources[name] for name in block.channels},
+            sources={name: counted[name] for name in block.channels},
             info=info,
             frames=None
             if health is None

@@ -470,3 +470,15 @@ def test_invalid_readings_are_missing(cases: SimpleNamespace) -> None:
     assert np.isnan(found["stick_pitch"][1]).tolist() == [False, True, False, False, False]
     assert np.isnan(found["phi"][1]).tolist() == [False, False, False, True, False]
     assert np.isnan(found["rc_rssi"][1]).all()
+
+
+def test_sources_count_what_arrived_not_the_rows_of_the_grid(cases: SimpleNamespace) -> None:
+    """Ten attitudes, 0.4 s apart with one pause of 2 s, are ten samples at 2.5 Hz with one gap."""
+    decoder = Decoder(load_channel_map("b777"))
+    send = cases.Sender()
+    times = [400 * k for k in range(9)] + [400 * 8 + 2000]
+    records = [send.attitude(1000 * time, time, 0.1) for time in times]
+    blocks = decoder.feed(records) + decoder.finish()
+    counted = decoder.counted_sources()["phi"]
+    assert sum(len(block) for block in blocks if "phi" in block) == 521
+    assert (counted.samples, counted.rate, counted.gaps) == (10, 2.5, 1)

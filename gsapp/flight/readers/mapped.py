@@ -125,9 +125,10 @@ def map_log(
         pipeline.push(number, micros, micros, home.fields)
     blocks = pipeline.pull(round(first * 1e6), round(last * 1e6), final=True)
     block = union(blocks, pipeline.grid.rate)
+    counted = pipeline.counted_sources()
     return MappedLog(
         block=block,
-        sources={name: pipeline.sources[name] for name in block.channels},
+        sources={name: counted[name] for name in block.channels},
         remarks=(*dict.fromkeys(remarks), *clipped_remarks(pipeline.clipped)),
     )
 
