@@ -18,12 +18,21 @@ app = typer.Typer(
     "Without a command it opens the window.",
 )
 
+# `readable=False`: what cannot be read is told by the command, in one sentence, with exit code 1.
 FlightPath = Annotated[
-    Path, typer.Argument(metavar="FLIGHT", help="Flight folder, .csv, .tlog, .bin, .ulg or .mat")
+    Path,
+    typer.Argument(
+        metavar="FLIGHT", readable=False, help="Flight folder, .csv, .tlog, .bin, .ulg or .mat"
+    ),
 ]
 JsonFile = Annotated[
     Optional[Path],  # noqa: UP045  typer reads the annotation at run time
-    typer.Option("--json", metavar="FILE", help="Write the result for programs; - for the screen"),
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        readable=False,
+        help="Write the result for programs; - for the screen",
+    ),
 ]
 MapName = Annotated[
     Optional[str],  # noqa: UP045
@@ -57,7 +66,8 @@ def window(
 def demo(
     headless: Annotated[bool, typer.Option("--headless", help="Without a window")] = False,
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Where the flight and its pictures go")
+        Path,
+        typer.Option(readable=False, metavar="DIR", help="Where the flight and its pictures go"),
     ] = Path("demo-flight"),
     seed: Annotated[int, typer.Option(help="Another seed is another flight")] = 1,
     speed: Annotated[
@@ -82,7 +92,9 @@ def fly(
     ] = None,
     out: Annotated[
         Optional[Path],  # noqa: UP045
-        typer.Option(metavar="FLIGHT", help="Write a flight folder instead, without waiting"),
+        typer.Option(
+            readable=False, metavar="FLIGHT", help="Write a flight folder instead, without waiting"
+        ),
     ] = None,
     plan: Annotated[str, typer.Option(metavar="FILE", help="Flight plan, or a shipped one")] = (
         "default"
@@ -106,11 +118,13 @@ def fly(
     position: Annotated[bool, typer.Option(help="Whether the box sends a position")] = False,
     onboard: Annotated[
         Optional[Path],  # noqa: UP045
-        typer.Option(metavar="FILE", help="Where a thin flight keeps its full record"),
+        typer.Option(
+            readable=False, metavar="FILE", help="Where a thin flight keeps its full record"
+        ),
     ] = None,
     truth: Annotated[
         Optional[Path],  # noqa: UP045
-        typer.Option(metavar="FILE", help="Write the true motion as a Flight CSV"),
+        typer.Option(readable=False, metavar="FILE", help="Write the true motion as a Flight CSV"),
     ] = None,
 ) -> None:
     """Fly the virtual aircraft.
@@ -131,7 +145,9 @@ def fly(
 @app.command()
 def record(
     link: Annotated[str, typer.Argument(metavar="LINK")],
-    out: Annotated[Path, typer.Option(metavar="FLIGHT", help="Flight folder to write")],
+    out: Annotated[
+        Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
+    ],
     channel_map: MapName = None,
     aircraft: Annotated[
         Optional[str],  # noqa: UP045
@@ -194,8 +210,12 @@ def replay(
 
 @app.command("import")
 def import_(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help=".tlog, .bin, .ulg, .csv or .mat")],
-    out: Annotated[Path, typer.Option(metavar="FLIGHT", help="Flight folder to write")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", readable=False, help=".tlog, .bin, .ulg, .csv or .mat")
+    ],
+    out: Annotated[
+        Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
+    ],
     channel_map: MapName = None,
 ) -> None:
     """Make a flight folder from the log of another program.
@@ -211,7 +231,7 @@ def import_(
 def export(
     flight: FlightPath,
     to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write")],
+    out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     channel_map: MapName = None,
     units: Annotated[
         Literal["us", "metric", "si"], typer.Option(help="Units of the values written")

@@ -40,19 +40,17 @@ def run(
     json : Path, optional
         Where to write the final state for programs; ``-`` for the screen.
     """
-    import sys
     import threading
 
     from rich.console import Console
 
+    from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.preparing import prepare_flight
-    from gsapp.foundation import write_atomically
     from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.beginning import new_flight
     from gsapp.telemetry.recorder_process import record, stop_on_signals
 
-    on_screen = json is not None and str(json) == "-"
-    console = Console(stderr=on_screen)
+    console = Console(stderr=on_screen(json))
     stop = threading.Event()
     stop_on_signals(stop)
     teller = _Teller(
@@ -73,11 +71,8 @@ def run(
         highlight=False,
         soft_wrap=True,
     )
-    text = status.model_dump_json(indent=2) + "\n"
-    if on_screen:
-        sys.stdout.write(text)
-    elif json is not None:
-        write_atomically(json, text)
+    if json is not None:
+        write_result(json, status.model_dump_json(indent=2) + "\n")
 
 
 class _Teller:

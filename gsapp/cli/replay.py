@@ -55,14 +55,13 @@ def run(
         from ui.app import run_window
 
         return int(run_window(flight=flight, speed=str(speed), channel_map=channel_map))
-    import sys
-
     from rich.console import Console
 
+    from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.summary import summarize
     from gsapp.session.session import Session
 
-    quiet = json is not None and str(json) == "-"
+    quiet = on_screen(json)
     console = Console(stderr=True) if quiet else Console()
     session = Session.replay(
         flight,
@@ -76,13 +75,7 @@ def run(
         _play(session, console)
         whole = session.flight()
         if json is not None:
-            text = _text(summarize(whole))
-            if quiet:
-                sys.stdout.write(text)
-            else:
-                from gsapp.foundation import write_atomically
-
-                write_atomically(json, text)
+            write_result(json, _text(summarize(whole)))
         if not quiet:
             from gsapp.cli._flight_text import describe
 

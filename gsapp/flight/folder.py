@@ -185,8 +185,10 @@ class FlightFolder:
         ------
         FileProblemsError
             If it holds mistakes; all are named.
+        FlightError
+            If the folder may not be read.
         """
-        if not self.info_file.exists():
+        if not self.path.is_dir() or INFO_NAME not in _entries(self.path):
             return None
         return read_toml(self.info_file, FlightInfo)
 

@@ -1,0 +1,33 @@
+"""Where ``--json`` goes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+
+def on_screen(json: Path | None) -> bool:
+    """Return whether the result for programs is to stand alone on the screen."""
+    return json is not None and str(json) == "-"
+
+
+def write_result(json: Path, text: str) -> None:
+    """Write the result of a command for programs; ``-`` is the screen.
+
+    Raises
+    ------
+    GroundStationError
+        If the file cannot be written.
+    """
+    from gsapp.foundation import GroundStationError, write_atomically
+
+    if on_screen(json):
+        sys.stdout.write(text)
+        return
+    try:
+        write_atomically(json, text)
+    except OSError as error:
+        raise GroundStationError(
+            f"{json} cannot be written ({error.strerror or error}); choose a file in a folder "
+            "where you may write"
+        ) from error
