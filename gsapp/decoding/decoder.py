@@ -7,6 +7,7 @@ there.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -201,6 +202,7 @@ class Decoder:
         self._routes: dict[int, list[_Route]] = {}
         self._lines: list[int] = []
         self._line_columns = 0
+        self._line_used: frozenset[int] = frozenset()
         self._make_routes()
         self._system = channel_map.system
         self._components: dict[int, int] = {}
@@ -455,7 +457,10 @@ class Decoder:
             return
         cells = data.decode("utf-8", "replace").strip().split(self.channel_map.delimiter)
         try:
-            numbers = [float(cell) if cell.strip() else float("nan") for cell in cells]
+            numbers = [
+                float(cell) if cell.strip() and place in self._line_used else math.nan
+                for place, cell in enumerate(cells)
+            ]
         except ValueError:
             numbers = []
         column = self.channel_map.text_time
@@ -543,6 +548,8 @@ class Decoder:
         if self.channel_map.text_time is not None:
             columns.append(self.channel_map.text_time)
         self._line_columns = max(columns) + 1 if columns else 0
+        # What no channel takes may be words.
+        self._line_used = frozenset(columns)
 
 
 __all__ = ["NOTICE_KINDS", "ChannelSource", "Decoder", "Notice"]

@@ -53,7 +53,7 @@ class Effect(StrictModel):
     def _known(cls, value: str) -> str:
         if value not in effect_ids():
             near = difflib.get_close_matches(value, effect_ids(), n=1)
-            hint = f"did you mean '{near[0]}'?" if near else "see gsapp discrepancy --catalog"
+            hint = f"did you mean '{near[0]}'?" if near else "docs/virtual-aircraft.md lists them"
             raise ValueError(f"no effect is called '{value}'; {hint}")
         return value
 

@@ -310,6 +310,7 @@ def make_term(term_id: str, aircraft: Aircraft) -> Term:
     factory = _REGISTRY.get(term_id)
     if factory is None:
         near = difflib.get_close_matches(term_id, _REGISTRY, n=3)
-        hint = f"did you mean {' or '.join(near)}?" if near else "see gsapp discrepancy --catalog"
+        nearest = f"did you mean {' or '.join(near)}?"
+        hint = nearest if near else "docs/virtual-aircraft.md lists them"
         raise UnknownNameError(f"no effect is called '{term_id}'; {hint}")
     return factory(aircraft)

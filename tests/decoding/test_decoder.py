@@ -395,6 +395,7 @@ calibration = "q"
     decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
     lines = ["time,alpha,note,throttle,q"]
     lines += [f"{k / 100:.2f},{k},9,{k / 2},{2.5 + k / 45}" for k in range(10)]
+    lines[3] = "0.02,2,a word in a column that nothing takes,1,2.5"
     lines[5] = "0.04,4,9,,2.5"
     lines[7] = "0.06,gar#bage"
     records = [
