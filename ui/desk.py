@@ -27,9 +27,11 @@ from ui.recording import RunningRecorder, launch, prepare_folder, running_record
 from ui.settings import SettingsStore, flights_path
 from ui.work import Progress, Work
 
-_TICK_MS = 12
+_TICK_MS = 5
 """Between looks for new samples: with the recorder's own delay well below 20 ms to the screen."""
 _BUDGET = 0.006
+_CATCH_UP_BUDGET = 0.04
+"""Seconds of a tick for new samples; the longer one while what was recorded before is read."""
 _TELL_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
 _GRACE = 1.0
@@ -356,7 +358,8 @@ class Desk(QObject):
         session = self.session
         if session is None:
             return
-        session.update(_BUDGET)
+        behind = session.replaying is None and not session.feed.caught_up
+        session.update(_CATCH_UP_BUDGET if behind else _BUDGET)
         now = time.monotonic()
         seen = (session.now, session.history.revision)
         if seen != self._seen:
