@@ -52,10 +52,11 @@ def connect_choices() -> ConnectChoices:
 def virtual_choices() -> VirtualChoices:
     """Return what can be chosen for the virtual aircraft."""
     plans = sorted(PLANS.names(), key=lambda name: (name != _USUAL_PLAN, name))
-    return VirtualChoices(plans=tuple(plans), effects=_effects())
+    return VirtualChoices(plans=tuple(plans), effects=hidden_effects)
 
 
-def _effects() -> tuple[tuple[str, str], ...]:
+def hidden_effects() -> tuple[tuple[str, str], ...]:
+    """Return id and title of the effects that can be hidden in the virtual aircraft."""
     for module in _EFFECT_MODULES:
         importlib.import_module(module)
     aircraft = load_aircraft(_VIRTUAL_AIRCRAFT)

@@ -87,6 +87,9 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "smaller", "Smaller", "Ctrl+-"),
     _command("View", "normal_size", "Normal size", "Ctrl+0"),
     *_CHART_COMMANDS,
+    _command(
+        "Charts", "type_range", "Type the y range of the chosen chart…", "Shift+Y", needs="flight"
+    ),
     _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
     _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
     _command("Flight", "panel_marks", "Marks and notes", "Ctrl+3", needs="flight"),

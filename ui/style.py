@@ -36,6 +36,7 @@ QMenu::separator {{ height: 1px; background: {line}; margin: {p4}px 0; }}
 QMenu::indicator {{ width: {p12}px; height: {p12}px; margin-left: {p10}px; }}
 QMenu::indicator:checked {{ background: {text}; border-radius: {p2}px; }}
 
+QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QPushButton, QToolButton {{ background: {panel}; border: 1px solid {axis}; border-radius: {p4}px;
   padding: {p4}px {p12}px; min-height: {p20}px; }}
 QPushButton:hover, QToolButton:hover {{ background: {hover}; }}

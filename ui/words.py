@@ -43,6 +43,15 @@ def number_text(value: float, decimals: int) -> str:
     return text
 
 
+def parse_number(text: str) -> float | None:
+    """Return a number as people write it, with a true minus sign or a decimal comma; or None."""
+    try:
+        value = float(text.strip().replace(MINUS, "-").replace(",", "."))
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
 def value_text(spec: ChannelSpec, value: float | None, system: str, *, unit: bool = True) -> str:
     """Return an SI value in the unit of the screen, with the digits that its sensor earns.
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from gsapp.quantities import Block
 from gsapp.session.history import History
 from ui.strips.columns import ColumnScale, choose_scale, column_extremes
+from ui.strips.drawing import tick_decimals
 from ui.strips.ranges import SteadyRange
 from ui.strips.ticks import clock, number, round_range, step_decimals, time_step, value_ticks
 
@@ -70,6 +71,15 @@ def test_labels_of_a_value_axis_never_touch(low, span, length, scale):
     half = 0.42 * 11 * scale
     places = [min(max(pad + gain * (t - low), half), length - half) for t in ticks]
     assert all(b - a >= 8.0 * scale for a, b in itertools.pairwise(places))
+
+
+@pytest.mark.parametrize(("low", "high"), [(-2.5, 2.5), (-1.0, 1.0), (12.5, 12.7), (0.9, 1.1)])
+def test_a_low_chart_has_a_scale_all_the_same(low, high):
+    """Proves two labels where 16 charts share a small window, each with the digits it needs."""
+    ticks = value_ticks(low, high, 34.0, 2.0, 13.5)
+    assert len(ticks) >= 2
+    decimals = tick_decimals(ticks)
+    assert [float(f"{tick:.{decimals}f}") for tick in ticks] == pytest.approx(ticks)
 
 
 def test_numbers_and_times_read_as_they_should():

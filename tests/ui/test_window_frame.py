@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator
 from itertools import pairwise
@@ -31,7 +32,8 @@ from gsapp.session.limits import Severity
 from ui.commands import COMMANDS, CommandSet
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.keys import KeysDialog
-from ui.dialogs.small import ask_closing
+from ui.dialogs.small import RangeDialog, ask_closing
+from ui.dialogs.virtual import VirtualChoices, VirtualDialog
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
 from ui.settings import Settings, SettingsStore
@@ -163,6 +165,8 @@ def test_a_note_is_typed_in_place_found_again_and_taken_back(
     editor.setText("gust from the left")
     qtbot.keyClick(editor, Qt.Key.Key_Return)
     until(qtbot, lambda: flight.desk.session.marks[0].text == "gust from the left")
+    # The next key is for the charts again.
+    until(qtbot, flight.view.charts.hasFocus)
     marks = flight.desk.session.marks
     assert [mark.kind for mark in marks] == ["note"]
     assert marks[0].time == pytest.approx(19.0)
@@ -306,6 +310,56 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
     dialog.link.port.set_value(14551)
     assert dialog.request.link == "udpin:127.0.0.1:14551"
     assert dialog.button.isEnabled()
+
+
+def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Enter in a field starts the flight; it opens no file dialog and cancels nothing."""
+    choices = VirtualChoices(plans=("default",), effects=lambda: (("aero.Cm.q", "No damping"),))
+    dialog = VirtualDialog(Look(), choices, tmp_path)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    activate(qtbot, dialog)
+    until(qtbot, lambda: dialog.effects.count() == 1)
+    place = dialog.place
+    chain = [dialog.plan, dialog.speed, dialog.seed, dialog.thin, dialog.search, dialog.effects,
+             place.name, place.parent_folder.edit]  # fmt: skip
+    for field in chain:
+        assert QApplication.focusWidget() is field
+        qtbot.keyClick(field, Qt.Key.Key_Tab)
+    place.name.setFocus()
+    with qtbot.waitSignal(dialog.accepted):
+        qtbot.keyClick(place.name, Qt.Key.Key_Return)
+
+
+def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> None:
+    """In the units of the screen; the layout keeps it; empty fields let it follow again."""
+    charts = flight.view.charts
+    charts.setFocus()
+    charts.perform("chart_down")
+
+    def answer(low: str, high: str) -> None:
+        dialog = QApplication.activeModalWidget()
+        assert isinstance(dialog, RangeDialog)
+        dialog.low.setText("7")
+        dialog.high.setText("7")
+        assert not dialog.button.isEnabled()
+        dialog.low.setText(low)
+        dialog.high.setText(high)
+        dialog.button.click()
+
+    QTimer.singleShot(100, lambda: answer("−2,5", "12"))
+    qtbot.keyClick(charts, Qt.Key.Key_Y, Qt.KeyboardModifier.ShiftModifier)
+    until(qtbot, lambda: charts.selected_chart is not None)
+    assert charts.selected_chart.specs[0].id == "alpha"
+    assert (charts.selected_chart.low, charts.selected_chart.high) == pytest.approx((-2.5, 12.0))
+    assert charts.selected_chart.ticks[0] >= -2.5
+    assert charts.strip_layout.strips[1].high == pytest.approx(math.radians(12.0))
+    activate(qtbot, flight)
+    QTimer.singleShot(100, lambda: answer("", ""))
+    qtbot.keyClick(charts, Qt.Key.Key_Y, Qt.KeyboardModifier.ShiftModifier)
+    assert charts.strip_layout.strips[1].range == "auto"
 
 
 # The bar

@@ -126,7 +126,6 @@ class LinkField(QWidget):
             self._typed(self.text.currentText())
         else:
             self._from_fields()
-        self.setFocusProxy(self.text)
 
     def _network_fields(self, look: Look) -> QWidget:
         page = QWidget()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QIntValidator
+from PySide6.QtGui import QIntValidator, QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -81,7 +82,7 @@ class NumberField(QLineEdit):
 
 
 class PathField(QWidget):
-    """A path, typed or chosen.
+    """A path to write to, typed or chosen.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ class PathField(QWidget):
         if self._folder:
             chosen = QFileDialog.getExistingDirectory(self, self._name, start)
         else:
-            chosen, _kind = QFileDialog.getOpenFileName(self, self._name, start)
+            chosen, _kind = QFileDialog.getSaveFileName(self, self._name, start)
         if chosen:
             self.edit.setText(chosen)
 
@@ -138,6 +139,7 @@ class FormDialog(QDialog):
         outer.setSpacing(0)
         area = QScrollArea()
         area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         area.setWidgetResizable(True)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # Names above the fields where the screen is narrow for the scale.
@@ -166,7 +168,6 @@ class FormDialog(QDialog):
         row.setContentsMargins(look.px(24), look.px(12), look.px(24), look.px(12))
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.button = self.buttons.addButton(does, QDialogButtonBox.ButtonRole.AcceptRole)
-        self.button.setDefault(True)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         row.addWidget(self.buttons)
@@ -192,6 +193,36 @@ class FormDialog(QDialog):
             self.grid.addWidget(field, row, 1)
         if below is not None:
             self.grid.addWidget(below, row + 1, 0 if self._stacked else 1, 1, -1)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Let Tab go as one reads, and begin in the first field."""
+        super().showEvent(event)
+        for button in self.findChildren(QPushButton):
+            # Enter does what the dialog is for, not what the nearest button would do.
+            button.setAutoDefault(False)
+        self.button.setDefault(True)
+        chain = self.tab_chain()
+        for former, latter in pairwise(chain):
+            QWidget.setTabOrder(former, latter)
+        if chain and not self._body.isAncestorOf(self.focusWidget() or self):
+            chain[0].setFocus(Qt.FocusReason.TabFocusReason)
+
+    def tab_chain(self) -> list[QWidget]:
+        """Return what Tab goes through: the fields from top to bottom, then the buttons."""
+
+        def place(field: QWidget) -> tuple[int, int]:
+            center = field.mapTo(self._body, field.rect().center())
+            return center.y() // self.look.px(16), center.x()
+
+        fields = [
+            field
+            for field in self._body.findChildren(QWidget)
+            if field.focusPolicy() & Qt.FocusPolicy.TabFocus
+            and field.focusProxy() is None
+            # Not what pops up from a field.
+            and field.window() is self
+        ]
+        return [*sorted(fields, key=place), *self.buttons.buttons()]
 
     def fit(self, width: int = 640) -> None:
         """Take the size of the content, within the screen."""

@@ -138,6 +138,12 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
         return Verdict(
             sentence="Listens to the whole network: anybody on it can send.", state="caution"
         )
+    if kind in ("udpin", "tcpin") and rest.startswith(("127.", "localhost:")):
+        return Verdict(
+            sentence="Listens to this computer only; 0.0.0.0 in place of the address listens to "
+            "the network.",
+            state="good",
+        )
     sentences = {
         "udpin": "Listens on this port until the aircraft sends.",
         "udpout": "Calls this address until the aircraft answers.",

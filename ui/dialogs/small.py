@@ -1,4 +1,4 @@
-"""Short questions: go to time, export, map of a foreign file, what to do with the recorder."""
+"""Short questions: time, y range, export, map of a foreign file, what to do with the recorder."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QMessageBox, QPushButton, QW
 from ui.dialogs.fields import ShippedField
 from ui.dialogs.form import FormDialog, PathField, Sentence
 from ui.look import Look
-from ui.words import clock_text, parse_clock
+from ui.words import clock_text, parse_clock, parse_number, unit_text
 
 ClosingAnswer = Literal["leave", "stop", "stay"]
 
@@ -62,6 +62,64 @@ class GoToDialog(FormDialog):
         """Return the time within the flight, s."""
         first, last = self._span
         return min(max(self.time if self.time is not None else first, first), last)
+
+
+class RangeDialog(FormDialog):
+    """Asks for the y range of a chart; two empty fields leave it to the program.
+
+    Parameters
+    ----------
+    title, unit : str
+        The quantity, and the unit in which it is shown.
+    low, high : float
+        The range in force, in that unit.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        title: str,
+        unit: str,
+        low: float,
+        high: float,
+        parent: QWidget | None = None,
+    ) -> None:
+        shown = f" in {unit_text(unit)}" if unit else ""
+        super().__init__(
+            "Y range",
+            f"{title}{shown}. Leave both fields empty for an automatic range.",
+            "Set",
+            look,
+            parent,
+        )
+        self.high, self.low = QLineEdit(f"{high:g}"), QLineEdit(f"{low:g}")
+        self.sentence = Sentence()
+        self.add_row("Highest", self.high)
+        self.add_row("Lowest", self.low, self.sentence)
+        for edit in (self.high, self.low):
+            edit.textChanged.connect(self._judge)
+        self.high.selectAll()
+        self._judge()
+        self.fit(400)
+
+    def _judge(self) -> None:
+        texts = self.high.text().strip(), self.low.text().strip()
+        usable = self.range is not None or not any(texts)
+        if not any(texts):
+            self.sentence.say("The range follows the trace.", "good")
+        elif usable:
+            self.sentence.say("The range stays as it is typed. Y changes back.", "good")
+        elif any(parse_number(text) is None for text in texts):
+            self.sentence.say("Write two numbers, such as 5 and -2.5.", "warning")
+        else:
+            self.sentence.say("The highest must lie above the lowest.", "warning")
+        self.button.setEnabled(usable)
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Return lowest and highest as typed; None if they make no range."""
+        low, high = parse_number(self.low.text()), parse_number(self.high.text())
+        return (low, high) if low is not None and high is not None and low < high else None
 
 
 class ExportDialog(FormDialog):

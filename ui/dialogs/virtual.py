@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from ui.dialogs.fields import FlightPlace, ShippedField
 from ui.dialogs.form import FormDialog, NumberField, Sentence
 from ui.dialogs.requests import VirtualRequest
 from ui.look import Look
+from ui.work import Work
 
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
 
@@ -33,12 +34,13 @@ class VirtualChoices:
     ----------
     plans : tuple of str
         Flight plans that come with the program, the usual one first.
-    effects : tuple of (str, str)
-        Id and title of the effects that can be hidden in it.
+    effects : callable
+        Returns id and title of the effects that can be hidden in it; takes a second or two the
+        first time, so that it is called in a thread.
     """
 
     plans: tuple[str, ...]
-    effects: Sequence[tuple[str, str]]
+    effects: Callable[[], Sequence[tuple[str, str]]]
 
 
 class VirtualDialog(FormDialog):
@@ -75,14 +77,15 @@ class VirtualDialog(FormDialog):
         self.effects.setAccessibleName("Hidden effects")
         self.effects.setFixedHeight(look.px(112))
         self.effects.setProperty("role", "boxed")
-        for effect, title in choices.effects:
-            item = QListWidgetItem(f"{title}   ({effect})" if title else effect)
-            item.setData(Qt.ItemDataRole.UserRole, effect)
-            item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
-            item.setCheckState(Qt.CheckState.Unchecked)
-            self.effects.addItem(item)
-        note = Sentence()
-        note.say("Hidden effects make the aircraft differ from its model; find them later.")
+        self.effects.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.note = Sentence()
+        self.note.say("Reading the catalog of effects…")
+        self._reading = Work("Reading the effects", lambda _progress: choices.effects(), self)
+        self._reading.done.connect(self._offer)
+        self._reading.failed.connect(
+            lambda error: self.note.say(f"The effects cannot be read: {error}", "warning")
+        )
+        self._reading.start()
         holder = QWidget()
         column = QVBoxLayout(holder)
         column.setContentsMargins(0, 0, 0, 0)
@@ -90,12 +93,23 @@ class VirtualDialog(FormDialog):
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
-        self.add_row("Hidden effects", holder, note)
+        self.add_row("Hidden effects", holder, self.note)
         self.place = FlightPlace(flights, look)
         self.add_row("Flight", self.place)
         self.place.changed.connect(lambda: self.button.setEnabled(self.place.verdict.usable))
         self.button.setEnabled(self.place.verdict.usable)
         self.fit()
+
+    def _offer(self, effects: Sequence[tuple[str, str]]) -> None:
+        for effect, title in effects:
+            item = QListWidgetItem(f"{title}   ({effect})" if title else effect)
+            item.setToolTip(item.text())
+            item.setData(Qt.ItemDataRole.UserRole, effect)
+            item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+            item.setCheckState(Qt.CheckState.Unchecked)
+            self.effects.addItem(item)
+        self.note.say("Hidden effects make the aircraft differ from its model; find them later.")
+        self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:
         wanted = words.lower().split()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ui.desk import Desk
-from ui.dialogs.small import GoToDialog
+from ui.dialogs.small import GoToDialog, RangeDialog
 from ui.flight.controls import next_speed
 from ui.flight.view import FlightView
 from ui.look import Look
@@ -47,10 +47,12 @@ class Crew(QObject):
         self._store = store
         self._heard: frozenset[str] = frozenset()
         self._sounded = 0.0
+        self._before_note: tuple[bool, int] | None = None
         view.mark_requested.connect(desk.mark)
         view.marks.jumped.connect(self._go_to_mark)
         view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
         view.marks.deleted.connect(lambda key: desk.delete_mark(str(key)))
+        view.marks.edit_ended.connect(self._note_written)
         view.alarms.acknowledged.connect(desk.acknowledge)
         view.alarms.jumped.connect(self._go_to_key)
         view.messages.jumped.connect(self._go_to_key)
@@ -74,6 +76,7 @@ class Crew(QObject):
             "step_back": lambda: self._desk.step(-1),
             "step": lambda: self._desk.step(1),
             "go_to": self.go_to,
+            "type_range": self.type_range,
         }
 
     def pause(self) -> None:
@@ -87,13 +90,21 @@ class Crew(QObject):
     # Marks
 
     def note(self) -> None:
-        """Mark this moment and let the user write a few words."""
+        """Mark this moment and let the user write a few words; Enter comes back to the charts."""
+        before = self._view.panel_shown
         view = self._view.charts.view
         at = view.cursors.get("cursor") if view.paused else None
         key = self._desk.mark(at if at is not None else self._desk.time, kind="note")
         self._view.show_picture(self._desk.picture(self._look.units))
         self._view.show_panel(2)
         self._view.marks.begin_edit(key)
+        self._before_note = before
+
+    def _note_written(self) -> None:
+        before, self._before_note = self._before_note, None
+        if before is not None:
+            # After the table has taken the text and the focus.
+            QTimer.singleShot(0, self, lambda: self._view.go_back(before))
 
     def step_mark(self, steps: int) -> None:
         """Go to the mark before or after what is in sight."""
@@ -142,6 +153,20 @@ class Crew(QObject):
         dialog = GoToDialog(self._look, *span, self._desk.time or span[0], self._window)
         if dialog.exec():
             self._seek(dialog.held)
+
+    # Charts
+
+    def type_range(self) -> None:
+        """Ask for the y range of the chosen chart."""
+        chart = self._view.charts.selected_chart
+        if chart is None:
+            return
+        dialog = RangeDialog(
+            self._look, chart.specs[0].title, chart.displays[0].unit, chart.low, chart.high,
+            self._window,
+        )  # fmt: skip
+        if dialog.exec():
+            self._view.charts.set_range(dialog.range)
 
     # Sound
 

@@ -111,11 +111,14 @@ class MarksPanel(ListPanel):
         Key of a mark and its new text.
     deleted : Signal(object)
         Key of a mark to take away; it can be brought back.
+    edit_ended : Signal
+        A text was typed, or left as it was.
     """
 
     jumped = Signal(object)
     edited = Signal(object, str)
     deleted = Signal(object)
+    edit_ended = Signal()
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
@@ -125,6 +128,7 @@ class MarksPanel(ListPanel):
         )
         model.edited.connect(self.edited)
         view.opened.connect(self.jumped)
+        view.itemDelegate().closeEditor.connect(lambda *_: self.edit_ended.emit())
         go = self.add_button("Go to", "Go to the chosen mark (Enter)")
         go.clicked.connect(lambda: self._with_current(self.jumped.emit))
         edit = self.add_button("Edit text", "Edit the text of the chosen mark")

@@ -145,7 +145,7 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         disk=snapshot.disk,
         aircraft=snapshot.aircraft,
         calibration=_count(len(stamps)),
-        calibrated_on="" if oldest is None else f"since {oldest.day} {oldest:%b}",
+        calibrated_on="" if oldest is None else f"sensors, {oldest.day} {oldest:%b}",
         uncalibrated=len(without_certificate(session)),
         alarms=AlarmFacts(
             sentences=tuple(alarm_sentence(alarm, units) for alarm in waiting),

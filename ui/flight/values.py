@@ -81,5 +81,7 @@ def times_text(cursors: Mapping[str, float]) -> str:
         apart = cursors["b"] - cursors["a"]
         parts.append(f"B − A {number_text(apart, 2)} s")
         if abs(apart) > 1e-9:
-            parts.append(f"1/Δt {abs(1.0 / apart):.2f} Hz")
-    return "    ".join(parts) or DASH
+            parts.append(f"1/\N{WORD JOINER}Δt {abs(1.0 / apart):.2f} Hz")
+    # A line breaks between the parts only.
+    whole = (part.replace(" ", "\N{NO-BREAK SPACE}") for part in parts)
+    return "    ".join(whole) or DASH

@@ -168,6 +168,19 @@ class FlightView(QWidget):
         else:
             (panel.focusProxy() or panel).setFocus(Qt.FocusReason.ShortcutFocusReason)
 
+    @property
+    def panel_shown(self) -> tuple[bool, int]:
+        """Return whether the side panel is open, and which of its panels."""
+        return self.tabs.isVisibleTo(self), self.tabs.currentIndex()
+
+    def go_back(self, shown: tuple[bool, int]) -> None:
+        """Go back to the charts, with the side panel as it was."""
+        opened, index = shown
+        self.tabs.setCurrentIndex(index)
+        if not opened:
+            self._set_panel(False)
+        self.charts.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
     def toggle_panel(self) -> None:
         """Open or close the side panel."""
         self._set_panel(not self.tabs.isVisibleTo(self))

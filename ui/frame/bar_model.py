@@ -17,7 +17,7 @@ from ui.words import (
     percent_text,
 )
 
-_SPEECHLESS = ("waiting", "silent", "lost", "none", "ended")
+_SPEECHLESS = ("waiting", "silent", "lost", "none", "ended", "catching up")
 """States of the link in which its last numbers must not stand."""
 
 _STATES: dict[Severity, State] = {
@@ -169,7 +169,7 @@ def _recorder(facts: BarFacts) -> BarPart:
             word="REC",
             value="stopped" if stopped else "off",
             state="plain",
-            width=200,
+            width=216,
             detail="Nothing is being recorded.",
         )
     size = bytes_text(recorder.received_bytes)
@@ -191,7 +191,7 @@ def _recorder(facts: BarFacts) -> BarPart:
         value=size,
         note=note,
         state=state,
-        width=200,
+        width=216,
         detail=f"{size} recorded, {note}. {' '.join(recorder.remarks)}".strip(),
     )
 

@@ -5,7 +5,6 @@ All coordinates are whole pixels of the screen; the painter that comes in is set
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 
@@ -117,7 +116,7 @@ def measure_columns(
             values = max(values, pen.width(widest, _VALUE, bold=True))
             units = max(units, pen.width(unit, _LABEL))
             ticks = max(ticks, pen.width(widest.replace(".", ""), _LABEL))
-    if width < pen.px(900):
+    if width < pen.px(760):
         # Little room, as at 250 %: titles give way first.
         names = min(names, pen.px(84))
     tag = pen.width("uncal", _LABEL) + pen.px(12)
@@ -247,7 +246,7 @@ def draw_ticks(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
     edge = geometry.plot.x
     free = thickness(theme, geometry.ratio) / 2.0 + 1.0
     painter.fillRect(QRect(edge - line, box.y, line, box.height), pen.color(theme.axis))
-    decimals = _tick_decimals(chart.ticks)
+    decimals = tick_decimals(chart.ticks)
     half = pen.px(_LABEL) * 0.42
     for value in chart.ticks:
         row = box.y + value_row(chart, box, value, free)
@@ -266,10 +265,9 @@ def draw_ticks(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
         )
 
 
-def _tick_decimals(ticks: Sequence[float]) -> int:
-    steps = [abs(after - before) for before, after in itertools.pairwise(ticks)]
-    least = [step for step in steps if step > 0.0] or [abs(value) for value in ticks if value]
-    return step_decimals(min(least)) if least else 0
+def tick_decimals(ticks: Sequence[float]) -> int:
+    """Return the digits after the point that the labels of an axis need."""
+    return max((step_decimals(abs(value)) for value in ticks if value), default=0)
 
 
 def value_row(chart: Chart, box: Box, value: float, free: float) -> float:

@@ -57,10 +57,6 @@ def value_ticks(
     """
     gain = (length - 2.0 * pad) / (high - low)
 
-    if 1.4 * apart <= length < 2.5 * apart:
-        # Room for two labels and no more: the ends tell most.
-        return [low, high]
-
     def fitting(step: float) -> list[float]:
         ticks = multiples(low, high, step)
         if not ticks or len(ticks) > most + 2:
@@ -83,11 +79,9 @@ def value_ticks(
         if len(ticks) > 1:
             return ticks
         step = next_step(step)
-    decade = round_step((high - low) / 10.0) / 10.0
-    for factor in (2.5, 4.0, 3.0, 25.0, 40.0, 30.0):
-        ticks = fitting(factor * decade)
-        if len(ticks) > 1:
-            return ticks
+    if length >= 1.4 * apart:
+        # One label is no scale. The ends are round, and tell most.
+        return [low, high]
     step = round_step((high - low) / 2.0)
     return [round((low + high) / 2.0 / step) * step]
 

@@ -841,6 +841,24 @@ class StripChart(QWidget):
         self._describe()
         self.update()
 
+    @property
+    def selected_chart(self) -> Chart | None:
+        """Return the chosen chart; None if there is none."""
+        return self._charts.get(self.view.selected)
+
+    def set_range(self, ends: tuple[float, float] | None) -> None:
+        """Hold the y range of the chosen chart (displayed units), or let it follow with None."""
+        chart = self.selected_chart
+        if chart is None:
+            return
+        values: dict[str, object] = {"range": "auto", "low": None, "high": None}
+        if ends is not None:
+            low, high = sorted(chart.displays[0].si(end) for end in ends)
+            values = {"range": "fixed", "low": low, "high": high}
+        self._change(
+            self._layout.with_strip(self.view.selected, chart.strip.model_copy(update=values))
+        )
+
     def _next_range(self) -> None:
         strips = self._layout.strips
         if not strips:
