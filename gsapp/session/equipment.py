@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gsapp.decoding.health import LinkHealth, LinkReport
@@ -166,7 +166,7 @@ class EquipmentMonitor:
         """Return whether the record is complete: its recorder was told to stop, and did."""
         return self._handle is None and self._status is not None and self._status.state == "stopped"
 
-    def look(self, health: LinkHealth | None, now: float | None) -> bool:
+    def look(self, health: LinkHealth | None, now: float | None, *, caught_up: bool = True) -> bool:
         """Look at everything, if it is time; return whether it was.
 
         Parameters
@@ -175,6 +175,9 @@ class EquipmentMonitor:
             Counts of the link.
         now : float or None
             Flight time, for alarms, s.
+        caught_up : bool
+            Whether everything recorded was counted in `health`. While an older part of the record
+            is being read its age says nothing of the link.
         """
         time = self._clock()
         if time < self._next_look:
@@ -185,7 +188,10 @@ class EquipmentMonitor:
         self._status = status or read_status(self._folder / STATUS_FILE)
         self.recorder = self._look_at_recorder(now)
         self.disk = self._look_at_disk(now)
-        self.link = self._look_at_link(health, time, now)
+        if caught_up or self._handle is None:
+            self.link = self._look_at_link(health, time, now)
+        else:
+            self.link = replace(self.link, words="catching up", age=None)
         return True
 
     def _say(

@@ -82,6 +82,15 @@ def test_all_is_well(bench: Bench) -> None:
     assert not seen.recorder.growing
 
 
+def test_a_record_that_is_being_read_again_says_nothing_of_the_link(bench: Bench) -> None:
+    """A window that attaches late sees old frames first; the aircraft is not silent for that."""
+    bench.look()
+    bench.now += 0.5
+    assert bench.monitor.look(bench.health, 12.0, caught_up=False)
+    assert (bench.monitor.link.words, bench.monitor.link.age) == ("catching up", None)
+    assert not bench.board.standing
+
+
 def test_the_disk_is_announced_long_before_it_is_full(bench: Bench) -> None:
     """Caution half an hour ahead or at 500 MB, warning ten minutes ahead or at 50 MB."""
     assert bench.look(seconds_until_full=1900.0) == {}
