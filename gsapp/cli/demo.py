@@ -164,5 +164,5 @@ def _sum_up(folder: Path, out: Path, picture: Path, console: Console) -> None:
     from gsapp.cli import replay
 
     summary = out / f"{folder.name}.json"
-    replay.run(flight=folder, speed="max", headless=True, json=summary)
+    replay.run(flight=folder, speed="max", json=summary)
     console.print(f"5. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}")

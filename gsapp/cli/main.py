@@ -22,7 +22,9 @@ app = typer.Typer(
 FlightPath = Annotated[
     Path,
     typer.Argument(
-        metavar="FLIGHT", readable=False, help="Flight folder, .csv, .tlog, .bin, .ulg or .mat"
+        metavar="FLIGHT",
+        readable=False,
+        help="Flight folder, .csv, .tlog, .bin, .ulg, .mat, .parquet",
     ),
 ]
 JsonFile = Annotated[
@@ -96,9 +98,9 @@ def fly(
             readable=False, metavar="FLIGHT", help="Write a flight folder instead, without waiting"
         ),
     ] = None,
-    plan: Annotated[str, typer.Option(metavar="FILE", help="Flight plan, or a shipped one")] = (
-        "default"
-    ),
+    plan: Annotated[
+        str, typer.Option(metavar="FILE", help="Plan: a file, or the name of a shipped one")
+    ] = ("default"),
     hide: Annotated[
         Optional[list[str]],  # noqa: UP045
         typer.Option(
@@ -106,10 +108,14 @@ def fly(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same flight")] = 0,
-    speed: Annotated[float, typer.Option(help="Times real time")] = 1.0,
+    speed: Annotated[float, typer.Option(metavar="X", help="Times real time")] = 1.0,
     thin: Annotated[bool, typer.Option("--thin", help="Fit a 57,600-baud radio")] = False,
-    aircraft: Annotated[str, typer.Option(metavar="FILE", help="Aircraft")] = "b777",
-    model: Annotated[str, typer.Option(metavar="FILE", help="Aerodynamic model")] = "b777",
+    aircraft: Annotated[
+        str, typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one")
+    ] = "b777",
+    model: Annotated[
+        str, typer.Option(metavar="FILE", help="Model: a file, or the name of a shipped one")
+    ] = "b777",
     turbulence: Annotated[
         Optional[float],  # noqa: UP045
         typer.Option(metavar="M/S", help="Standard deviation of the gusts"),
@@ -151,11 +157,11 @@ def record(
     channel_map: MapName = None,
     aircraft: Annotated[
         Optional[str],  # noqa: UP045
-        typer.Option(metavar="FILE", help="Aircraft to read the record with"),
+        typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one"),
     ] = None,
     calibration: Annotated[
         Optional[str],  # noqa: UP045
-        typer.Option(metavar="FOLDER", help="Certificates in force, or a shipped set"),
+        typer.Option(metavar="FOLDER", help="Certificates: a folder, or the name of a shipped set"),
     ] = None,
     heartbeat: Annotated[
         Optional[bool],  # noqa: UP045
@@ -203,15 +209,16 @@ def replay(
         raise typer.Exit(run_window(flight=flight, speed=speed or "1", channel_map=channel_map))
     from gsapp.cli import replay as command
 
-    command.run(
-        flight=flight, speed=speed or "max", headless=True, json=json, channel_map=channel_map
-    )
+    command.run(flight=flight, speed=speed or "max", json=json, channel_map=channel_map)
 
 
 @app.command("import")
 def import_(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", readable=False, help=".tlog, .bin, .ulg, .csv or .mat")
+        Path,
+        typer.Argument(
+            metavar="FILE", readable=False, help=".tlog, .bin, .ulg, .csv, .mat or .parquet"
+        ),
     ],
     out: Annotated[
         Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")

@@ -15,14 +15,10 @@ def run(
     *,
     flight: Path,
     speed: str | float = "max",
-    headless: bool = True,
     json: Path | None = None,
     channel_map: str | None = None,
-    certificates: str | None = None,
-    aircraft: str | None = None,
-    rate: float | None = None,
 ) -> int:
-    """Replay a flight.
+    """Replay a flight without a window, and print a summary at its end.
 
     Parameters
     ----------
@@ -30,15 +26,11 @@ def run(
         Folder or file.
     speed : str or float
         Times real time, 0.1 to 50, or ``max``.
-    headless : bool
-        Print a summary at the end of the flight, instead of opening the window.
     json : Path, optional
         Where to write the summary for programs; ``-`` for the screen, which then shows nothing
         else.
-    channel_map, certificates, aircraft : str, optional
-        Name or path, in place of those in the flight folder.
-    rate : float, optional
-        Samples per second of the grid.
+    channel_map : str, optional
+        Name or path, in place of the one in the flight folder.
 
     Returns
     -------
@@ -51,10 +43,6 @@ def run(
         If the flight cannot be read, or the speed is none.
     """
     times = speed_of(speed)
-    if not headless:
-        from ui.app import run_window
-
-        return int(run_window(flight=flight, speed=str(speed), channel_map=channel_map))
     from rich.console import Console
 
     from gsapp.cli._results import on_screen, write_result
@@ -63,14 +51,7 @@ def run(
 
     quiet = on_screen(json)
     console = Console(stderr=True) if quiet else Console()
-    session = Session.replay(
-        flight,
-        channel_map=channel_map,
-        certificates=certificates,
-        aircraft=aircraft,
-        rate=rate,
-        speed=times,
-    )
+    session = Session.replay(flight, channel_map=channel_map, speed=times)
     try:
         _play(session, console)
         whole = session.flight()
