@@ -7,8 +7,10 @@
     aircraft.toml          the aircraft file in force
     channel_map.toml       the channel map in force
     calibration/*.toml     the certificates in force, named by their instruments
+    limits.toml            the crew's own limits, if any
     events.jsonl           marks, notes, alarms
     <on-board log>         named in flight.toml
+    recorder.*             state, lock and words of the recorder
     cache/                 engineering units; may be deleted at any time
 """
 
@@ -27,27 +29,32 @@ from tomlkit.exceptions import TOMLKitError
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.events import EventLog
 from gsapp.flight.info import FlightInfo, current_versions, now
-from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
+from gsapp.flight.names import (
+    AIRCRAFT_FILE,
+    CACHE_FOLDER,
+    CALIBRATION_FOLDER,
+    CHANNEL_MAP_FILE,
+    EVENTS_FILE,
+    FRAMES_FILE,
+    INFO_FILE,
+    LINES_FILE,
+    LOCK_FILE,
+    RESIDUE_FILE,
+    STATUS_FILE,
+)
 from gsapp.flight.replacing import copy_atomically, write_whole
 from gsapp.foundation import FlightError, read_toml
 from gsapp.foundation.toml import validate
 
-INFO_NAME = "flight.toml"
-AIRCRAFT_NAME = "aircraft.toml"
-CHANNEL_MAP_NAME = "channel_map.toml"
-CALIBRATION_NAME = "calibration"
-EVENTS_NAME = "events.jsonl"
-CACHE_NAME = "cache"
-
 _SIGNS_OF_A_FLIGHT = (
-    INFO_NAME,
+    INFO_FILE,
     FRAMES_FILE,
     LINES_FILE,
     RESIDUE_FILE,
-    EVENTS_NAME,
+    EVENTS_FILE,
     # Of a recorder that has begun and received nothing yet.
-    "recorder.json",
-    "recorder.lock",
+    STATUS_FILE,
+    LOCK_FILE,
 )
 
 
@@ -113,7 +120,7 @@ class FlightFolder:
             raise FlightError(f"there is no flight folder {folder}; check the path")
         _must_not_be_a_file(folder)
         if not is_flight_folder(folder):
-            names = ", ".join((INFO_NAME, FRAMES_FILE, LINES_FILE))
+            names = ", ".join((INFO_FILE, FRAMES_FILE, LINES_FILE))
             raise FlightError(
                 f"{folder} is a folder, but not a flight: it has none of {names}; name the "
                 "folder that 'gsapp record --out' or 'gsapp import --out' made"
@@ -135,7 +142,7 @@ class FlightFolder:
     @property
     def info_file(self) -> Path:
         """Return the path of ``flight.toml``."""
-        return self.path / INFO_NAME
+        return self.path / INFO_FILE
 
     @property
     def tlog_file(self) -> Path:
@@ -156,27 +163,27 @@ class FlightFolder:
     @property
     def aircraft_file(self) -> Path:
         """Return where the copy of the aircraft file is."""
-        return self.path / AIRCRAFT_NAME
+        return self.path / AIRCRAFT_FILE
 
     @property
     def channel_map_file(self) -> Path:
         """Return where the copy of the channel map is."""
-        return self.path / CHANNEL_MAP_NAME
+        return self.path / CHANNEL_MAP_FILE
 
     @property
     def calibration_folder(self) -> Path:
         """Return where the copies of the certificates are."""
-        return self.path / CALIBRATION_NAME
+        return self.path / CALIBRATION_FOLDER
 
     @property
     def cache_folder(self) -> Path:
         """Return where engineering units are cached."""
-        return self.path / CACHE_NAME
+        return self.path / CACHE_FOLDER
 
     @property
     def events(self) -> EventLog:
         """Return the events file, for appending and following."""
-        return EventLog(self.path / EVENTS_NAME)
+        return EventLog(self.path / EVENTS_FILE)
 
     def info(self) -> FlightInfo | None:
         """Read ``flight.toml``; None if there is none.
@@ -188,7 +195,7 @@ class FlightFolder:
         FlightError
             If the folder may not be read.
         """
-        if not self.path.is_dir() or INFO_NAME not in _entries(self.path):
+        if not self.path.is_dir() or INFO_FILE not in _entries(self.path):
             return None
         return read_toml(self.info_file, FlightInfo)
 
@@ -271,7 +278,7 @@ class FlightFolder:
         """Copy an on-board log into the folder and name it in ``flight.toml``."""
         source = Path(path)
         target = self.path / (name or source.name)
-        if target.name in (*_SIGNS_OF_A_FLIGHT, AIRCRAFT_NAME, CHANNEL_MAP_NAME):
+        if target.name in (*_SIGNS_OF_A_FLIGHT, AIRCRAFT_FILE, CHANNEL_MAP_FILE):
             target = self.path / f"onboard-{target.name}"
         if not (target.exists() and target.samefile(source)):
             copy_atomically(source, target)

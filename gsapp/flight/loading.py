@@ -17,7 +17,8 @@ from gsapp.decoding.decoder import ChannelSource, Decoder
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
 from gsapp.flight.events import event_of, in_order, read_events
 from gsapp.flight.flight import Flight, FrameCounts
-from gsapp.flight.folder import EVENTS_NAME, FlightFolder
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.names import EVENTS_FILE
 from gsapp.flight.raw import RawDamage, RawTail, read_tlog
 from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
 from gsapp.flight.readers.dataflash import read_dataflash
@@ -119,7 +120,7 @@ def load_flight(
 
 
 def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
-    record = read_events(folder.path / EVENTS_NAME)
+    record = read_events(folder.path / EVENTS_FILE)
     remarks: tuple[str, ...] = ()
     if record.damaged:
         remarks = (damaged_events(record.damaged),)
@@ -139,7 +140,7 @@ def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
 def damaged_events(count: int) -> str:
     """Return the sentence for damaged lines of ``events.jsonl``."""
     lines = "1 line" if count == 1 else f"{count} lines"
-    return f"{EVENTS_NAME}: {lines} of marks and notes could not be read and were left out."
+    return f"{EVENTS_FILE}: {lines} of marks and notes could not be read and were left out."
 
 
 def _decode_folder(folder: FlightFolder, setting: Setting) -> Decoded:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gsapp.decoding.health import LinkHealth, LinkReport
+from gsapp.flight.names import STATUS_FILE
 from gsapp.session.alarms import AlarmBoard
 from gsapp.session.limits import Severity
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder
-from gsapp.telemetry.status import STATUS_FILE, RecorderStatus, read_status
+from gsapp.telemetry.status import RecorderStatus, read_status
 
 _LOOK = 0.5
 """Seconds between looks at the recorder's state, which it writes as often."""

@@ -19,8 +19,9 @@ from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.events import Event, EventLog, event_of, in_order
 from gsapp.flight.flight import Flight, FrameCounts
-from gsapp.flight.folder import EVENTS_NAME, FlightFolder
+from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import damaged_events, load_flight
+from gsapp.flight.names import EVENTS_FILE
 from gsapp.flight.raw import RawDamage, RawTail
 from gsapp.flight.setting import Name
 from gsapp.flight.uniform import union
@@ -49,7 +50,6 @@ from gsapp.session.states import (
     patience_by_message,
 )
 from gsapp.telemetry.recorder_control import RecorderHandle
-from gsapp.telemetry.status import LOCK_FILE
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
@@ -105,7 +105,7 @@ class Session:
         self.board = AlarmBoard()
         self.history = History((), rate or setting.grid_rate)
         events = (
-            path / EVENTS_NAME if path.is_dir() else path.with_name(f"{path.name}.{EVENTS_NAME}")
+            path / EVENTS_FILE if path.is_dir() else path.with_name(f"{path.name}.{EVENTS_FILE}")
         )
         self.book = MarkBook(EventLog(events), wall_us)
         self._reader = reader
@@ -165,10 +165,7 @@ class Session:
         FileProblemsError, UnknownNameError
             If a file holds mistakes or a name does not exist.
         """
-        path = Path(folder)
-        if not (path.is_dir() and (path / LOCK_FILE).exists()):
-            # A recorder that has just begun has written nothing else yet.
-            path = FlightFolder.open(path).path
+        path = FlightFolder.open(folder).path
         setting = setting_for(
             path,
             channel_map=channel_map,

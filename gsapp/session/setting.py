@@ -7,10 +7,9 @@ from pathlib import Path
 
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap
+from gsapp.flight.names import LIMITS_FILE
 from gsapp.flight.setting import Name, Setting
 from gsapp.session.limits import LIMIT_TABLES, LimitRule, load_limits
-
-LIMITS_NAME = "limits.toml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +72,7 @@ def setting_for(
 
 def _limits_of(path: Path, aircraft: Aircraft | None) -> Name | None:
     """Return the folder's own limits, else those shipped for the aircraft."""
-    own = path / LIMITS_NAME
+    own = path / LIMITS_FILE
     if own.is_file():
         return own
     if aircraft is not None and aircraft.name.casefold() in LIMIT_TABLES.names():

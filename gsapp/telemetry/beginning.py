@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.names import LOCK_FILE
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.locking import holder
-from gsapp.telemetry.status import LOCK_FILE
 
 
 @contextlib.contextmanager

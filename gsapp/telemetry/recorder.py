@@ -20,11 +20,12 @@ from typing import Final, Literal
 
 from gsapp.decoding.frames import Frame, Residue
 from gsapp.decoding.framing import Framer, Line, LineFramer
+from gsapp.flight.names import STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.sources import Chunk, Source
-from gsapp.telemetry.status import STATUS_FILE, STOP_FILE, RecorderStatus, write_status
+from gsapp.telemetry.status import RecorderStatus, write_status
 
 _READ_SECONDS: Final = 0.2
 _LOOK_SECONDS: Final = 0.05

@@ -11,19 +11,12 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from gsapp.flight.names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.locking import holder
 from gsapp.telemetry.recorder_process import note_path
-from gsapp.telemetry.status import (
-    LOCK_FILE,
-    LOG_FILE,
-    STATUS_FILE,
-    STOP_FILE,
-    RecorderStatus,
-    read_status,
-    runtime_folder,
-)
+from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 
 _START_SECONDS = 20.0
 _LOOK_SECONDS = 0.02

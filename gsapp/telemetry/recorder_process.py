@@ -19,6 +19,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from gsapp.flight.names import LOCK_FILE, STATUS_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.telemetry.address import LinkAddress, parse_link
@@ -26,14 +27,7 @@ from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.locking import FileLock, holder
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.sources import LinkAwaitedError, open_source
-from gsapp.telemetry.status import (
-    LOCK_FILE,
-    STATUS_FILE,
-    RecorderStatus,
-    read_status,
-    runtime_folder,
-    write_status,
-)
+from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status
 
 # Links whose other side cannot know of us unless we speak first.
 _SPEAKS_FIRST = frozenset({"udpout"})

@@ -13,10 +13,6 @@ from typing import Final, Literal
 import platformdirs
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-STATUS_FILE: Final = "recorder.json"
-LOCK_FILE: Final = "recorder.lock"
-STOP_FILE: Final = "recorder.stop"
-LOG_FILE: Final = "recorder.log"
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
 
 

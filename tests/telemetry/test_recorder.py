@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from gsapp.decoding.framing import Framer, LineFramer
+from gsapp.flight.names import LOCK_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.telemetry.address import LinkAddress, parse_link
@@ -27,14 +28,7 @@ from gsapp.telemetry.recorder import PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_process import record
 from gsapp.telemetry.sources import Chunk, Source
-from gsapp.telemetry.status import (
-    LOCK_FILE,
-    RUNTIME_VARIABLE,
-    STATUS_FILE,
-    STOP_FILE,
-    RecorderStatus,
-    read_status,
-)
+from gsapp.telemetry.status import RUNTIME_VARIABLE, RecorderStatus, read_status
 
 pytestmark = pytest.mark.usefixtures("own_runtime")
 

@@ -15,7 +15,8 @@ last, and stamps rise from batch to batch. Readers take them in the opposite ord
 growing folder yields the very sequence that a reader of the finished one gets.
 """
 
-from gsapp.flight.raw.files import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE, RawDamage
+from gsapp.flight.names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
+from gsapp.flight.raw.files import RawDamage
 from gsapp.flight.raw.reading import RawPosition, RawTail, read_tlog
 from gsapp.flight.raw.writing import RawWriter, WriterState
 

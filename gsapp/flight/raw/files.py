@@ -13,13 +13,9 @@ from fastcrc import crc16
 
 from gsapp.decoding.dialect import WireFormat, wire_formats
 from gsapp.decoding.framing import LONGEST_FRAME, MAGIC_1, MAGIC_2, SIGNATURE_BYTES
+from gsapp.flight.names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
 from gsapp.flight.records import RawRecord
 from gsapp.foundation import FlightError
-
-FRAMES_FILE: Final = "raw.tlog"
-LINES_FILE: Final = "raw.txt"
-RESIDUE_FILE: Final = "residue.bin"
-RAW_FILES: Final = (RESIDUE_FILE, LINES_FILE, FRAMES_FILE)
 
 STAMP: Final = Struct(">Q")
 RESIDUE_HEAD: Final = Struct(">QQI")

@@ -7,11 +7,9 @@ from heapq import merge
 from pathlib import Path
 from typing import NamedTuple
 
+from gsapp.flight.names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
 from gsapp.flight.raw.files import (
-    FRAMES_FILE,
     LAST_STAMP,
-    LINES_FILE,
-    RESIDUE_FILE,
     FrameFile,
     Kind,
     LineFile,

@@ -12,12 +12,9 @@ from pathlib import Path
 
 from gsapp.decoding.frames import Frame, Residue
 from gsapp.decoding.framing import Line
+from gsapp.flight.names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
 from gsapp.flight.raw.files import (
-    FRAMES_FILE,
-    LINES_FILE,
     LONGEST_PIECE,
-    RAW_FILES,
-    RESIDUE_FILE,
     RESIDUE_HEAD,
     STAMP,
     find_end,
