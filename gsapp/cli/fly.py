@@ -196,29 +196,20 @@ def write_folder(
 
 def _fill(settings: FlightSettings, folder: Path, *, name: str, console: Console) -> Block:
     """Write the record and the copies; return the true motion."""
-    from calibration.reading import FOLDER as CERTIFICATES
-    from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
-    from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
-    from gsapp.flight.folder import FlightFolder
-    from gsapp.flight.info import FlightInfo
+    from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.virtual.record import write_record
 
     started = time.time_ns() // 1000
     downlink = settings.downlink(started)
-    channel_map = "b777-thin" if settings.thin else "b777"
-    flight = FlightFolder.create(
+    flight = prepare_flight(
         folder,
-        FlightInfo(
-            name=name,
-            aircraft=settings.aircraft,
-            channel_map=channel_map,
-            source="virtual",
-            notes=_notes(settings),
-        ),
+        name=name,
+        aircraft=settings.aircraft,
+        channel_map="b777-thin" if settings.thin else "b777",
+        calibration=settings.certificates,
+        source="virtual",
+        notes=_notes(settings),
     )
-    flight.keep_aircraft(AIRCRAFT.find(settings.aircraft))
-    flight.keep_channel_map(CHANNEL_MAPS.find(channel_map))
-    flight.keep_certificates(sorted((CERTIFICATES / settings.certificates).glob("*.toml")))
     kept = folder / "onboard.tlog" if settings.thin else None
     with _shown(console, f"Flying '{settings.plan}'") as show:
         write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)

@@ -8,30 +8,9 @@ import numpy as np
 
 from calibration.certificate import Certificate
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import Block, FloatArray
+from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 
-DAQ = (
-    "elevator_left",
-    "elevator_right",
-    "aileron_left",
-    "aileron_right",
-    "rudder",
-    "alpha",
-    "beta",
-    "p",
-    "q",
-    "r",
-    "ax",
-    "ay",
-    "an",
-    "static_pressure",
-    "dynamic_pressure",
-    "temperature",
-    "throttle",
-    "flap",
-    "excitation",
-    "battery",
-)
+DAQ = (*INSTRUMENTS, "excitation", "battery")
 """Channel of each input of the converter, in order."""
 
 BITS = 12
