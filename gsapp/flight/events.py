@@ -7,25 +7,21 @@ damaged and counts it.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import os
-import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import FlightError
+from gsapp.foundation.locking import alone
 
 if TYPE_CHECKING:
     from gsapp.decoding.decoder import Notice
-
-_LOCK_BYTE = 1 << 40
-"""Where Windows locks: far behind the end, since it would forbid reading what is locked."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -240,7 +236,7 @@ def _append_line(path: Path, line: bytes) -> None:
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags, 0o644)
     try:
-        with _locked(handle):
+        with alone(handle):
             end = os.lseek(handle, 0, os.SEEK_END)
             if end:
                 os.lseek(handle, end - 1, os.SEEK_SET)
@@ -252,26 +248,3 @@ def _append_line(path: Path, line: bytes) -> None:
             os.fsync(handle)
     finally:
         os.close(handle)
-
-
-@contextlib.contextmanager
-def _locked(handle: int) -> Iterator[None]:
-    """Hold the file alone among the processes that append to it."""
-    if sys.platform == "win32":
-        import msvcrt
-
-        os.lseek(handle, _LOCK_BYTE, os.SEEK_SET)
-        msvcrt.locking(handle, msvcrt.LK_LOCK, 1)
-        try:
-            yield
-        finally:
-            os.lseek(handle, _LOCK_BYTE, os.SEEK_SET)
-            msvcrt.locking(handle, msvcrt.LK_UNLCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        try:
-            yield
-        finally:
-            fcntl.flock(handle, fcntl.LOCK_UN)

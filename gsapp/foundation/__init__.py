@@ -1,4 +1,4 @@
-"""What every part stands on: errors, atomic writes, and reading TOML with good messages."""
+"""What every part stands on: errors, atomic writes, locks, and TOML with good messages."""
 
 from gsapp.foundation.errors import (
     FileProblem,

@@ -10,7 +10,7 @@ from pathlib import Path
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import LOCK_FILE
 from gsapp.foundation import GroundStationError
-from gsapp.telemetry.locking import holder
+from gsapp.foundation.locking import holder
 
 
 @contextlib.contextmanager

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from gsapp.flight.names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
+from gsapp.foundation.locking import holder
 from gsapp.telemetry.address import parse_link
-from gsapp.telemetry.locking import holder
 from gsapp.telemetry.recorder_process import note_path
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 

@@ -22,9 +22,9 @@ from typing import Any
 from gsapp.flight.names import LOCK_FILE, STATUS_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.locking import FileLock, holder
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.locking import FileLock, holder
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.sources import LinkAwaitedError, open_source
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status

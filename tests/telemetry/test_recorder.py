@@ -21,9 +21,9 @@ from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.flight.names import LOCK_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
 from gsapp.foundation import FlightError, GroundStationError, LinkError
+from gsapp.foundation.locking import FileLock, holder
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.locking import FileLock, holder
 from gsapp.telemetry.recorder import PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_process import record

@@ -1,10 +1,12 @@
-"""A lock that ends with the process that holds it, however that ends."""
+"""Locks on files, which end with the process that holds them, however that ends."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 if sys.platform == "win32":
@@ -12,7 +14,8 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-_FAR = 1 << 30  # a place behind the content, so that the content stays readable on Windows
+# Where Windows locks: far behind the end, since it would forbid reading what is locked.
+_FAR = 1 << 30
 
 
 class FileLock:
@@ -85,6 +88,17 @@ if sys.platform == "win32":
             return False
         return True
 
+    @contextlib.contextmanager
+    def alone(descriptor: int) -> Iterator[None]:
+        """Hold an open file alone among the processes that ask for it, waiting for it."""
+        os.lseek(descriptor, _FAR, os.SEEK_SET)
+        msvcrt.locking(descriptor, msvcrt.LK_LOCK, 1)
+        try:
+            yield
+        finally:
+            os.lseek(descriptor, _FAR, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+
 else:
 
     def _lock(descriptor: int, *, shared: bool) -> bool:
@@ -93,3 +107,12 @@ else:
         except OSError:
             return False
         return True
+
+    @contextlib.contextmanager
+    def alone(descriptor: int) -> Iterator[None]:
+        """Hold an open file alone among the processes that ask for it, waiting for it."""
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        try:
+            yield
+        finally:
+            fcntl.flock(descriptor, fcntl.LOCK_UN)
