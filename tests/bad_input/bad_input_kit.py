@@ -1,0 +1,129 @@
+"""What these tests share: the command line as a process, its sentences, and a box that sends."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from struct import pack
+
+from fastcrc.crc16 import mcrf4xx
+
+from calibration import load_certificates
+from gsapp.decoding.dialect import dialect
+
+GSAPP = (sys.executable, "-m", "gsapp.cli")
+UNKNOWN_ID = 15_000_000
+_ARRAY = ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "alpha",
+          "beta", "p", "q", "r")  # fmt: skip
+
+
+def everything_in(folder: Path) -> dict[str, bytes]:
+    """Return every file in a folder with its content, hidden ones too, and every folder."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
+        for path in folder.rglob("*")
+    }
+
+
+def refused(
+    call: tuple[str, ...],
+    *words: str,
+    cwd: Path,
+    before: Callable[[], None] | None = None,
+    environment: dict[str, str] | None = None,
+) -> str:
+    """Run a command that cannot be done; return its one sentence.
+
+    It ends with exit code 1, without a stack trace, and leaves every file as it was. Mistakes in
+    a file are one sentence per mistake, each on a line of its own under the name of the file.
+    """
+    there = everything_in(cwd)
+    done = subprocess.run(
+        [*GSAPP, *call],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=cwd,
+        env=environment,
+        preexec_fn=before,
+    )
+    assert done.returncode == 1, done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    assert done.stdout.strip() == ""
+    lines = done.stderr.strip().splitlines()
+    assert lines[0].startswith("gsapp: ")
+    if lines[0].endswith(("problem", "problems")):
+        assert len(lines) - 1 == int(lines[0].split()[-2])
+        assert all(line.startswith("  ") for line in lines[1:])
+    else:
+        assert len(lines) == 1, done.stderr
+    for word in words:
+        assert word in done.stderr
+    assert everything_in(cwd) == there
+    return done.stderr
+
+
+def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
+    """Wait until something holds; fail after a while."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, f"{condition} did not come true in {seconds} s"
+        time.sleep(0.01)
+
+
+def without_rights() -> None:
+    """Take from a process of root the right to pass over the permissions of files."""
+    if os.geteuid() == 0:
+        import ctypes
+
+        drop_from_bounding_set = 24
+        for override in (1, 2):  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
+            if ctypes.CDLL(None).prctl(drop_from_bounding_set, override, 0, 0, 0):
+                os._exit(99)
+
+
+class Box:
+    """The box of the B777: one array of volts, and an attitude."""
+
+    def __init__(self, system: int = 1, alpha: float = 0.05) -> None:
+        self._names = dialect()
+        self._packer = self._names.MAVLink(None, srcSystem=system, srcComponent=1)
+        certificates = load_certificates("b777")
+        volts = [float(certificates[name].volts(alpha)) for name in _ARRAY]
+        self._data = [*volts, *[2.5] * 10, *[0.0] * 38]
+
+    def array(self, time_us: int) -> bytes:
+        """Return the volts at a time of the box."""
+        return self._pack(
+            self._names.MAVLink_debug_float_array_message(time_us, b"daq", 0, self._data)
+        )
+
+    def attitude(self, time_ms: int, *, old: bool = False) -> bytes:
+        """Return an attitude, as MAVLink 1 if `old`."""
+        angles = (0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
+        return self._pack(self._names.MAVLink_attitude_message(time_ms, *angles), old=old)
+
+    def pressure(self, time_ms: int) -> bytes:
+        """Return the air pressure."""
+        return self._pack(self._names.MAVLink_scaled_pressure_message(time_ms, 980.0, 1.0, 1500))
+
+    def _pack(self, message: object, *, old: bool = False) -> bytes:
+        frame = bytes(message.pack(self._packer, force_mavlink1=old))  # type: ignore[attr-defined]
+        self._packer.seq = (self._packer.seq + 1) % 256
+        return frame
+
+
+def foreign(frame: bytes) -> bytes:
+    """Return a frame as another dialect would seal it: same id, another meaning."""
+    body = frame[1:-2]
+    return frame[:1] + body + pack("<H", mcrf4xx(body + b"\x63"))
+
+
+def unknown(sequence: int) -> bytes:
+    """Return a whole frame of an id that no dialect here knows."""
+    body = bytes((9, 0, 0, sequence % 256, 1, 7)) + UNKNOWN_ID.to_bytes(3, "little") + b"123456789"
+    return b"\xfd" + body + pack("<H", mcrf4xx(body + b"\x4d"))

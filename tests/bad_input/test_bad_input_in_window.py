@@ -1,0 +1,66 @@
+"""What the command line refuses, the window tells in a banner, and goes on."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "ui"))
+
+from window_kit import open_window, until, write_flight
+
+import ui.window
+from gsapp.flight.preparing import prepare_flight
+from ui.dialogs.requests import ConnectRequest
+from ui.window import MainWindow
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    yield made
+    made.desk.close()
+
+
+def told(window: MainWindow, *words: str) -> bool:
+    return any(all(word in text for word in words) for text in window.banners.texts())
+
+
+def test_damaged_files_are_told_and_the_next_flight_opens(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """A flight.toml and a channel map with mistakes; then the window works as ever."""
+    facts = prepare_flight(tmp_path / "facts", channel_map="b777").path
+    (facts / "flight.toml").write_text('takeoff_weigth = "3 lb"\n')
+    window.desk.open_flight(facts)
+    until(qtbot, lambda: told(window, "flight.toml", "did you mean 'takeoff_weight'?"))
+    mapped = prepare_flight(tmp_path / "mapped", channel_map="b777").path
+    text = (mapped / "channel_map.toml").read_text()
+    (mapped / "channel_map.toml").write_text(text.replace('id = "alpha"', 'id = "alhpa"'))
+    window.desk.open_flight(mapped)
+    until(qtbot, lambda: told(window, "channel_map.toml", "did you mean alpha?"))
+    assert not window.desk.is_open
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+
+
+def test_an_aircraft_with_mistakes_is_told_before_anything_is_made(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    (tmp_path / "mine.toml").write_text('name = "mine"\n[geometry]\nspam = "3 ft"\n')
+    window.desk.connect_aircraft(
+        ConnectRequest(
+            link="udpin:127.0.0.1:14597", folder=tmp_path / "new", channel_map="b777",
+            aircraft=str(tmp_path / "mine.toml"), calibration="b777",
+        )
+    )  # fmt: skip
+    until(qtbot, lambda: told(window, "mine.toml", "geometry.spam", "did you mean 'span'?"))
+    assert not window.desk.is_open
+    assert not (tmp_path / "new").exists()

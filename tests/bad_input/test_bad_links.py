@@ -1,0 +1,201 @@
+"""Bad streams over a real socket: all of it is recorded, and the replay says what was wrong."""
+
+from __future__ import annotations
+
+import json
+import random
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from time import sleep
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from bad_input_kit import GSAPP, UNKNOWN_ID, Box, foreign, unknown, wait_for
+
+from gsapp.flight.raw import RawTail
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ends recorders by SIGINT")
+
+FRAMES = 200
+
+
+def damaged() -> Iterator[bytes]:
+    """Yield frames of which every tenth is torn off, and another tenth is followed by garbage."""
+    box, choose = Box(), random.Random(1)
+    for k in range(FRAMES):
+        frame = box.array(1_000_000 + 10_000 * k)
+        yield frame[:50] if k % 10 == 5 else frame + choose.randbytes(40 if k % 10 == 0 else 0)
+
+
+def noise() -> Iterator[bytes]:
+    """Yield what comes at a wrong baud rate."""
+    choose = random.Random(2)
+    for _ in range(FRAMES):
+        yield choose.randbytes(50)
+
+
+def strange() -> Iterator[bytes]:
+    """Yield both versions, one message as of another dialect, and one of an unknown id."""
+    box = Box()
+    for k in range(FRAMES):
+        yield box.array(1_000_000 + 10_000 * k) + box.attitude(1000 + 10 * k, old=k % 2 == 0)
+        yield foreign(box.pressure(1000 + 10 * k))
+        if k % 10 == 0:
+            yield unknown(k // 10)
+
+
+def backwards() -> Iterator[bytes]:
+    """Yield two aircraft, of which the first switches its box off and on."""
+    one, other = Box(1, 0.05), Box(2, 0.15)
+    for k in range(FRAMES):
+        begun = 20_000_000 if k < FRAMES // 2 else 500_000 - 10_000 * FRAMES // 2
+        yield one.array(begun + 10_000 * k) + other.array(7_000_000 + 10_000 * k)
+
+
+STREAMS = (damaged, noise, strange, backwards)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One stream sent, recorded and replayed by the real commands."""
+
+    sent: bytes
+    kept: bytes
+    said: str
+    code: int
+    summary: dict[str, Any]
+
+    @property
+    def frames(self) -> dict[str, int]:
+        return self.summary["frames"]
+
+    def channel(self, name: str) -> dict[str, Any]:
+        return self.summary["channels"][name]
+
+
+def attempt(stream: Any, folder: Path) -> Trial:
+    """Record a stream over UDP, end the recorder as Ctrl-C does, and replay."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = [*GSAPP, "record", f"udpin:127.0.0.1:{port}", "--out", str(folder)]
+    recorder = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    wait_for((folder / "recorder.json").exists)
+    sent = list(stream())
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for data in sent:
+            sender.sendto(data, ("127.0.0.1", port))
+            sleep(0.001)
+    sleep(0.1)
+    recorder.send_signal(signal.SIGINT)
+    words, _ = recorder.communicate(timeout=30)
+    assert recorder.returncode == 0, words
+    assert b"Traceback" not in words
+    kept = [record.data for record in RawTail(folder).poll()]
+    command = [*GSAPP, "replay", str(folder), "--headless", "--json", str(folder / "sum.json")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert "Traceback" not in done.stderr
+    made = folder / "sum.json"
+    summary = json.loads(made.read_text()) if made.exists() else {}
+    return Trial(
+        sent=b"".join(sent),
+        kept=b"".join(kept),
+        said=done.stdout + done.stderr,
+        code=done.returncode,
+        summary=summary,
+    )
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Begin all trials, two at a time; a test waits for its own."""
+    place = tmp_path_factory.mktemp("links")
+    with ThreadPoolExecutor(2) as pool:
+        running = {
+            stream.__name__: pool.submit(attempt, stream, place / stream.__name__)
+            for stream in STREAMS
+        }
+        yield lambda name: running[name].result()
+
+
+@pytest.mark.parametrize("name", [stream.__name__ for stream in STREAMS])
+def test_every_byte_is_recorded(trials: Any, name: str) -> None:
+    """Whatever it is, all of it lies in the raw files, frames beside residue."""
+    trial = trials(name)
+    assert len(trial.kept) == len(trial.sent)
+    assert sorted(trial.kept) == sorted(trial.sent)
+
+
+def test_garbage_between_frames_costs_no_frame(trials: Any) -> None:
+    """All that was not torn off is there; the damage is counted and told."""
+    trial = trials("damaged")
+    assert trial.code == 0
+    assert trial.frames["good"] == FRAMES * 9 // 10
+    assert trial.frames["damaged"] >= FRAMES // 10
+    assert f"frames: {FRAMES * 9 // 10} good, {trial.frames['damaged']} damaged" in trial.said
+
+
+def test_truncated_frames_cost_only_themselves(trials: Any) -> None:
+    trial = trials("damaged")
+    assert trial.frames["lost"] == FRAMES // 10
+    assert trial.channel("alpha")["count"] >= FRAMES * 9 // 10
+
+
+def test_noise_alone_is_told_as_such(trials: Any) -> None:
+    """Nothing in it is MAVLink, as at a wrong baud rate: the sentence says where to look."""
+    trial = trials("noise")
+    assert trial.code == 1
+    assert "holds no whole MAVLink frame" in trial.said
+    assert "check the baud rate, the wiring and what the sender speaks" in trial.said
+    assert trial.said.strip().count("\n") == 0
+
+
+def test_both_versions_of_mavlink_are_read_side_by_side(trials: Any) -> None:
+    trial = trials("strange")
+    assert trial.code == 0
+    assert trial.frames["good"] == 2 * FRAMES
+    assert trial.channel("alpha")["count"] == FRAMES
+    assert trial.channel("phi")["count"] == FRAMES
+
+
+def test_another_dialect_is_named(trials: Any) -> None:
+    """Its checksums never fit: it is not decoded to wrong numbers, and the sentence says why."""
+    trial = trials("strange")
+    assert "static_pressure.2" not in trial.summary["channels"]
+    assert "No SCALED_PRESSURE has a checksum that fits" in trial.said
+    assert "another dialect" in trial.said
+
+
+def test_an_unknown_message_is_named(trials: Any) -> None:
+    trial = trials("strange")
+    assert trial.frames["unknown"] == FRAMES // 10
+    assert f"UNKNOWN_{UNKNOWN_ID} is no message of the dialect: recorded" in trial.said
+
+
+def test_a_clock_that_runs_backwards_is_told(trials: Any) -> None:
+    """Flight time goes on, no sample is lost, and the place is named."""
+    trial = trials("backwards")
+    assert trial.code == 0
+    assert "restarted: its clock went back from 21.0 to 0.5 s" in trial.said
+    assert trial.frames["good"] == 2 * FRAMES
+    assert trial.channel("alpha")["count"] >= FRAMES - 1
+    assert trial.summary["duration"] >= 0.01 * (FRAMES - 2)
+
+
+def test_two_aircraft_are_told_apart(trials: Any) -> None:
+    """Only the one of the map is shown, and the sentence says how to see the other."""
+    trial = trials("backwards")
+    assert "another aircraft is on the link: messages of system 2 are left out" in trial.said
+    assert "write system = 2 in the map" in trial.said
+    alpha = trial.channel("alpha")
+    assert alpha["max"] == pytest.approx(0.05, abs=0.002)
+    assert alpha["min"] == pytest.approx(0.05, abs=0.002)
