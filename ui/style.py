@@ -85,7 +85,7 @@ QTreeView, QTableView, QListView, QTreeWidget, QTableWidget, QListWidget {{ back
   border: 0; outline: 0; alternate-background-color: {background}; gridline-color: {grid}; }}
 QListWidget[role="boxed"] {{ border: 1px solid {axis}; border-radius: {p4}px; }}
 QTreeView::item, QListView::item {{ min-height: {p28}px; padding: 0 {p4}px; }}
-QTableView::item {{ padding: 0 {p6}px; }}
+QTableView::item {{ padding: {p4}px {p6}px; }}
 QTreeView::item:hover, QListView::item:hover, QTableView::item:hover {{ background: {hover}; }}
 QTreeView::item:selected, QListView::item:selected, QTableView::item:selected {{
   background: {chosen}; color: {text}; }}

@@ -34,6 +34,8 @@ from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
+from ui.flight.panels import MarksPanel
+from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
 from ui.settings import Settings, SettingsStore
@@ -310,6 +312,44 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
     dialog.link.port.set_value(14551)
     assert dialog.request.link == "udpin:127.0.0.1:14551"
     assert dialog.button.isEnabled()
+
+
+def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> None:
+    """Messages and marks keep coming while the crew reads or types."""
+    panel = MarksPanel(Look())
+    qtbot.addWidget(panel)
+    panel.show()
+
+    def show(*keys: str) -> None:
+        panel.show_lines([Line(key=key, cells=("00:01", f"Mark {key}")) for key in keys])
+
+    show("b", "d")
+    panel.begin_edit("d")
+    editor = panel.view.findChild(QLineEdit)
+    show("a", "b", "d")
+    show("a", "b", "c", "d")
+    assert panel.view.current_key() == "d"
+    assert panel.view.findChild(QLineEdit) is editor
+    assert [line.key for line in panel.view.lines.lines] == ["a", "b", "c", "d"]
+    show("d", "a")
+    assert panel.view.current_key() == "d"
+
+
+def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -> None:
+    """The sentence wants a row of its own where the scale is large, and gets it."""
+    flight.desk.session.board.raise_("x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3)
+    for _step in range(7):
+        flight.appearance.step_scale(1)
+    flight.desk.tick()
+    until(qtbot, lambda: flight.bar.views["alarms"].part.state == "warning")
+    until(
+        qtbot,
+        lambda: (
+            flight.bar.rect().contains(flight.bar.views["alarms"].geometry())
+            and flight.bar.views["alarms"].height() > 40
+        ),
+    )
+    assert in_window(flight.bar, flight).right() <= flight.width()
 
 
 def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(

@@ -93,7 +93,7 @@ def alarm_lines(alarms: Iterable[Alarm], units: str) -> tuple[Line, ...]:
     found = []
     for alarm in alarms:
         sign = _WORDS.get(alarm.severity, "")
-        tail = "" if alarm.active else " (over)"
+        tail = "" if alarm.active else " (ended)"
         again = f" ({alarm.count} times)" if alarm.count > 1 else ""
         found.append(
             Line(

@@ -78,7 +78,7 @@ class ValuesPanel(ListPanel):
             look,
             "Values at the cursors",
             stretch=0,
-            widths={1: 66, 2: 66, 3: 66, 4: 66},
+            widths={1: 62, 2: 62, 3: 62, 4: 62},
             wrap=False,
         )
         super().__init__(view, look, "No cursor is set. Point at the charts, or press 1 and 2.")

@@ -42,6 +42,18 @@ class Line:
     colored: frozenset[int] = field(default_factory=frozenset)
 
 
+_NOWHERE = QModelIndex()
+
+
+def _inserted(before: Sequence[object], after: Sequence[object]) -> int | None:
+    """Return where one run of keys was put in; None if more than that changed."""
+    place = 0
+    while place < min(len(before), len(after)) and before[place] == after[place]:
+        place += 1
+    rest = len(before) - place
+    return place if list(before[place:]) == list(after[len(after) - rest :]) else None
+
+
 class LinesModel(QAbstractTableModel):
     """Lines for a table view; one column may be edited.
 
@@ -72,7 +84,16 @@ class LinesModel(QAbstractTableModel):
         new, old = tuple(lines), self.lines
         if new == old:
             return
-        if [line.key for line in new] != [line.key for line in old]:
+        before, after = [line.key for line in old], [line.key for line in new]
+        added = len(after) - len(before)
+        place = _inserted(before, after)
+        if added > 0 and place is not None:
+            # Rows come in beside the others, so that the one chosen, or being edited, stays so.
+            self.beginInsertRows(_NOWHERE, place, place + added - 1)
+            self.lines = new
+            self.endInsertRows()
+            old = old[:place] + new[place : place + added] + old[place:]
+        elif before != after:
             self.beginResetModel()
             self.lines = new
             self.endResetModel()
@@ -193,7 +214,19 @@ class LinesView(QTableView):
         header.setMinimumSectionSize(16)
         self.doubleClicked.connect(lambda index: self.opened.emit(model.lines[index.row()].key))
         look.changed.connect(self._resized)
+        model.modelAboutToBeReset.connect(self._remember)
+        model.modelReset.connect(self._find_again)
+        self._kept: object | None = None
         self._resized()
+
+    def _remember(self) -> None:
+        self._kept = self.current_key()
+
+    def _find_again(self) -> None:
+        """Stay on the line that was chosen, wherever it stands now."""
+        for row, line in enumerate(self.lines.lines):
+            if self._kept is not None and line.key == self._kept:
+                self.setCurrentIndex(self.lines.index(row, 0))
 
     def _resized(self) -> None:
         for column, width in self._widths.items():

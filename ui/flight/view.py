@@ -25,7 +25,7 @@ from ui.strips.widget import StripChart
 
 _PANEL_WIDTH = 344
 _ROOM_FOR_PANEL = 1000
-_LEAST_FOR_CHARTS = 440
+_LEAST_FOR_CHARTS = 420
 
 
 class FlightView(QWidget):

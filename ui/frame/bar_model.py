@@ -89,8 +89,8 @@ def bar_parts(facts: BarFacts) -> tuple[BarPart, ...]:
         _recorder(facts),
         _aircraft(facts),
         _calibration(facts),
-        _alarms(facts),
         _sound(facts),
+        _alarms(facts),
     )
 
 
@@ -243,7 +243,8 @@ def _alarms(facts: BarFacts) -> BarPart:
     count = len(alarms.sentences)
     return BarPart(
         id="alarms",
-        word=f"{count_text(count, 'ALARM', 'ALARMS')}   K acknowledges",
+        word=count_text(count, "ALARM", "ALARMS"),
+        hint="K acknowledges",
         value=alarms.sentences[0],
         state="warning" if alarms.severe else "caution",
         width=240,

@@ -28,6 +28,8 @@ class BarPart:
         The whole in a sentence, for the tool tip and for screen readers.
     width : int
         Points reserved for value and note, so that nothing moves when numbers change.
+    hint : str
+        What can be done, beside the word where there is room.
     grows : bool
         Whether it takes what is left of the bar, and breaks a long value into two lines.
     """
@@ -39,4 +41,5 @@ class BarPart:
     state: State = "unknown"
     detail: str = ""
     width: int = 96
+    hint: str = ""
     grows: bool = False

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QEnterEvent, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtGui import (
+    QBrush,
+    QEnterEvent,
+    QFont,
+    QFontMetricsF,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+)
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from ui.frame.bar_part import BarPart
@@ -13,8 +22,11 @@ from ui.glyphs import paint_state
 from ui.layouts import FlowLayout
 from ui.look import Look
 
-_LOW = 360
+_LOW = 440
 """Points of height below which the bar is flat."""
+
+_FLAT_STEP = 24
+"""Points by which the width of a flat part grows, so that it does not follow every digit."""
 
 
 class BarPartView(QWidget):
@@ -43,11 +55,11 @@ class BarPartView(QWidget):
         """Show other words; return whether the width it asks for changed."""
         if part == self.part:
             return False
-        wider = part.width != self.part.width
+        former = self.sizeHint()
         self.part = part
         self._describe()
         self.update()
-        return wider
+        return self.sizeHint() != former
 
     def _describe(self) -> None:
         part = self.part
@@ -59,12 +71,17 @@ class BarPartView(QWidget):
         """Return the reserved size."""
         look = self._look
         if self.flat:
-            return QSize(look.px(self.part.width + 40), look.px(28))
+            step = look.px(_FLAT_STEP)
+            needed = sum(self._flat_widths()) + look.px(24 if self.part.state == "plain" else 40)
+            return QSize(math.ceil(needed / step) * step, look.px(28))
         return QSize(look.px(self.part.width + 16), look.px(48))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the same: parts do not shrink, they wrap."""
-        return self.sizeHint()
+        """Return the same: parts do not shrink, they wrap; only sentences give way."""
+        size = self.sizeHint()
+        if self.part.grows:
+            size.setWidth(min(size.width(), self._look.px(self.part.width)))
+        return size
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw word above, value and note below."""
@@ -87,8 +104,7 @@ class BarPartView(QWidget):
         self._word(painter, line)
         below = QRectF(left, look.px(20), box.width() - 2 * left, look.px(24))
         if self.flat:
-            metrics = QFontMetricsF(look.font("label"))
-            word = min(metrics.horizontalAdvance(part.word) + look.px(8), 0.6 * line.width())
+            word = self._flat_word(line.width()) + look.px(8)
             below = QRectF(line.left() + word, 0, line.width() - word, box.height())
         self._value(painter, below)
         painter.setPen(look.color("line"))
@@ -96,18 +112,41 @@ class BarPartView(QWidget):
         painter.drawLine(QPointF(edge, 0), QPointF(edge, box.height()))
         painter.end()
 
+    def _value_font(self) -> QFont:
+        if self.flat and self.part.grows:
+            return self._look.font("label", strong=True)
+        font = self._look.font("body", strong=True)
+        font.setPixelSize(self._look.px(15))
+        return font
+
+    def _flat_widths(self) -> tuple[float, float]:
+        """Return what the word, and value and note beside it, need on one line."""
+        small = QFontMetricsF(self._look.font("label"))
+        part, gap = self.part, self._look.px(8)
+        value = QFontMetricsF(self._value_font()).horizontalAdvance(part.value)
+        note = gap + small.horizontalAdvance(part.note) if part.note else 0.0
+        return small.horizontalAdvance(part.word), value + note
+
+    def _flat_word(self, width: float) -> float:
+        """Return the room for the word on one line; the value goes first."""
+        word, value = self._flat_widths()
+        return min(word, max(0.3 * width, width - value - self._look.px(8)))
+
     def _word(self, painter: QPainter, line: QRectF) -> None:
         font = self._look.font("label")
         painter.setFont(font)
         painter.setPen(self._look.color("muted" if self.part.state != "warning" else "text"))
-        room = 0.6 * line.width() - self._look.px(8) if self.flat else line.width()
-        word = QFontMetricsF(font).elidedText(self.part.word, Qt.TextElideMode.ElideRight, room)
+        # A pixel more, as the widths are rounded.
+        room = self._flat_word(line.width()) + 1.0 if self.flat else line.width()
+        words = self.part.word
+        if self.part.hint and not self.flat:
+            words = f"{words}   {self.part.hint}"
+        word = QFontMetricsF(font).elidedText(words, Qt.TextElideMode.ElideRight, room)
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
 
     def _value(self, painter: QPainter, line: QRectF) -> None:
         look, part = self._look, self.part
-        font = look.font("body", strong=True)
-        font.setPixelSize(look.px(15))
+        font = self._value_font()
         metrics = QFontMetricsF(font)
         if part.grows and not self.flat and metrics.horizontalAdvance(part.value) > line.width():
             self._sentence(painter, line)

@@ -196,21 +196,23 @@ def _stack(
     total = len(flat)
     if not total:
         return [], [], [], 0
-    shown = range(total)
-    if alone:
-        shown = range(selected, selected + 1)
-    else:
-        room = plot.height / ((_LEAST_CHART + _CHART_GAP) * ratio) - 0.5 * (len(groups) - 1)
-        fitting = max(int(room), 1)
-        if fitting < total:
-            first = min(max(selected - fitting // 2, 0), total - fitting)
-            shown = range(first, first + fitting)
     chart_gap = max(round(_CHART_GAP * ratio), 1)
     group_gap = max(round(_GROUP_GAP * ratio), 1)
-    gaps = [
-        0 if place == 0 else chart_gap if flat[number][0] == flat[number - 1][0] else group_gap
-        for place, number in enumerate(shown)
-    ]
+
+    def gaps_of(some: range) -> list[int]:
+        return [
+            0 if place == 0 else chart_gap if flat[number][0] == flat[number - 1][0] else group_gap
+            for place, number in enumerate(some)
+        ]
+
+    shown = range(selected, selected + 1)
+    if not alone:
+        for fitting in range(total, 0, -1):
+            first = min(max(selected - fitting // 2, 0), total - fitting)
+            shown = range(first, first + fitting)
+            if fitting * _LEAST_CHART * ratio + sum(gaps_of(shown)) <= plot.height:
+                break
+    gaps = gaps_of(shown)
     weights = [flat[number][1] for number in shown]
     free = max(plot.height - sum(gaps), len(weights))
     boxes: list[Box] = []

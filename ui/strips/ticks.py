@@ -28,7 +28,7 @@ def next_step(step: float) -> float:
 
 def round_range(low: float, high: float) -> tuple[float, float]:
     """Return the narrowest range that holds both values and begins and ends at a round step."""
-    step = round_step(max(high - low, 1e-12) / 4.0)
+    step = round_step(max(high - low, 1e-12) / 8.0)
     return math.floor(low / step + 1e-9) * step, math.ceil(high / step - 1e-9) * step
 
 
