@@ -9,7 +9,7 @@ from gsapp.decoding.merging import Merger
 
 
 def test_the_rows_of_a_source_that_nobody_asks_are_not_kept() -> None:
-    """Two hundred seconds of two sources, the better one always there: only what is undecided is held."""
+    """Of two sources, the better one always there, only what is undecided is held."""
     grid = Grid(100.0)
     flags = np.zeros(1, dtype=bool)
     sources = [Gridder(grid, circular=flags, stepwise=flags) for _ in range(2)]

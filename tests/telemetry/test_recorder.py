@@ -253,8 +253,8 @@ def udp_link(port) -> tuple[str, socket.socket, tuple[str, int]]:
 
 
 @pytest.fixture
-def recorders():
-    """End every recorder that a test leaves behind."""
+def recorders(own_runtime):
+    """End every recorder that a test leaves behind, while its runtime folder is known."""
     yield
     for handle in find_recorders():
         handle.stop(5.0)
