@@ -398,6 +398,20 @@ def test_spans_and_marks_are_labeled_across_all_charts(qtbot, strips):
     assert dark[:, geometry.plot.x :].sum() > 60
 
 
+def test_a_mark_just_made_has_its_words_before_it(qtbot, strips):
+    """Proves that a label without room at the right edge is not cut, but stands at the left."""
+    settle(qtbot, strips)
+    plain = pixels_of(image_of(strips))
+    latest = strips.view.time(strips.view.width - 3)
+    strips.set_marks([Mark(label="gust near the trees", time=latest)])
+    settle(qtbot, strips)
+    geometry = strips.geometry_in_pixels
+    lane = slice(geometry.lane.y, geometry.lane.bottom)
+    changed = (pixels_of(image_of(strips)) != plain)[lane].any(axis=0)
+    flag = geometry.plot.x + strips.view.x(latest)
+    assert changed[flag - 90 : flag - 8].sum() > 40
+
+
 def test_at_200_percent_everything_is_twice_as_large(qtbot, strips):
     """Proves the scale: thicker lines, larger type, and no chart lost."""
     strips.resize(1280, 800)

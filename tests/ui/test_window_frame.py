@@ -314,6 +314,16 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
     assert dialog.button.isEnabled()
 
 
+def test_a_note_goes_by_itself_and_what_matters_stays(window: MainWindow, qtbot: QtBot) -> None:
+    window.banners.passing_ms = 50
+    window.banners.show_banner("caution", "The disk is nearly full.")
+    window.banners.show_banner("note", "A recording ended.", ("Replay it", window.update))
+    window.banners.show_banner("note", "Exported.")
+    assert "Exported." in window.banners.texts()
+    until(qtbot, lambda: "Exported." not in window.banners.texts())
+    assert window.banners.texts() == ("A recording ended.", "The disk is nearly full.")
+
+
 def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> None:
     """Messages and marks keep coming while the crew reads or types."""
     panel = MarksPanel(Look())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QFrame,
@@ -151,12 +151,18 @@ class BannerStack(QWidget):
         Colors and sizes.
     most : int
         Older ones beyond this number are dropped; they stand in the log.
+
+    Attributes
+    ----------
+    passing_ms : int
+        Milliseconds after which a note that offers nothing goes by itself.
     """
 
     def __init__(self, look: Look, most: int = 3) -> None:
         super().__init__()
         self._look = look
         self._most = most
+        self.passing_ms = 20_000
         self.banners: list[Banner] = []
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -175,6 +181,9 @@ class BannerStack(QWidget):
                 self.remove(banner)
         banner = Banner(level, text, self._look, choices)
         banner.closed.connect(lambda: self.remove(banner))
+        if level == "note" and not choices:
+            # Nothing hangs on it, and the charts want their room back.
+            QTimer.singleShot(self.passing_ms, banner, lambda: self.remove(banner))
         self.banners.insert(0, banner)
         self._column.insertWidget(0, banner)
         passing = [known for known in self.banners if known.level != "work"]

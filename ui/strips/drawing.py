@@ -540,6 +540,10 @@ def draw_lane(
         # A label may be longer than its span while nothing else stands there.
         end = min([latest, *others]) - pen.px(4)
         room = end - start
+        needed = math.ceil(pen.width(text, _LABEL))
+        if not within and room < needed and left - pen.px(4) - needed >= taken:
+            # A mark just made stands at the right edge; its words stand before it.
+            start, room = left - pen.px(4) - needed, needed + 1
         if room < pen.px(16):
             continue
         width = pen.text(
