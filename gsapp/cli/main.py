@@ -118,7 +118,7 @@ def fly(
     ] = "b777",
     turbulence: Annotated[
         Optional[float],  # noqa: UP045
-        typer.Option(metavar="M/S", help="Standard deviation of the gusts"),
+        typer.Option(metavar="M/S", min=0.0, help="Standard deviation of the gusts"),
     ] = None,
     attitude: Annotated[bool, typer.Option(help="Whether the box sends an attitude")] = True,
     position: Annotated[bool, typer.Option(help="Whether the box sends a position")] = False,
