@@ -38,12 +38,15 @@ def describe(console: Console, flight: Flight) -> None:
         padding=(0, 1, 0, 0),
         expand=True,
     )
-    for heading in ("channel", "unit", "samples", "per s", "min", "max", "mean", "gaps", ""):
+    wide = console.width >= _WIDE
+    # A narrow line has no room for the mean and the source; both stand in the JSON.
+    figures = ("min", "max", "mean") if wide else ("min", "max")
+    for heading in ("channel", "unit", "count", "Hz", *figures, "gaps", ""):
         right = heading not in ("channel", "unit", "")
         table.add_column(heading, justify="right" if right else "left", no_wrap=True)
-    wide = console.width >= _WIDE
-    # The source takes what is left of a wide line.
-    table.add_column("source" if wide else "", no_wrap=True, overflow="ellipsis", ratio=1)
+    if wide:
+        # The source takes what is left of the line.
+        table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)
     for name, numbers in summary["channels"].items():
         spec = channel(name)
         unit = spec.us_display
@@ -52,7 +55,7 @@ def describe(console: Console, flight: Flight) -> None:
             ""
             if numbers[key] is None
             else f"{from_si(float(numbers[key]), unit, spec.quantity):.{digits}f}"
-            for key in ("min", "max", "mean")
+            for key in figures
         ]
         source = flight.sources.get(name)
         table.add_row(
@@ -63,7 +66,7 @@ def describe(console: Console, flight: Flight) -> None:
             *shown,
             str(numbers["gaps"]),
             _MARKS.get(source.kind, "") if source else "",
-            escape(source.source) if source and wide else "",
+            *([escape(source.source) if source else ""] if wide else []),
         )
     console.print(table)
     frames = flight.frames
