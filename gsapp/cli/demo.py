@@ -71,9 +71,10 @@ def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> 
     console.print(f"1. A recorder (process {recorder.pid}) writes {link} into {folder}.")
     if speed is None:
         speed = _HEADLESS_SPEED if headless else 1.0
-    aircraft = AircraftProcess(folder, port, plan="short", seed=seed, speed=speed)
-    console.print(f"2. The virtual aircraft flies the short plan at {speed:g} times real time.")
+    aircraft = None
     try:
+        aircraft = AircraftProcess(folder, port, plan="short", seed=seed, speed=speed)
+        console.print(f"2. The virtual aircraft flies the short plan at {speed:g} times real time.")
         if headless:
             live = _watch(folder, aircraft, console)
         else:
@@ -83,7 +84,8 @@ def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> 
             run_window(flight=folder)
             live = None
     finally:
-        aircraft.stop()
+        if aircraft is not None:
+            aircraft.stop()
         recorder.stop()
     _replay(folder, out, live, console)
 
@@ -123,6 +125,7 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
 
 
 def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> None:
+    from gsapp.cli.replay import sum_up
     from gsapp.report.strip_figure import strip_figure
     from gsapp.session import MAX_SPEED, Session
     from gsapp.session.session import run_through
@@ -144,8 +147,10 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
         flight.block, CHARTS, out / f"{folder.name}.png",
         title=f"Virtual flight of the B777, {flight.duration:.0f} s",
     )  # fmt: skip
+    summary = out / f"{folder.name}.json"
+    sum_up(session, console, summary)
     session.close()
-    _sum_up(folder, out, picture, console)
+    console.print(f"5. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}")
 
 
 def _same_as_live(live: Session, replayed: Session) -> int:
@@ -158,11 +163,3 @@ def _same_as_live(live: Session, replayed: Session) -> int:
         if not np.array_equal(ours, theirs, equal_nan=True):
             raise FlightError(f"'{channel_id}' differs between the live view and the replay")
     return len(replayed.history.channels)
-
-
-def _sum_up(folder: Path, out: Path, picture: Path, console: Console) -> None:
-    from gsapp.cli import replay
-
-    summary = out / f"{folder.name}.json"
-    replay.run(flight=folder, speed="max", json=summary)
-    console.print(f"5. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}")

@@ -45,28 +45,44 @@ def run(
     times = speed_of(speed)
     from rich.console import Console
 
-    from gsapp.cli._results import on_screen, write_result
-    from gsapp.flight.summary import summarize
+    from gsapp.cli._results import on_screen
     from gsapp.session.session import Session
 
-    quiet = on_screen(json)
-    console = Console(stderr=True) if quiet else Console()
+    console = Console(stderr=on_screen(json))
     session = Session.replay(flight, channel_map=channel_map, speed=times)
     try:
         _play(session, console)
-        whole = session.flight()
-        if json is not None:
-            write_result(json, _text(summarize(whole)))
-        if not quiet:
-            from gsapp.cli._flight_text import describe
-
-            describe(console, whole)
-            _print_alarms(session, console)
-            if json is not None:
-                console.print(f"written to {json}", highlight=False, soft_wrap=True)
+        sum_up(session, console, json)
     finally:
         session.close()
     return 0
+
+
+def sum_up(session: Session, console: Console, json: Path | None) -> None:
+    """Print what a replay that has ended showed, and write it for programs.
+
+    Parameters
+    ----------
+    session : Session
+        Played to its end.
+    console : Console
+        Where to print; nothing where the JSON itself goes to the screen.
+    json : Path or None
+        See `run`.
+    """
+    from gsapp.cli._results import on_screen, write_result
+    from gsapp.flight.summary import summarize
+
+    whole = session.flight()
+    if json is not None:
+        write_result(json, _text(summarize(whole)))
+    if not on_screen(json):
+        from gsapp.cli._flight_text import describe
+
+        describe(console, whole)
+        _print_alarms(session, console)
+        if json is not None:
+            console.print(f"written to {json}", highlight=False, soft_wrap=True)
 
 
 def speed_of(text: str | float) -> float:
