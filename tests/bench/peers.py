@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,14 +15,9 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from gsapp.telemetry.virtual.process import free_port
+
 MAVPROXY = "MAVProxy==1.8.75"
-
-
-def free_port() -> int:
-    """Return a UDP port that nobody listens on."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def counts(log: Path) -> Counter[str]:
