@@ -6,8 +6,9 @@ import ctypes
 import os
 import re
 import socket
+import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError
@@ -21,6 +22,7 @@ _X11_LIBRARY = "libxcb-cursor.so.0"
 _X11_PACKAGES = (
     "libxcb-cursor0 libxcb-icccm4 libxcb-keysyms1 libxcb-shape0 libxcb-xkb1 libxkbcommon-x11-0"
 )
+_ALWAYS_START = frozenset(("offscreen", "minimal", "windows", "cocoa"))
 _DISPLAY = re.compile(r"(?P<host>[^:/]*)(/unix)?:(?P<number>\d+)(\.\d+)?")
 
 
@@ -58,10 +60,48 @@ def _library_loads(name: str) -> bool:
     return True
 
 
+def _platforms(environment: Mapping[str, str]) -> frozenset[str]:
+    """Return the names that Qt's platform plug-ins answer to; none without Qt."""
+    try:
+        from PySide6.QtCore import QLibraryInfo, QPluginLoader
+    except ImportError:
+        return frozenset()
+    folders = [Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.PluginsPath), "platforms")]
+    folders += [
+        Path(folder, "platforms")
+        for folder in environment.get("QT_PLUGIN_PATH", "").split(os.pathsep)
+        if folder
+    ]
+    if place := environment.get("QT_QPA_PLATFORM_PLUGIN_PATH"):
+        folders.append(Path(place))
+    found: set[str] = set()
+    for folder in folders:
+        for file in folder.glob("*"):
+            data = QPluginLoader(str(file)).metaData().get("MetaData")
+            keys = data.get("Keys", []) if isinstance(data, dict) else []
+            found.update(str(key).casefold() for key in keys)
+    return frozenset(found)
+
+
+def _starts(name: str) -> bool:
+    """Return whether Qt starts on a platform: tried in a process of its own, which may abort."""
+    program = (
+        "import sys; from PySide6.QtGui import QGuiApplication\n"
+        "sys.exit(not QGuiApplication(['', *sys.argv[1:]]).screens())"
+    )
+    command = [sys.executable, "-c", program, "-platform", name]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=30.0, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0
+
+
 def require_display(
     environment: Mapping[str, str] = os.environ,
     platform: str = sys.platform,
     library_loads: Callable[[str], bool] = _library_loads,
+    starts: Callable[[str], bool] = _starts,
 ) -> None:
     """Raise if no window can be shown; call before `QApplication` is made.
 
@@ -70,29 +110,88 @@ def require_display(
     environment : mapping of str to str
         Environment variables.
     platform : str
-        As `sys.platform`; only Linux and its kin are checked, the others always have a display.
+        As `sys.platform`; only Linux and its kin need a display, the others always have one.
     library_loads : callable
         Whether a shared library can be loaded.
+    starts : callable
+        Whether Qt starts on a platform that draws straight on the hardware.
 
     Raises
     ------
     NoDisplayError
         With what is missing and what to do.
     """
-    if platform in ("win32", "darwin") or environment.get("QT_QPA_PLATFORM"):
-        # Named by the user: Qt itself says what is wrong with it.
+    chosen = [name for name in environment.get("QT_QPA_PLATFORM", "").split(";") if name.strip()]
+    if chosen:
+        _require_one_of(chosen, environment, library_loads, starts)
+    elif platform not in ("win32", "darwin"):
+        _require_desktop(environment, library_loads)
+
+
+def _require_one_of(
+    chosen: Collection[str],
+    environment: Mapping[str, str],
+    library_loads: Callable[[str], bool],
+    starts: Callable[[str], bool],
+) -> None:
+    """Raise unless Qt can start on one of the platforms that the user chose; it takes the first."""
+    known = _platforms(environment)
+    if not known:
+        # Without Qt there is another sentence, and no abort.
         return
+    problem = ""
+    for full_name in chosen:
+        name = full_name.partition(":")[0].strip().casefold()
+        try:
+            if name not in known:
+                raise NoDisplayError(
+                    f"QT_QPA_PLATFORM is set to '{full_name}', which Qt does not have here; "
+                    f"unset it, or choose one of {', '.join(sorted(known))}"
+                )
+            if name == "xcb":
+                _require_x11(environment.get("DISPLAY", ""), library_loads)
+            elif name.startswith("wayland"):
+                _require_wayland(environment)
+            elif name not in _ALWAYS_START and not starts(full_name):
+                raise NoDisplayError(
+                    f"QT_QPA_PLATFORM is set to '{full_name}', and Qt cannot start on it here; "
+                    "unset it, or set it to offscreen to run without a screen"
+                )
+        except NoDisplayError as why:
+            problem = problem or str(why)
+        else:
+            return
+    raise NoDisplayError(problem)
+
+
+def _require_desktop(environment: Mapping[str, str], library_loads: Callable[[str], bool]) -> None:
+    """Raise unless a Wayland or an X display answers."""
     wayland, display = environment.get("WAYLAND_DISPLAY", ""), environment.get("DISPLAY", "")
     if not wayland and not display:
         raise NoDisplayError(
             f"There is no display: neither DISPLAY nor WAYLAND_DISPLAY is set. {_REMEDY}"
         )
     if wayland:
-        path = Path(environment.get("XDG_RUNTIME_DIR", "/")) / wayland
-        if _answers(socket.AF_UNIX, str(path)):
+        try:
+            _require_wayland(environment)
+        except NoDisplayError:
+            if not display:
+                raise
+        else:
             return
-        if not display:
-            raise NoDisplayError(f"The Wayland display {path} does not answer. {_REMEDY}")
+    _require_x11(display, library_loads)
+
+
+def _require_wayland(environment: Mapping[str, str]) -> None:
+    name = environment.get("WAYLAND_DISPLAY") or "wayland-0"
+    path = Path(environment.get("XDG_RUNTIME_DIR", "/")) / name
+    if not _answers(socket.AF_UNIX, str(path)):
+        raise NoDisplayError(f"The Wayland display {path} does not answer. {_REMEDY}")
+
+
+def _require_x11(display: str, library_loads: Callable[[str], bool]) -> None:
+    if not display:
+        raise NoDisplayError(f"DISPLAY is not set, so that there is no X display. {_REMEDY}")
     if not _x11_answers(display):
         raise NoDisplayError(f"The X display '{display}' does not answer. {_REMEDY}")
     if not library_loads(_X11_LIBRARY):

@@ -55,10 +55,46 @@ def test_a_missing_library_names_the_packages() -> None:
             require_display(environment, "linux", library_loads=_lacks)
 
 
-def test_a_platform_chosen_by_the_user_and_other_systems_are_left_to_qt() -> None:
+def test_a_platform_that_draws_nowhere_and_other_systems_need_no_display() -> None:
     require_display({"QT_QPA_PLATFORM": "offscreen"}, "linux")
+    require_display({"QT_QPA_PLATFORM": "Offscreen:enable_fonts"}, "linux")
     require_display({}, "darwin")
     require_display({}, "win32")
+
+
+def test_a_platform_that_qt_lacks_is_named_with_those_it_has() -> None:
+    """On every system; a list is fine as long as one of it can be had."""
+    for system in ("linux", "darwin", "win32"):
+        with pytest.raises(NoDisplayError, match=r"'nosuch', which Qt does not have.*offscreen"):
+            require_display({"QT_QPA_PLATFORM": "nosuch"}, system)
+    require_display({"QT_QPA_PLATFORM": "nosuch;offscreen"}, "linux")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only there Qt has xcb")
+def test_a_platform_chosen_by_the_user_needs_its_display_too() -> None:
+    with pytest.raises(NoDisplayError, match="DISPLAY is not set"):
+        require_display({"QT_QPA_PLATFORM": "xcb"}, "linux", **_WORKS)
+    environment = {"QT_QPA_PLATFORM": "wayland;xcb", "XDG_RUNTIME_DIR": "/nowhere"}
+    with pytest.raises(NoDisplayError, match="/nowhere/wayland-0 does not answer"):
+        require_display(environment, "linux", **_WORKS)
+    environment = {"QT_QPA_PLATFORM": "eglfs"}
+    require_display(environment, "linux", starts=_loads)
+    with pytest.raises(NoDisplayError, match="Qt cannot start on it here"):
+        require_display(environment, "linux", starts=_lacks)
+
+
+def test_the_command_with_a_platform_that_qt_lacks_says_so_and_does_not_abort() -> None:
+    """The program itself, in a process of its own: exit code 1 and one sentence."""
+    done = subprocess.run(
+        [sys.executable, "-c", "from gsapp.cli.main import main; main()"],
+        env={**os.environ, "QT_QPA_PLATFORM": "nosuch"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 1, done.stderr
+    assert done.stderr.startswith("gsapp: QT_QPA_PLATFORM is set to 'nosuch'")
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only there Qt needs a display")
