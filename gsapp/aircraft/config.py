@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel
+from gsapp.quantities.constants import DEGREE, GRAVITY
 from gsapp.quantities.fields import (
     Acceleration,
     Angle,
@@ -32,8 +33,6 @@ from gsapp.quantities.fields import (
 )
 
 AT_CG: Position = (0.0, 0.0, 0.0)
-_DEG = 0.017453292519943295
-_G = 9.80665
 
 
 def _positive(value: float, what: str) -> float:
@@ -177,7 +176,7 @@ class AlphaVane(_Sensor):
 
     noise: Angle = 0.0
     bias: Angle = 0.0
-    range: tuple[Angle, Angle] = (-45 * _DEG, 45 * _DEG)
+    range: tuple[Angle, Angle] = (-45 * DEGREE, 45 * DEGREE)
     upwash: Ratio = 1.0
 
 
@@ -192,7 +191,7 @@ class Accelerometer(_Sensor):
 
     noise: Acceleration = 0.0
     bias: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
-    range: tuple[Acceleration, Acceleration] = (-16 * _G, 16 * _G)
+    range: tuple[Acceleration, Acceleration] = (-16 * GRAVITY, 16 * GRAVITY)
 
 
 class Gyro(_Sensor):
@@ -204,7 +203,7 @@ class Gyro(_Sensor):
 
     noise: AngularRate = 0.0
     bias: tuple[AngularRate, AngularRate, AngularRate] = (0.0, 0.0, 0.0)
-    range: tuple[AngularRate, AngularRate] = (-2000 * _DEG, 2000 * _DEG)
+    range: tuple[AngularRate, AngularRate] = (-2000 * DEGREE, 2000 * DEGREE)
     vibration: AngularRate = 0.0
 
 
@@ -256,9 +255,9 @@ class Control(StrictModel):
     """
 
     kind: Literal["position", "servo", "command"] = "position"
-    travel: tuple[Angle, Angle] = (-25 * _DEG, 25 * _DEG)
-    full_stick_high: Angle = 20 * _DEG
-    full_stick_low: Angle = 12 * _DEG
+    travel: tuple[Angle, Angle] = (-25 * DEGREE, 25 * DEGREE)
+    full_stick_high: Angle = 20 * DEGREE
+    full_stick_low: Angle = 12 * DEGREE
     lag: Time = 0.0
     delay: Time = 0.0
     rate_limit: AngularRate = 1e9
@@ -291,13 +290,13 @@ class Limits(StrictModel):
         rad.
     """
 
-    alpha_linear: tuple[Angle, Angle] = (-5 * _DEG, 10 * _DEG)
-    alpha_stall: Angle = 14 * _DEG
-    beta_linear: Angle = 12 * _DEG
-    load_factor: tuple[Acceleration, Acceleration] = (-2 * _G, 4 * _G)
+    alpha_linear: tuple[Angle, Angle] = (-5 * DEGREE, 10 * DEGREE)
+    alpha_stall: Angle = 14 * DEGREE
+    beta_linear: Angle = 12 * DEGREE
+    load_factor: tuple[Acceleration, Acceleration] = (-2 * GRAVITY, 4 * GRAVITY)
     stall_speed: Speed = 0.0
     maximum_speed: Speed = 1e9
-    bank: Angle = 75 * _DEG
+    bank: Angle = 75 * DEGREE
 
 
 class Controls(StrictModel):
@@ -342,7 +341,7 @@ class Aircraft(StrictModel):
                 f"ixx + iyy - izz says that the mass lies {height:.2f} m (rms) above and below "
                 "the CG, more than a fuselage holds: repeat the pendulum swings"
             )
-        weight = self.mass.mass * _G
+        weight = self.mass.mass * GRAVITY
         if 0.0 < self.propulsion.max_thrust < 0.1 * weight:
             found.append("max_thrust is less than a tenth of the weight: it will not take off")
         return tuple(found)

@@ -14,8 +14,8 @@ import numpy as np
 
 from gsapp.dynamics.arithmetic import Value, functions
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import FOOT, GRAVITY
 
-GRAVITY = 9.80665
 SEA_LEVEL_DENSITY = 1.225
 SEA_LEVEL_PRESSURE = 101325.0
 SEA_LEVEL_TEMPERATURE = 288.15
@@ -24,7 +24,6 @@ GAS_CONSTANT = 287.05287
 HEAT_RATIO = 1.4
 
 _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
-_FT = 0.3048
 
 
 class Air(NamedTuple):
@@ -161,7 +160,7 @@ class Turbulence:
         self,
         sigma: tuple[float, float, float] | float,
         *,
-        scale: tuple[float, float, float] = (500.0 * _FT, 250.0 * _FT, 100.0 * _FT),
+        scale: tuple[float, float, float] = (500.0 * FOOT, 250.0 * FOOT, 100.0 * FOOT),
         seed: int = 0,
     ) -> None:
         self.sigma = (sigma, sigma, sigma) if isinstance(sigma, (int, float)) else tuple(sigma)

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gsapp.dynamics.arithmetic import Value, functions
-from gsapp.dynamics.atmosphere import GRAVITY
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import GRAVITY
 
 POLAR_STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi")
 LOADS = ("X", "Y", "Z", "L", "M", "N")

@@ -20,7 +20,6 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.actuators import ControlPosition, actuators
 from gsapp.dynamics.arithmetic import Value
 from gsapp.dynamics.atmosphere import (
-    GRAVITY,
     SEA_LEVEL_DENSITY,
     Atmosphere,
     Turbulence,
@@ -44,6 +43,7 @@ from gsapp.dynamics.propulsion import Engines, EngineState
 from gsapp.dynamics.terms import Term, make_term
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import GRAVITY
 
 _SLOWEST = 3.0
 """Airspeed below which the aerodynamics fade out, m/s: flow angles mean nothing there."""

@@ -10,14 +10,13 @@ import numpy as np
 from scipy.optimize import root
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.atmosphere import GRAVITY, SEA_LEVEL_DENSITY
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.equations import PolarState, polar_rates
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
-
-_DEG = math.pi / 180.0
+from gsapp.quantities.constants import DEGREE, GRAVITY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +197,7 @@ def _check_limits(model: FlightModel, state: Sequence[float], inputs: Sequence[f
     found = []
     if state[1] > aircraft.limits.alpha_stall:
         found.append(
-            f"it needs an angle of attack of {state[1] / _DEG:.1f} deg, beyond the stall: "
+            f"it needs an angle of attack of {state[1] / DEGREE:.1f} deg, beyond the stall: "
             "fly faster or lighter"
         )
     throttle = controls["throttle"]
@@ -215,7 +214,7 @@ def _check_limits(model: FlightModel, state: Sequence[float], inputs: Sequence[f
         low, high = getattr(aircraft.controls, name).travel
         if not low <= controls[name] <= high:
             found.append(
-                f"it needs {controls[name] / _DEG:.1f} deg of {surface}, beyond its travel: "
+                f"it needs {controls[name] / DEGREE:.1f} deg of {surface}, beyond its travel: "
                 f"check the signs and sizes of the moments, and the CG"
             )
     if found:

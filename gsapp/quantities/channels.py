@@ -13,6 +13,7 @@ from functools import cache
 
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import units
+from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,11 +78,6 @@ class ChannelSpec:
         return digits
 
 
-_DEG = 0.017453292519943295
-_FT = 0.3048
-_G = 9.80665
-
-
 # fmt: off
 INSTRUMENTS: tuple[str, ...] = (
     "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "alpha", "beta",
@@ -122,7 +118,7 @@ def _table() -> list[ChannelSpec]:
             )
 
     # fmt: off
-    group("Surfaces", "angle", "deg", "deg", -45 * _DEG, 45 * _DEG, 0.1 * _DEG,
+    group("Surfaces", "angle", "deg", "deg", -45 * DEGREE, 45 * DEGREE, 0.1 * DEGREE,
           ("de", "delta_e", "Elevator",
            "Mean of both elevators (6.1.1), positive trailing edge down"),
           ("da", "delta_a", "Aileron",
@@ -133,19 +129,19 @@ def _table() -> list[ChannelSpec]:
           ("aileron_left", "delta_a left", "Left aileron", "Positive trailing edge down"),
           ("aileron_right", "delta_a right", "Right aileron", "Positive trailing edge up"),
           ("rudder", "rudder", "Rudder surface", "Positive trailing edge left"))
-    group("Flow", "angle", "deg", "deg", -40 * _DEG, 40 * _DEG, 0.1 * _DEG,
+    group("Flow", "angle", "deg", "deg", -40 * DEGREE, 40 * DEGREE, 0.1 * DEGREE,
           ("alpha", "alpha", "Angle of attack",
            "At the vane; positive with the nose above the flow"),
           ("beta", "beta", "Angle of sideslip", "At the vane; positive with wind from the right"))
-    group("Rates", "angular_rate", "deg/s", "deg/s", -400 * _DEG, 400 * _DEG, 0.1 * _DEG,
+    group("Rates", "angular_rate", "deg/s", "deg/s", -400 * DEGREE, 400 * DEGREE, 0.1 * DEGREE,
           ("p", "p", "Roll rate", "Body axes, positive right wing down"),
           ("q", "q", "Pitch rate", "Body axes, positive nose up"),
           ("r", "r", "Yaw rate", "Body axes, positive nose right"))
-    group("Accelerations", "acceleration", "g", "g", -12 * _G, 12 * _G, 0.005 * _G,
+    group("Accelerations", "acceleration", "g", "g", -12 * GRAVITY, 12 * GRAVITY, 0.005 * GRAVITY,
           ("ax", "a_x", "Axial acceleration", "Specific force along x, positive forward"),
           ("ay", "a_y", "Lateral acceleration", "Specific force along y, positive right"),
           ("an", "a_n", "Normal acceleration", "Specific force along -z, positive up"))
-    group("Air data", "speed", "m/s", "ft/s", 0.0, 150.0, 0.1 * _FT,
+    group("Air data", "speed", "m/s", "ft/s", 0.0, 150.0, 0.1 * FOOT,
           ("V", "V", "True airspeed", "From dynamic pressure and density"),
           ("Vc", "V_c", "Calibrated airspeed", "At sea-level density; what stall speed follows"))
     group("Air data", "pressure", "Pa", "lbf/ft^2", -500.0, 12000.0, 2.0,
@@ -156,17 +152,17 @@ def _table() -> list[ChannelSpec]:
           ("static_pressure", "p_static", "Static pressure", "Absolute"))
     group("Air data", "temperature", "degC", "degF", 220.0, 340.0, 0.5,
           ("temperature", "T_air", "Air temperature", "Outside, or of the ground when entered"))
-    group("Air data", "length", "m", "ft", -500.0, 12000.0, 1.0 * _FT,
+    group("Air data", "length", "m", "ft", -500.0, 12000.0, 1.0 * FOOT,
           ("altitude", "h", "Pressure altitude", "Above sea level in the standard atmosphere"),
           ("height", "h_agl", "Height above the field", "Positive up"))
     group("Air data", "density", "kg/m^3", "slug/ft^3", 0.2, 1.6, 0.001,
           ("density", "rho", "Air density", "From static pressure and temperature"))
     group("Air data", "speed", "m/s", "ft/s", -60.0, 60.0, 0.1,
           ("climb_rate", "h_dot", "Rate of climb", "Positive up"))
-    group("Attitude", "angle", "deg", "deg", -181 * _DEG, 181 * _DEG, 0.1 * _DEG,
+    group("Attitude", "angle", "deg", "deg", -181 * DEGREE, 181 * DEGREE, 0.1 * DEGREE,
           ("phi", "phi", "Bank angle", "Positive right wing down"),
           ("theta", "theta", "Pitch attitude", "Positive nose up"))
-    group("Attitude", "angle", "deg", "deg", -181 * _DEG, 361 * _DEG, 0.1 * _DEG,
+    group("Attitude", "angle", "deg", "deg", -181 * DEGREE, 361 * DEGREE, 0.1 * DEGREE,
           ("psi", "psi", "Heading", "From true north, positive clockwise"),
           ("track", "chi", "Ground track", "From true north, positive clockwise"))
     group("Propulsion", "ratio", "%", "%", -0.05, 1.05, 0.01,
@@ -181,9 +177,9 @@ def _table() -> list[ChannelSpec]:
     group("Propulsion", "mass", "kg", "lb", 0.0, 100.0, 0.01,
           ("fuel", "fuel", "Fuel left", "Mass on board"),
           ("mass", "m", "Mass", "Aircraft with fuel"))
-    group("Controls", "angle", "deg", "deg", -5 * _DEG, 90 * _DEG, 0.5 * _DEG,
+    group("Controls", "angle", "deg", "deg", -5 * DEGREE, 90 * DEGREE, 0.5 * DEGREE,
           ("flap", "flap", "Flap", "Positive trailing edge down"))
-    group("Controls", "angle", "deg", "deg", -45 * _DEG, 45 * _DEG, 0.1 * _DEG,
+    group("Controls", "angle", "deg", "deg", -45 * DEGREE, 45 * DEGREE, 0.1 * DEGREE,
           ("de_command", "delta_e cmd", "Elevator command", "As the receiver asks of the servo"),
           ("da_command", "delta_a cmd", "Aileron command", "As the receiver asks of the servo"),
           ("dr_command", "delta_r cmd", "Rudder command", "As the receiver asks of the servo"))

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from gsapp.dynamics.atmosphere import GRAVITY
 from gsapp.dynamics.equations import (
     LOADS,
     POLAR_STATES,
@@ -27,6 +26,7 @@ from gsapp.dynamics.equations import (
     quaternion_rates,
     rotation,
 )
+from gsapp.quantities.constants import GRAVITY
 
 B777 = Body(mass=21.16, ixx=7.05, iyy=8.60, izz=9.45, ixz=0.38)
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from gsapp.dynamics.pilot.mission import Intent
 from gsapp.dynamics.pilot.sight import View
-
-_DEG = math.pi / 180.0
+from gsapp.quantities.constants import DEGREE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,35 +79,35 @@ class PitchKeeper:
     def _hang(self, view: View) -> float:
         """Return how far the nose must stand above the path at this speed and bank, rad."""
         ratio = self._feel.speed / max(view.speed, 0.7 * self._feel.speed)
-        return self._feel.pitch * ratio**2 / math.cos(min(abs(view.bank), 50.0 * _DEG))
+        return self._feel.pitch * ratio**2 / math.cos(min(abs(view.bank), 50.0 * DEGREE))
 
     def stick(self, view: View, intent: Intent) -> float:
         """Return the pitch stick."""
         if intent.path is not None:
             error = intent.path - view.path
             if not view.on_ground:
-                if abs(view.bank) < 20.0 * _DEG:
+                if abs(view.bank) < 20.0 * DEGREE:
                     self._offset += 0.06 * error * self._dt
-                self._offset = min(max(self._offset, -3.0 * _DEG), 3.0 * _DEG)
+                self._offset = min(max(self._offset, -3.0 * DEGREE), 3.0 * DEGREE)
             target = self._hang(view) + self._offset + intent.path + intent.firmness * error
         elif intent.pitch is not None:
             target = intent.pitch
         else:
             return self.usual
-        target = min(max(target, -14.0 * _DEG), 20.0 * _DEG)
-        step = 14.0 * _DEG * self._dt
+        target = min(max(target, -14.0 * DEGREE), 20.0 * DEGREE)
+        step = 14.0 * DEGREE * self._dt
         self._wanted += min(max(target - self._wanted, -step), step)
         miss = self._wanted - view.pitch
         # What a turn asks for is not taken along into the straight leg.
-        if not view.on_ground and abs(view.bank) < 20.0 * _DEG:
+        if not view.on_ground and abs(view.bank) < 20.0 * DEGREE:
             self._hold += 0.3 * self._gain * miss * self._dt
             self._hold = min(max(self._hold, -0.5), 0.5)
         # On the wheels the nose comes up late, and then at once: pull until it moves.
-        if view.on_ground and miss > 3.0 * _DEG and view.pitch_rate < 3.0 * _DEG:
+        if view.on_ground and miss > 3.0 * DEGREE and view.pitch_rate < 3.0 * DEGREE:
             self._lift = min(self._lift + 0.4 * self._dt, 0.7)
         else:
             self._lift *= 1.0 - self._dt / 0.2
-        bank = min(abs(view.bank), 60.0 * _DEG)
+        bank = min(abs(view.bank), 60.0 * DEGREE)
         pull = self._feel.turn_pull * (1.0 / math.cos(bank) - 1.0)
         # Slower air, weaker surfaces: the hand asks for more without thinking about it.
         firmness = min((self._feel.speed / max(view.speed, 0.6 * self._feel.speed)) ** 2, 2.5)
@@ -131,11 +130,11 @@ class RollKeeper:
 
     def sticks(self, view: View, intent: Intent) -> tuple[float, float]:
         """Return the roll and yaw sticks, towards the pattern positive."""
-        step = 45.0 * _DEG * self._dt
+        step = 45.0 * DEGREE * self._dt
         self._wanted += min(max(intent.bank - self._wanted, -step), step)
         miss = self._wanted - view.bank
-        calm = abs(view.bank) < 10.0 * _DEG and abs(view.roll_rate) < 5.0 * _DEG
-        if calm and abs(self._wanted) < 8.0 * _DEG and not view.on_ground:
+        calm = abs(view.bank) < 10.0 * DEGREE and abs(view.roll_rate) < 5.0 * DEGREE
+        if calm and abs(self._wanted) < 8.0 * DEGREE and not view.on_ground:
             self._hold += 0.05 * self._gain * miss * self._dt
             self._hold = min(max(self._hold, -0.1), 0.1)
         firmness = min(self._feel.speed / max(view.speed, 0.6 * self._feel.speed), 1.7)
@@ -172,7 +171,7 @@ class SpeedKeeper:
             level = feel.throttle + feel.throttle_slope * (intent.speed - feel.speed)
             # Thrust over weight is climb over speed: less of it going down, more going up.
             slope = 0.0 if intent.path is None else 1.8 * intent.path
-            turn = 0.12 * (1.0 / math.cos(min(abs(view.bank), 60.0 * _DEG)) - 1.0)
+            turn = 0.12 * (1.0 / math.cos(min(abs(view.bank), 60.0 * DEGREE)) - 1.0)
             target = level + self._hold + 0.035 * error + slope + turn
         miss = min(max(target, 0.0), 1.0) - self._lever
         # A thumb moves the lever now and then, not all the time.

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.equations import Loads, Matrix
+from gsapp.quantities.constants import GRAVITY
 
-GRAVITY = 9.80665
 _CREEP = 0.12
 """Speed at which a braked wheel has most of its grip, m/s: a step of 10 ms can follow that."""
 

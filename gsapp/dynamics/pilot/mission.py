@@ -15,9 +15,7 @@ import numpy as np
 from gsapp.dynamics.pilot.hands import StickInput
 from gsapp.dynamics.pilot.plan import FlightPlan, Human, Maneuver, RangeCheck
 from gsapp.dynamics.pilot.sight import View
-
-GRAVITY = 9.80665
-_DEG = math.pi / 180.0
+from gsapp.quantities.constants import DEGREE, GRAVITY
 
 UPWIND_ACROSS = 25.0
 """The upwind leg lies this far beside the runway, m."""
@@ -173,7 +171,7 @@ class Mission:
             view = yield Intent(
                 phase="take-off",
                 throttle=takeoff.throttle,
-                pitch=9.0 * _DEG if lifting else 0.0,
+                pitch=9.0 * DEGREE if lifting else 0.0,
                 bank=0.0,
                 steer=min(max(-0.02 * view.across, -0.1), 0.1) if view.on_ground else None,
             )
@@ -184,7 +182,7 @@ class Mission:
                 phase="climb",
                 throttle=takeoff.throttle,
                 path=self._climb_path(view),
-                bank=straight.bank(view, 15.0 * _DEG) if view.height > 6.0 else 0.0,
+                bank=straight.bank(view, 15.0 * DEGREE) if view.height > 6.0 else 0.0,
             )
 
     def _climb_path(self, view: View) -> float:
@@ -247,7 +245,7 @@ class Mission:
         radius = max(radius, 1.0)
         bank = math.atan(view.speed**2 / (GRAVITY * radius))
         usual = self._plan.pattern.bank
-        return min(max(bank, usual - 10.0 * _DEG), usual + 4.0 * _DEG)
+        return min(max(bank, usual - 10.0 * DEGREE), usual + 4.0 * DEGREE)
 
     def _straight(self, leg: Leg) -> Stage:
         view = yield Intent(phase="pattern", path=0.0, speed=self._plan.pattern.speed)
@@ -258,7 +256,7 @@ class Mission:
         return Intent(
             phase=phase,
             path=self._level(view),
-            bank=leg.bank(view, 15.0 * _DEG),
+            bank=leg.bank(view, 15.0 * DEGREE),
             speed=self._plan.pattern.speed if speed is None else speed,
         )
 
@@ -318,8 +316,8 @@ class Mission:
         while downwind.gone(view) < 0.0:
             view = yield Intent(
                 phase="approach",
-                path=max(self._level(view, low), -7.0 * _DEG),
-                bank=downwind.bank(view, 25.0 * _DEG),
+                path=max(self._level(view, low), -7.0 * DEGREE),
+                bank=downwind.bank(view, 25.0 * DEGREE),
                 speed=fast,
                 flap=0.5 * landing.flap,
             )
@@ -329,7 +327,7 @@ class Mission:
             view = yield Intent(
                 phase="approach",
                 path=self._glide(view, arc=self._radius * left),
-                bank=min(self._turning_bank(view, final, left), 42.0 * _DEG),
+                bank=min(self._turning_bank(view, final, left), 42.0 * DEGREE),
                 speed=fast,
                 flap=0.5 * landing.flap,
             )
@@ -338,7 +336,7 @@ class Mission:
             view = yield Intent(
                 phase="final",
                 path=self._glide(view, arc=0.0),
-                bank=final.bank(view, 20.0 * _DEG if view.height > 12.0 else 10.0 * _DEG),
+                bank=final.bank(view, 20.0 * DEGREE if view.height > 12.0 else 10.0 * DEGREE),
                 speed=landing.speed,
                 flap=landing.flap,
             )
@@ -356,7 +354,7 @@ class Mission:
             path=math.atan2(-min(sink, 2.0), max(view.speed, 15.0)),
             firmness=1.0,
             # Near the ground the wings are kept level before anything else.
-            bank=final.bank(view, 4.0 * _DEG),
+            bank=final.bank(view, 4.0 * DEGREE),
             speed=self._plan.landing.speed,
             throttle=0.0 if view.height < 2.0 else None,
             flap=self._plan.landing.flap,
@@ -367,11 +365,11 @@ class Mission:
         slope = math.tan(self._plan.landing.glide)
         distance = max(AIM_ALONG - view.along, 0.0) + arc
         above = view.height - 2.0 - slope * distance
-        path = min(max(-self._plan.landing.glide - 0.012 * above, -11.0 * _DEG), 1.0 * _DEG)
+        path = min(max(-self._plan.landing.glide - 0.012 * above, -11.0 * DEGREE), 1.0 * DEGREE)
         # Speed first, then height.
         slow = max(self._plan.landing.speed - 1.5 - view.speed, 0.0)
         # Close to the ground nobody dives at the runway.
-        steepest = 7.0 * _DEG if view.height < 20.0 else 11.0 * _DEG
+        steepest = 7.0 * DEGREE if view.height < 20.0 else 11.0 * DEGREE
         return max(path - 0.02 * slow, -steepest)
 
     def _rollout(self) -> Stage:
@@ -390,7 +388,7 @@ class Mission:
                 throttle=0.0,
                 steer=min(max(-0.02 * view.across, -0.1), 0.1),
                 # The nose wheel is let down, not dropped.
-                pitch=max(pitch - 4.0 * _DEG * rolled, 0.0),
+                pitch=max(pitch - 4.0 * DEGREE * rolled, 0.0),
                 brake=0.5 if settled else 0.0,
                 flap=self._plan.landing.flap,
             )
@@ -423,18 +421,18 @@ def _range_check_inputs(check: RangeCheck) -> list[StickInput]:
 
 def _looks_steady(view: View, leg: Leg, patience: float) -> bool:
     return (
-        abs(view.bank) < 5.0 * _DEG * patience
+        abs(view.bank) < 5.0 * DEGREE * patience
         and abs(view.climb) < 1.5 * patience
-        and abs(view.roll_rate) < 5.0 * _DEG * patience
-        and abs(view.pitch_rate) < 4.0 * _DEG * patience
+        and abs(view.roll_rate) < 5.0 * DEGREE * patience
+        and abs(view.pitch_rate) < 4.0 * DEGREE * patience
         and abs(leg.off_course(view)) < 0.2 * patience
     )
 
 
 def _alarming(view: View) -> bool:
     return (
-        abs(view.bank) > 50.0 * _DEG
-        or abs(view.pitch) > 30.0 * _DEG
+        abs(view.bank) > 50.0 * DEGREE
+        or abs(view.pitch) > 30.0 * DEGREE
         or abs(view.climb) > 6.0
         or view.height < 18.0
     )

@@ -14,11 +14,10 @@ from pydantic import Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.foundation.shipped import Shipped
+from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Temperature, Time
 
 Surface = Literal["de", "da", "dr"]
-_DEG = 0.017453292519943295
-_FT = 0.3048
 
 SHAPES: dict[str, tuple[float, ...]] = {
     "doublet": (1.0, -1.0),
@@ -47,13 +46,13 @@ class Conditions(StrictModel):
         Standard deviation of the gusts, m/s.
     """
 
-    elevation: Length = 1240 * _FT
+    elevation: Length = 1240 * FOOT
     temperature: Temperature = 288.15
-    latitude: Angle = 39.64 * _DEG
-    longitude: Angle = -79.92 * _DEG
-    runway_heading: Angle = 180 * _DEG
+    latitude: Angle = 39.64 * DEGREE
+    longitude: Angle = -79.92 * DEGREE
+    runway_heading: Angle = 180 * DEGREE
     wind_speed: Speed = 0.0
-    wind_from: Angle = 180 * _DEG
+    wind_from: Angle = 180 * DEGREE
     turbulence: Speed = 0.0
 
 
@@ -124,8 +123,8 @@ class RangeCheck(StrictModel):
 class Takeoff(StrictModel):
     """Take-off run and climb: `speed` is where the nose is lifted, m/s; `climb` the path, rad."""
 
-    speed: Speed = 73 * _FT
-    climb: Angle = 12 * _DEG
+    speed: Speed = 73 * FOOT
+    climb: Angle = 12 * DEGREE
     throttle: Ratio = Field(default=1.0, gt=0.0, le=1.0)
 
 
@@ -146,10 +145,10 @@ class Pattern(StrictModel):
         On which side of the runway, seen in the direction of take-off.
     """
 
-    height: Length = 260 * _FT
-    speed: Speed = 100 * _FT
+    height: Length = 260 * FOOT
+    speed: Speed = 100 * FOOT
     leg: Time = 10.0
-    bank: Angle = 45 * _DEG
+    bank: Angle = 45 * DEGREE
     side: Literal["left", "right"] = "left"
 
 
@@ -219,9 +218,9 @@ class Landing(StrictModel):
         Set for the approach, rad.
     """
 
-    speed: Speed = 80 * _FT
-    glide: Angle = 4.5 * _DEG
-    flap: Angle = 20 * _DEG
+    speed: Speed = 80 * FOOT
+    glide: Angle = 4.5 * DEGREE
+    flap: Angle = 20 * DEGREE
 
 
 class Human(StrictModel):
@@ -251,10 +250,10 @@ class Human(StrictModel):
 
     delay: Time = 0.2
     hand: Time = 0.1
-    bank_error: Angle = 2.5 * _DEG
-    pitch_error: Angle = 1.0 * _DEG
+    bank_error: Angle = 2.5 * DEGREE
+    pitch_error: Angle = 1.0 * DEGREE
     distance_error: Ratio = 0.012
-    speed_error: Speed = 5 * _FT
+    speed_error: Speed = 5 * FOOT
     size_error: Ratio = 0.12
     timing_error: Ratio = 0.12
     residual: Ratio = 0.01

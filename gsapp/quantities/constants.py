@@ -1,0 +1,15 @@
+"""Numbers that hold everywhere: the standard gravity, and customary units in SI.
+
+For values written in the code; what is read from files goes through `gsapp.quantities.units`.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+GRAVITY: Final = 9.80665
+"""Standard acceleration of free fall, m/s^2; one g."""
+DEGREE: Final = 0.017453292519943295
+"""rad."""
+FOOT: Final = 0.3048
+"""m."""
