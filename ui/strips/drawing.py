@@ -464,12 +464,18 @@ def draw_header(
     for name, column in geometry.cursors:
         x = column.right - pen.px(6)
         color = cursor_color(theme, name)
-        heading, short = _heading(view, name), _CURSOR_NAMES[name]
+        heading = _heading(view, name)
         pen.text(painter, x, center, heading, color, _LABEL, bold=True, align="right")
-        below = color if name != "cursor" else theme.muted
+
+
+def draw_cursor_names(painter: QPainter, pen: Pen, geometry: Geometry) -> None:
+    """Write the names of the columns of values at cursors, between heading and values."""
+    theme = pen.theme
+    for name, column in geometry.cursors:
+        color = cursor_color(theme, name) if name != "cursor" else theme.muted
         pen.text(
-            painter, x, geometry.lane.center, short, below, _LABEL,
-            bold=name != "cursor", align="right",
+            painter, column.right - pen.px(6), geometry.lane.center, _CURSOR_NAMES[name], color,
+            _LABEL, bold=name != "cursor", align="right",
         )  # fmt: skip
 
 

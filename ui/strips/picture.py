@@ -16,6 +16,8 @@ from ui.strips.raster import Backdrop, ChartPaint, Raster, SpanPaint
 from ui.strips.view import StripView
 from ui.theme import Theme
 
+_FEW = 4096  # new samples that are looked at one by one; more of them as columns
+
 
 @dataclass(frozen=True, slots=True)
 class Changes:
@@ -32,6 +34,30 @@ class Changes:
     moved: bool = False
     first: int = 0
     last: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Samples that arrived since the last frame, of channels that are in step.
+
+    Attributes
+    ----------
+    samples : (int, int) or None
+        Their absolute indices, first and one past the last; None if not all that came before is
+        known to be loaded.
+    first, last : int
+        Columns in which they lie, or begin to be seen; ``first <= c < last``.
+    channels : tuple of str
+        Of which channels.
+    charts : list of int
+        The charts that show these, by place.
+    """
+
+    samples: tuple[int, int] | None
+    first: int
+    last: int
+    channels: tuple[str, ...]
+    charts: list[int]
 
 
 class Picture:
@@ -68,6 +94,10 @@ class Picture:
         self._charts = [charts[number] for number in geometry.numbers]
         self._geometry = geometry
         self._theme = theme
+        self._places: dict[str, list[int]] = {}
+        for place, chart in enumerate(self._charts):
+            for name in dict.fromkeys(spec.id for spec in chart.specs):
+                self._places.setdefault(name, []).append(place)
         self._painted: tuple[int, int] | None = None
         self._seen: dict[str, float] = {}
         self._revision: int | None = None
@@ -103,16 +133,16 @@ class Picture:
             self._seen.clear()
         first, last = view.columns
         before = self._painted
-        changed = self._arrived(history, view)
+        arrived = self._arrived(history, view)
         self._painted = (first, last)
         if before is None or first >= before[1] or last <= before[0]:
             before = None
-        self._load(history, view, before, changed)
+        self._load(history, view, before, arrived)
         if before is None:
             self.raster.paint(view.scale, first, last)
             return Changes(moved=True, first=first, last=last)
         self.raster.paint(view.scale, first, min(before[0], last))
-        oldest = self._paint_arrived(view, max(min(before[1], last), first), changed)
+        oldest = self._paint_arrived(view, max(min(before[1], last), first), arrived)
         if before != (first, last):
             return Changes(moved=True, first=first, last=last)
         return Changes(first=oldest, last=last)
@@ -122,7 +152,7 @@ class Picture:
         history: Samples,
         view: StripView,
         before: tuple[int, int] | None,
-        changed: Mapping[tuple[int, int], Sequence[int]],
+        arrived: Sequence[Arrival],
     ) -> None:
         """Take the values of columns that came into reach, and of those that changed."""
         raster, scale, margin = self.raster, view.scale, self.raster.margin
@@ -138,15 +168,15 @@ class Picture:
         raster.load(history, scale, first, min(known_first, stop))
         raster.clear(max(known_last, first), last)
         raster.load(history, scale, max(known_last, first), stop)
-        for (begin, stretch_end), charts in changed.items():
-            raster.load(history, scale, max(begin, first), min(stretch_end, last), charts)
+        for some in arrived:
+            within = first <= some.first and some.last <= last
+            if within and some.samples is not None and scale.stretch == 1:
+                raster.extend(history, scale, *some.samples, some.channels)
+            else:
+                begin, stop = max(some.first, first), min(some.last, last)
+                raster.load(history, scale, begin, stop, some.channels)
 
-    def _paint_arrived(
-        self,
-        view: StripView,
-        new: int,
-        changed: Mapping[tuple[int, int], Sequence[int]],
-    ) -> int:
+    def _paint_arrived(self, view: StripView, new: int, arrived: Sequence[Arrival]) -> int:
         """Paint columns from `new` on, and those before in which samples arrived.
 
         Returns the oldest column painted.
@@ -154,8 +184,8 @@ class Picture:
         first, last = view.columns
         reach = self.raster.reach
         stretches = [
-            (max(begin - reach, first), min(end + reach, last), charts)
-            for (begin, end), charts in changed.items()
+            (max(some.first - reach, first), min(some.last + reach, last), some.charts)
+            for some in arrived
         ]
         # Most channels arrive together: one stroke for all, from the oldest of them on.
         for begin, end, charts in stretches:
@@ -166,47 +196,36 @@ class Picture:
         self.raster.paint(view.scale, new, last)
         return min([new, *(begin for begin, end, _ in stretches if begin < end)])
 
-    def _arrived(self, history: Samples, view: StripView) -> dict[tuple[int, int], list[int]]:
-        """Return the columns in which samples arrived since the last call, with their charts."""
-        known = history.channels
-        stretches: dict[str, tuple[int, int] | None] = {}
-        # Most channels are in step; their columns need to be found only once.
-        same: dict[tuple[float | None, float], tuple[int, int]] = {}
-        found: dict[tuple[int, int], list[int]] = {}
-        for place, chart in enumerate(self._charts):
-            begin, end = math.inf, -math.inf
-            for spec in chart.specs:
-                name = spec.id
-                if name not in stretches:
-                    latest = history.last(name) if name in known else None
-                    stretches[name] = self._new_stretch(name, latest, view, same)
-                stretch = stretches[name]
-                if stretch is not None:
-                    begin, end = min(begin, stretch[0]), max(end, stretch[1])
-            if begin < end:
-                found.setdefault((int(begin), int(end)), []).append(place)
-        return found
+    def _arrived(self, history: Samples, view: StripView) -> list[Arrival]:
+        """Return what arrived since the last call."""
+        seen, last = self._seen, history.last
+        known = set(history.channels)
+        # Most channels are in step: what arrived is told by few pairs of times.
+        together: dict[tuple[float | None, float], list[str]] = {}
+        for name in self._places:
+            latest = last(name) if name in known else None
+            if latest is None:
+                continue
+            before, time = seen.get(name), latest[0]
+            if time != before:
+                seen[name] = time
+                together.setdefault((before, time), []).append(name)
+        return [self._arrival(view, *times, names) for times, names in together.items()]
 
-    def _new_stretch(
-        self,
-        channel_id: str,
-        latest: tuple[float, float] | None,
-        view: StripView,
-        same: dict[tuple[float | None, float], tuple[int, int]],
-    ) -> tuple[int, int] | None:
-        if latest is None:
-            return None
-        key = (self._seen.get(channel_id), latest[0])
-        seen, arrived = key
-        if seen == arrived:
-            return None
-        self._seen[channel_id] = arrived
-        if key not in same:
-            # Before the first sample seen, anything may have come with it.
-            unseen = view.columns[0] - self.raster.margin
-            begin = view.scale.column(seen) if seen is not None else unseen
-            same[key] = (begin, view.scale.column(arrived) + 1)
-        return same[key]
+    def _arrival(
+        self, view: StripView, before: float | None, time: float, names: Sequence[str]
+    ) -> Arrival:
+        scale = view.scale
+        places = dict.fromkeys(place for name in names for place in self._places[name])
+        samples = None
+        # Before the first sample seen, anything may have come with it.
+        first = view.columns[0] - self.raster.margin
+        if before is not None:
+            first = scale.column(before)
+            samples = (round(before * scale.rate) + 1, round(time * scale.rate) + 1)
+            if samples[1] - samples[0] > _FEW:
+                samples = None
+        return Arrival(samples, first, scale.column(time) + 1, tuple(names), list(places))
 
     def follow_ranges(self, view: StripView, *, at_once: bool) -> bool:
         """Let automatic y axes follow what is in sight; return whether one changed."""

@@ -11,6 +11,7 @@ wide pens are many times slower in the painter.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -268,6 +269,12 @@ class Raster:
         self._loaded = self.width + 2 * self.margin
         self._values = np.full((2, count, self._loaded), np.nan)
         self.high, self.low = self._values
+        sizes = np.cumsum([0, *(len(members) for members in self._layers)]).tolist()
+        self._layer_rows = [slice(one, other) for one, other in itertools.pairwise(sizes)]
+        self._rows_of_channel: dict[str, list[int]] = {}
+        for (chart, layer), row in self._numbers.items():
+            name = self.charts[chart].traces[layer].channel
+            self._rows_of_channel.setdefault(name, []).append(row)
         self._row_chart = np.full(self.height, len(self.charts), dtype=np.intp)
         self._row_local = np.zeros((self.height, 1), dtype=np.int32)
         for number, chart in enumerate(self.charts):
@@ -279,8 +286,9 @@ class Raster:
         self._integer = np.int16 if (tallest + 2) * _LEVELS < 32000 else np.int32
         self._row_local = self._row_local.astype(self._integer)
         self._rows: list[_Rows] = [self._make_rows(chart) for chart in self.charts]
-        self._heights = np.array([float(chart.height) for chart in self.charts])
-        self._placed = np.array([value_rows(chart, self._pad) for chart in self.charts])
+        self._placed = np.array(
+            [(*value_rows(chart, self._pad), chart.height) for chart in self.charts]
+        ).reshape(-1, 3)
         self._gather_shades()
 
     # Set-up
@@ -298,7 +306,7 @@ class Raster:
         """Change the range, bands, grid or colors of a chart; it then needs to be painted."""
         self.charts[number] = chart
         self._rows[number] = self._make_rows(chart)
-        self._placed[number] = value_rows(chart, self._pad)
+        self._placed[number] = (*value_rows(chart, self._pad), chart.height)
         self._gather_shades()
 
     def _number_traces(self) -> list[list[int]]:
@@ -332,9 +340,9 @@ class Raster:
         scale: ColumnScale,
         first: int,
         last: int,
-        charts: Sequence[int] | None = None,
+        channels: Sequence[str] | None = None,
     ) -> None:
-        """Take the values of the columns ``first <= c < last`` of all charts, or of some.
+        """Take the values of the columns ``first <= c < last`` of all channels, or of some.
 
         A column needs the values of `margin` columns on either side of it, too.
         """
@@ -342,18 +350,56 @@ class Raster:
             return
         pieces = _pieces(first, last, self._loaded)
         known = set(history.channels)
-        for layer, members in enumerate(self._layers):
-            for number in members:
-                if charts is not None and number not in charts:
-                    continue
-                trace = self.trace_number(number, layer)
-                channel_id = self.charts[number].traces[layer].channel
-                if channel_id not in known:
-                    continue
-                low, high = column_extremes(history, channel_id, scale, first, last)
+        for channel_id in self._rows_of_channel if channels is None else channels:
+            if channel_id not in known:
+                continue
+            low, high = column_extremes(history, channel_id, scale, first, last)
+            for row in self._rows_of_channel[channel_id]:
                 for ring, part in pieces:
-                    self.low[trace, ring] = low[part]
-                    self.high[trace, ring] = high[part]
+                    self.low[row, ring] = low[part]
+                    self.high[row, ring] = high[part]
+
+    def extend(
+        self,
+        history: Samples,
+        scale: ColumnScale,
+        first: int,
+        last: int,
+        channels: Sequence[str],
+    ) -> None:
+        """Take the samples ``first <= k < last``, which came after all that is loaded.
+
+        Where a column holds many samples, a frame looks at the new ones only, and at those of
+        all channels together.
+
+        Parameters
+        ----------
+        history : Samples
+            Where the samples are.
+        scale : ColumnScale
+            How columns lie on the samples; a sample must not be wider than a column.
+        first, last : int
+            Absolute indices. The columns in which they lie must be loaded.
+        channels : sequence of str
+            Channels that the history holds.
+        """
+        rows = [self._rows_of_channel[name] for name in channels]
+        samples = np.empty((sum(map(len, rows)), last - first))
+        place = 0
+        for name, some in zip(channels, rows, strict=True):
+            samples[place : place + len(some)] = history.samples(name, first, last)
+            place += len(some)
+        begin, end = first // scale.samples, (last - 1) // scale.samples
+        cuts = np.arange(begin, end + 1) * scale.samples - first
+        cuts[0] = 0
+        # Columns across, so that the reduction runs along memory.
+        across = np.ascontiguousarray(samples.T)
+        where = (
+            np.array(list(itertools.chain.from_iterable(rows)), dtype=np.intp)[:, None],
+            np.arange(begin, end + 1) % self._loaded,
+        )
+        self.low[where] = np.fmin(self.low[where], np.fmin.reduceat(across, cuts).T)
+        self.high[where] = np.fmax(self.high[where], np.fmax.reduceat(across, cuts).T)
 
     def clear(self, first: int, last: int) -> None:
         """Note that nothing has been measured yet in these columns."""
@@ -380,10 +426,9 @@ class Raster:
         if last <= first:
             return
         classes = self.column_classes(scale, first, last) * np.int32(_SHADES)
-        chosen = range(len(self.charts)) if charts is None else charts
         rows = self._rows_of(charts)
         for layer, members in enumerate(self._layers):
-            there = [number for number in members if charts is None or number in chosen]
+            there = members if charts is None else [one for one in members if one in charts]
             if layer == 0 or there:
                 top, bottom = self._edges(first, last, layer, there)
                 if layer == 0:
@@ -411,48 +456,58 @@ class Raster:
         One row for each chart, then one that is empty, for the rows between charts.
         """
         margin = self.margin
-        count = last - first
-        traces = np.array([self._numbers[number, layer] for number in charts], dtype=np.intp)
-        places = np.arange(first - margin, last + margin) % self._loaded
-        values = self._values[:, traces[:, None], places]
-        members = np.array(charts, dtype=np.intp)
-        placed = self._placed[members] if charts else np.empty((0, 2))
-        offset, gain = placed[:, :1], placed[:, 1:]
-        heights = self._heights[members][:, None]
+        rows: slice | npt.NDArray[np.intp] = self._layer_rows[layer]
+        placed = self._placed
+        if len(charts) < len(self._layers[layer]):
+            rows = np.array([self._numbers[number, layer] for number in charts], dtype=np.intp)
+        if len(charts) < len(self.charts):
+            placed = placed[np.array(charts, dtype=np.intp)]
+        offset, gain, heights = placed[:, :1], placed[:, 1:2], placed[:, 2:]
+        edges = offset - gain * self._around(rows, first - margin, last + margin)
         # What lies off the scale stays at the edge, where half of its width can be seen.
-        edges = np.minimum(np.maximum(offset - gain * values, 0.0), heights)
+        np.maximum(edges, 0.0, out=edges)
+        np.minimum(edges, heights, out=edges)
         # The lower edge with its sign turned: then both want the least of their neighbors.
         np.negative(edges[1], out=edges[1])
-        edges = self._thicken(_connect(edges))[:, :, margin:-margin]
+        there = ~np.isnan(edges[0])
+        edges = self._thicken(_connect(edges, there), there)[:, :, margin:-margin]
         np.negative(edges[1], out=edges[1])
         np.maximum(edges, -1.0, out=edges)
         np.minimum(edges, heights + 1.0, out=edges)
         edges *= _LEVELS
         np.rint(edges, out=edges)
-        missing = np.isnan(edges[0])
+        drawn = there[:, margin:-margin]
         for row, number in enumerate(charts):
             dash = self.charts[number].traces[layer].dash
             if dash:
-                missing[row] |= (np.arange(first, last) // dash) % 3 == 2
-        edges[:, missing] = 0.0
-        whole = np.zeros((2, len(charts) + 1, count), dtype=self._integer)
-        whole[:, :-1] = edges
+                drawn[row] &= (np.arange(first, last) // dash) % 3 != 2
+        whole = np.zeros((2, len(charts) + 1, last - first), dtype=self._integer)
+        np.copyto(whole[:, :-1], edges, where=drawn, casting="unsafe")
         return whole[0], whole[1]
 
-    def _thicken(self, edges: FloatArray) -> FloatArray:
+    def _around(self, rows: slice | npt.NDArray[np.intp], first: int, last: int) -> FloatArray:
+        """Return highest and lowest values of columns, shape (2, rows, last - first)."""
+        begin = first % self._loaded
+        end = begin + last - first
+        if end <= self._loaded:
+            return self._values[:, rows, begin:end]
+        return self._values[:, rows].take(np.arange(begin, end) % self._loaded, axis=2)
+
+    def _thicken(self, edges: FloatArray, there: npt.NDArray[np.bool_]) -> FloatArray:
         """Widen lines by the brush. Nothing reaches into a gap, nor across one."""
         heights = dict(self._brush)
         thick = edges - heights[0]
-        there = ~np.isnan(edges[0])
         for direction in (1, -1):
             chain = there
             distance = 1
             while (half := heights.get(direction * distance)) is not None:
-                chain = chain & _shifted(there, direction * distance, False)
-                source = _shifted(edges, direction * distance, np.nan)
-                source -= half
-                source[:, ~chain] = np.nan
-                np.fmin(thick, source, out=thick)
+                near, far = slice(None, -distance), slice(distance, None)
+                here, beyond = (near, far) if direction > 0 else (far, near)
+                # Unbroken from here to there: so far, and the next one, too.
+                chain = (chain[:, :-1] if direction > 0 else chain[:, 1:]) & there[:, beyond]
+                reached = edges[:, :, beyond] - half
+                target = thick[:, :, here]
+                np.fmin(target, reached, out=target, where=chain)
                 distance += 1
         return thick
 
@@ -465,18 +520,18 @@ class Raster:
         classes: npt.NDArray[np.int32],
         rows: npt.NDArray[np.intp] | None,
     ) -> None:
-        places = np.full(len(self.charts) + 1, len(charts), dtype=np.intp)
-        places[list(charts)] = np.arange(len(charts))
         everything: slice | npt.NDArray[np.intp] = slice(None) if rows is None else rows
-        source = places[self._row_chart[everything]]
+        source = self._row_chart[everything]
         local, base = self._row_local[everything], self._row_base[everything]
+        if len(charts) < len(self.charts):
+            places = np.full(len(self.charts) + 1, len(charts), dtype=np.intp)
+            places[list(charts)] = np.arange(len(charts))
+            source = places[source]
         for ring, part in _pieces(first, first + top.shape[1], self.width):
             for begin in range(part.start, part.stop, _CHUNK):
                 end = min(begin + _CHUNK, part.stop)
-                index = _covered(top[:, begin:end], bottom[:, begin:end], source, local)
-                index = index.astype(np.int32)
-                index += base
-                index += classes[begin:end]
+                index = base + classes[begin:end]
+                index += _covered(top[:, begin:end], bottom[:, begin:end], source, local)
                 shift = ring.start - part.start
                 self.pixels[everything, begin + shift : end + shift] = self._shades.take(index)
 
@@ -544,24 +599,14 @@ def _pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
     return pieces
 
 
-def _connect(edges: FloatArray) -> FloatArray:
+def _connect(edges: FloatArray, there: npt.NDArray[np.bool_]) -> FloatArray:
     """Let every column reach back to the one before it, so that a line is one line."""
     joined = edges.copy()
-    here = ~np.isnan(edges[0, :, 1:])
     # An upper edge reaches to the lower one before it, and the other way round.
-    reached = np.fmin(edges[:, :, 1:], -edges[::-1, :, :-1])
-    np.copyto(joined[:, :, 1:], reached, where=here)
+    reached = -edges[::-1, :, :-1]
+    target = joined[:, :, 1:]
+    np.fmin(target, reached, out=target, where=there[:, 1:])
     return joined
-
-
-def _shifted(values: npt.NDArray, by: int, fill: float) -> npt.NDArray:  # type: ignore[type-arg]
-    """Return what column c + `by` holds, for every column c."""
-    out = np.full_like(values, fill)
-    if by > 0:
-        out[..., :-by] = values[..., by:]
-    else:
-        out[..., -by:] = values[..., :by]
-    return out
 
 
 def _covered(
@@ -571,11 +616,11 @@ def _covered(
     local: npt.NDArray[np.signedinteger],
 ) -> npt.NDArray[np.signedinteger]:
     """Return how many sixteenths of each pixel lie between top and bottom."""
-    before = top[source]
+    before = top.take(source, axis=0)
     before -= local
     np.maximum(before, 0, out=before)
     np.minimum(before, _LEVELS, out=before)
-    covered = bottom[source]
+    covered = bottom.take(source, axis=0)
     covered -= local
     np.maximum(covered, 0, out=covered)
     np.minimum(covered, _LEVELS, out=covered)

@@ -497,30 +497,45 @@ class StripChart(QWidget):
             right, bottom = math.floor(box.right / density), math.floor(box.bottom / density)
             return region.intersects(QRect(left, top, max(right - left, 1), max(bottom - top, 1)))
 
+        def begun(box: Box) -> bool:
+            if not touched(box):
+                return False
+            # Part by part: within a clip of several rectangles every stroke is ten times as dear.
+            painter.setClipRect(_rect(box))
+            return True
+
         pen, view, plot = self._pen, self.view, geometry.plot
         background = QColor(self._theme.background)
-        top = Box(x=0, y=0, width=geometry.header.width, height=plot.y)
-        if touched(geometry.header):
-            painter.fillRect(_rect(top), background)
+        if begun(geometry.header):
+            painter.fillRect(_rect(geometry.header), background)
             drawing.draw_header(
                 painter, pen, geometry, view, self._layout.name, recording=self._recording
             )
-        if touched(geometry.lane):
-            painter.fillRect(_rect(geometry.lane), background)
+        lane = geometry.lane
+        if begun(lane):
+            painter.fillRect(_rect(lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
+        before = Box(x=0, y=lane.y, width=lane.x, height=lane.height)
+        after = Box(
+            x=lane.right, y=lane.y, width=geometry.header.right - lane.right, height=lane.height
+        )
+        for beside in (before, after):
+            if begun(beside):
+                painter.fillRect(_rect(beside), background)
+                drawing.draw_cursor_names(painter, pen, geometry)
         left = Box(x=0, y=plot.y, width=plot.x, height=plot.height)
-        if touched(left):
+        if begun(left):
             painter.fillRect(_rect(left), background)
             drawing.draw_names(painter, pen, geometry, self._charts, view.selected, self.hasFocus())
         right = Box(
             x=plot.right, y=plot.y, width=geometry.values.right - plot.right, height=plot.height
         )
-        if touched(right):
+        if begun(right):
             self._paint_values(painter, geometry, right, touched)
-        if touched(geometry.axis):
+        if begun(geometry.axis):
             painter.fillRect(_rect(geometry.axis), background)
             drawing.draw_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
-        if touched(plot):
+        if begun(plot):
             self._paint_plot(painter, geometry, region, density)
 
     def _paint_values(
