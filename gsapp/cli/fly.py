@@ -30,6 +30,7 @@ def run(
     out: Path | None = None,
     plan: str = "default",
     hide: tuple[str, ...] = (),
+    faults: tuple[str, ...] = (),
     seed: int = 0,
     speed: float = 1.0,
     thin: bool = False,
@@ -53,6 +54,9 @@ def run(
         Files, or names of shipped ones.
     hide : tuple of str
         Effects that the aircraft has and the model lacks, ``ID[:PARAM=VALUE,..]``.
+    faults : tuple of str
+        What goes wrong with the instruments besides what the plan says,
+        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
     seed : int
         Same seed, same flight.
     speed : float
@@ -83,6 +87,7 @@ def run(
         aircraft=aircraft,
         model=model,
         hide=hide,
+        faults=faults,
         seed=seed,
         turbulence=turbulence,
         thin=thin,

@@ -107,6 +107,13 @@ def fly(
             metavar="ID[:PARAM=VALUE,..]", help="Add an effect that the model lacks; repeatable"
         ),
     ] = None,
+    fault: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="CHANNEL:KIND[:PARAM=VALUE,..]",
+            help="Break an instrument: dropout, stuck or clip; repeatable",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same flight")] = 0,
     speed: Annotated[float, typer.Option(metavar="X", help="Times real time")] = 1.0,
     thin: Annotated[bool, typer.Option("--thin", help="Fit a 57,600-baud radio")] = False,
@@ -142,9 +149,9 @@ def fly(
     from gsapp.cli import fly as command
 
     command.run(
-        to=to, out=out, plan=plan, hide=tuple(hide or ()), seed=seed, speed=speed, thin=thin,
-        aircraft=aircraft, model=model, turbulence=turbulence, attitude=attitude,
-        position=position, onboard=onboard, truth=truth,
+        to=to, out=out, plan=plan, hide=tuple(hide or ()), faults=tuple(fault or ()),
+        seed=seed, speed=speed, thin=thin, aircraft=aircraft, model=model,
+        turbulence=turbulence, attitude=attitude, position=position, onboard=onboard, truth=truth,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.pilot.airframe import BOARD, EXPOSED, TRUTH, Airframe
 from gsapp.dynamics.pilot.control import Feel
 from gsapp.dynamics.pilot.converter import DAQ, Converter
+from gsapp.dynamics.pilot.faults import parse_fault
 from gsapp.dynamics.pilot.hands import Hands
 from gsapp.dynamics.pilot.hidden import flown_model
 from gsapp.dynamics.pilot.human import HumanPilot
@@ -141,6 +142,9 @@ class FlightUnderWay:
         Everything random comes from it.
     hide : sequence of str
         Effects that this aircraft has beyond the model, each ``ID[:PARAM=VALUE,..]``.
+    faults : sequence of str
+        What goes wrong with the instruments besides what the plan says, each
+        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
     turbulence : float, optional
         Standard deviation of the gusts, m/s; the plan's if left out.
     rate : float
@@ -159,6 +163,7 @@ class FlightUnderWay:
         model: Model | str = "b777",
         seed: int = 0,
         hide: Sequence[str] = (),
+        faults: Sequence[str] = (),
         turbulence: float | None = None,
         rate: float = 100.0,
         certificates: str | Path = "b777",
@@ -182,7 +187,12 @@ class FlightUnderWay:
         feel = learn(self._airframe.simulator.model, plan.pattern.speed, density)
         make = _human_pilot if hands is None else hands
         self._hands = make(plan, feel, pilot_random, self._dt)
-        self._instruments = Instruments(aircraft, instrument_random, self._dt)
+        self._instruments = Instruments(
+            aircraft,
+            instrument_random,
+            self._dt,
+            (*plan.faults, *(parse_fault(text) for text in faults)),
+        )
         self._converter = Converter(load_certificates(certificates))
         self._count = 0
         self._crashed = False
@@ -260,6 +270,7 @@ def fly(
     model: Model | str = "b777",
     seed: int = 0,
     hide: Sequence[str] = (),
+    faults: Sequence[str] = (),
     turbulence: float | None = None,
     rate: float = 100.0,
     certificates: str | Path = "b777",
@@ -274,6 +285,9 @@ def fly(
         Same seed, same flight.
     hide : sequence of str
         Effects that the aircraft has beyond the model, each ``ID[:PARAM=VALUE,..]``.
+    faults : sequence of str
+        What goes wrong with the instruments besides what the plan says, each
+        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
     turbulence : float, optional
         Standard deviation of the gusts, m/s; the plan's if left out.
     rate : float
@@ -297,6 +311,7 @@ def fly(
         model=model,
         seed=seed,
         hide=hide,
+        faults=faults,
         turbulence=turbulence,
         rate=rate,
         certificates=certificates,

@@ -1,20 +1,21 @@
 """From what each instrument is exposed to, to what it hands to the converter.
 
 In order: the flow through the 50 Hz low-pass (all but the rate gyros, which have none and are
-shaken by the engines instead), lag and delay, bias and noise, and the end of the range. Works on
-stretches of any length; cutting a flight into other pieces changes nothing.
+shaken by the engines instead), lag and delay, bias and noise, the end of the range, and what is
+broken. Works on stretches of any length; cutting a flight into other pieces changes nothing.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import signal
 
 from gsapp.aircraft import Aircraft
+from gsapp.dynamics.pilot.faults import Failing, Fault
 from gsapp.dynamics.pilot.vibration import EngineVibration
 from gsapp.quantities import FloatArray
 
@@ -177,16 +178,29 @@ class Instruments:
     random : numpy.random.Generator
     dt : float
         Between samples, s.
+    faults : sequence of Fault
+        What goes wrong, in the order in which it acts on the same instrument.
     """
 
-    def __init__(self, aircraft: Aircraft, random: np.random.Generator, dt: float) -> None:
-        noise, shaking = random.spawn(2)
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        random: np.random.Generator,
+        dt: float,
+        faults: Sequence[Fault] = (),
+    ) -> None:
+        noise, shaking, failing = random.spawn(3)
         self._dt = dt
         self._noise = noise
         self._chains = [_Chain(instrument, dt) for instrument in instruments_of(aircraft)]
         self._vibration = EngineVibration(
             aircraft.sensors.gyro.vibration, aircraft.propulsion.rpm_full, 2, shaking
         )
+        self._failing = [
+            Failing(fault, dt, own)
+            for fault, own in zip(faults, failing.spawn(len(faults)), strict=True)
+        ]
+        self._count = 0
 
     def read(
         self, exposed: Mapping[str, FloatArray], engine_speeds: FloatArray
@@ -203,7 +217,7 @@ class Instruments:
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            Before the converter.
+            Before the converter; NaN where an instrument gives nothing.
         """
         shaken = dict(zip(GYROS, self._vibration.shake(engine_speeds, self._dt).T, strict=True))
         count = len(engine_speeds)
@@ -217,4 +231,8 @@ class Instruments:
                 values = values + shaken[instrument.name]
             values = chain(values) + instrument.bias + instrument.noise * noise[:, column]
             shown[instrument.name] = np.clip(values, *instrument.range)
+        for failing in self._failing:
+            name = failing.fault.channel
+            shown[name] = failing.act(shown[name], self._count)
+        self._count += count
         return shown

@@ -12,6 +12,7 @@ from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from gsapp.dynamics.pilot.faults import Fault
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.foundation.shipped import Shipped
 from gsapp.quantities.constants import DEGREE, FOOT
@@ -268,6 +269,8 @@ class FlightPlan(StrictModel):
     ----------
     name, description : str
         For people.
+    faults : tuple of Fault
+        What goes wrong with the instruments.
     """
 
     name: str = "flight"
@@ -280,6 +283,7 @@ class FlightPlan(StrictModel):
     maneuvers: tuple[Maneuver, ...] = ()
     landing: Landing = Field(default_factory=Landing)
     human: Human = Field(default_factory=Human)
+    faults: tuple[Fault, ...] = ()
 
 
 SHIPPED = Shipped(folder=Path(__file__).parent / "plans", kind="flight plan")

@@ -23,6 +23,9 @@ class FlightSettings:
         Files, or names of shipped ones.
     hide : tuple of str
         Effects that the aircraft has and the model lacks, each ``ID[:PARAM=VALUE,..]``.
+    faults : tuple of str
+        What goes wrong with the instruments besides what the plan says, each
+        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
     seed : int
         Same seed, same flight.
     turbulence : float or None
@@ -38,6 +41,7 @@ class FlightSettings:
     model: str = "b777"
     certificates: str = "b777"
     hide: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
     seed: int = 0
     turbulence: float | None = None
     thin: bool = False
@@ -62,6 +66,7 @@ class FlightSettings:
             model=self.model,
             seed=self.seed,
             hide=self.hide,
+            faults=self.faults,
             turbulence=self.turbulence,
             certificates=self.certificates,
         )

@@ -1,0 +1,152 @@
+"""Broken instruments: samples that drop out, stick or are cut off, and nothing else touched."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.aircraft import load_aircraft
+from gsapp.cli import fly as fly_command
+from gsapp.cli import replay as replay_command
+from gsapp.dynamics.pilot.converter import DAQ
+from gsapp.dynamics.pilot.faults import Failing, Fault, parse_fault
+from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch
+from gsapp.dynamics.pilot.plan import FlightPlan, load_plan
+from gsapp.foundation import FileProblemsError, FlightError, read_toml
+from gsapp.quantities.constants import DEGREE
+
+ALPHA, BETA, Q = (DAQ.index(name) for name in ("alpha", "beta", "q"))
+COUNT = 2200
+FAULTS = (
+    "alpha:dropout:every=0.9 s,length=0.1 s",
+    "beta:stuck:start=5 s,end=12 s",
+    "q:clip:low=-0.5 deg/s,high=0.5 deg/s",
+)
+
+
+def _flight(*faults: str) -> FlightUnderWay:
+    return FlightUnderWay(load_plan("short"), aircraft=load_aircraft("b777"), seed=3, faults=faults)
+
+
+@pytest.fixture(scope="module")
+def whole() -> Stretch:
+    return _flight().advance(COUNT)
+
+
+@pytest.fixture(scope="module")
+def broken() -> Stretch:
+    return _flight(*FAULTS).advance(COUNT)
+
+
+def test_a_fault_breaks_its_own_channel_only(whole: Stretch, broken: Stretch) -> None:
+    """Motion and all other channels keep every bit, whatever is broken and however often."""
+    assert np.array_equal(broken.truth, whole.truth)
+    others = [column for column in range(len(DAQ)) if column not in (ALPHA, BETA, Q)]
+    assert np.array_equal(broken.volts[:, others], whole.volts[:, others])
+
+
+def test_dropouts_are_open_inputs_of_the_length_and_number_asked_for(
+    whole: Stretch, broken: Stretch
+) -> None:
+    volts = broken.volts[:, ALPHA]
+    gone = volts == 0.0
+    assert np.array_equal(volts[~gone], whole.volts[~gone, ALPHA])
+    # 22 are to be expected in 22 s; a tenth of the time is gone.
+    assert 10 <= np.count_nonzero(np.diff(gone.astype(int)) == 1) <= 40
+    assert 0.04 < gone.mean() < 0.2
+
+
+def test_a_stuck_vane_repeats_the_sample_at_the_beginning(whole: Stretch, broken: Stretch) -> None:
+    volts = broken.volts[:, BETA]
+    assert np.ptp(volts[500:1200]) <= 0.002  # the supply still ripples by one count
+    assert np.ptp(whole.volts[500:1200, BETA]) > 0.01
+    for part in (slice(0, 501), slice(1200, None)):
+        assert np.array_equal(volts[part], whole.volts[part, BETA])
+
+
+def test_clipped_samples_stop_at_the_limit_given_with_its_unit(
+    whole: Stretch, broken: Stretch
+) -> None:
+    measured = _flight().converter.measured
+    assert np.abs(measured(broken.volts)["q"]).max() < 0.6 * DEGREE
+    assert np.abs(measured(whole.volts)["q"]).max() > 1.0 * DEGREE
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    cuts=st.lists(st.integers(0, 400), max_size=8),
+    kind=st.sampled_from(["dropout", "stuck", "clip"]),
+    every=st.sampled_from([None, 0.02, 0.3]),
+    start=st.floats(0.0, 3.0),
+)
+def test_cutting_a_flight_into_other_pieces_breaks_the_same_samples(
+    cuts: list[int], kind: str, every: float | None, start: float
+) -> None:
+    content = {"channel": "alpha", "kind": kind, "start": f"{start} s", "end": "3.5 s"}
+    if every is not None:
+        content |= {"every": f"{every} s", "length": "0.05 s"}
+    if kind == "clip":
+        content["low"] = "-1 deg"
+    fault = Fault.model_validate(content)
+    values = np.random.default_rng(0).normal(size=400)
+    one = Failing(fault, 0.01, np.random.default_rng(7)).act(values, 0)
+    other = Failing(fault, 0.01, np.random.default_rng(7))
+    edges = [0, *sorted(cuts), 400]
+    pieces = [other.act(values[a:b], a) for a, b in itertools.pairwise(edges)]
+    assert np.array_equal(np.concatenate(pieces), one, equal_nan=True)
+
+
+def test_a_plan_can_hold_faults_and_names_all_mistakes(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text('[[faults]]\nchannel = "alpha"\nkind = "stuck"\nstart = "10 s"\n')
+    plan = read_toml(path, FlightPlan)
+    assert plan.faults == (parse_fault("alpha:stuck:start=10 s"),)
+    path.write_text(
+        '[[faults]]\nchannel = "alfa"\nkind = "stuck"\n'
+        '[[faults]]\nchannel = "alpha"\nkind = "clip"\n'
+        '[[faults]]\nchannel = "q"\nkind = "clip"\nhigh = "3 ft"\n'
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        read_toml(path, FlightPlan)
+    said = [str(problem) for problem in caught.value.problems]
+    assert len(said) == 3
+    assert "no instrument measures 'alfa'" in said[0]
+    assert "give it one or both" in said[1]
+    assert "'ft' is not a unit of angular rate" in said[2]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("alpha", "kind"),
+        ("alpha:jam", "kind"),
+        ("alpha:stuck:from=3", "from: is not a known key"),
+        ("alpha:stuck:start", "is not PARAM=VALUE"),
+        ("alpha:stuck:start=soon", "does not begin with a number"),
+        ("alpha:stuck:start=9 s,end=3 s", "ends before it begins"),
+        ("alpha:dropout:every=3 s", "belong together"),
+        ("alpha:dropout:every=0 s,length=1 s", "every"),
+        ("alpha:stuck:low=3 deg", "belong to clip"),
+        ("alpha:clip:low=3 deg,high=-3 deg", "swap 'low' and 'high'"),
+    ],
+)
+def test_what_is_no_fault_gets_one_sentence(text: str, words: str) -> None:
+    with pytest.raises(FlightError, match=words) as caught:
+        parse_fault(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_broken_vane_goes_all_the_way_to_the_replay(tmp_path: Path) -> None:
+    """Through box, frames, certificate and session: the stuck vane shows as it was recorded."""
+    fly_command.run(out=tmp_path / "flight", plan="short", seed=3, faults=("alpha:stuck",))
+    replay_command.run(flight=tmp_path / "flight", json=tmp_path / "flight.json")
+    channels = json.loads((tmp_path / "flight.json").read_text(encoding="utf-8"))["channels"]
+    spread = {name: channels[name]["max"] - channels[name]["min"] for name in ("alpha", "beta")}
+    assert spread["alpha"] < 1.0 * DEGREE
+    assert spread["beta"] > 10.0 * DEGREE
