@@ -22,6 +22,7 @@ from ui.theme import Theme
 from ui.words import DASH, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
+_KNOWN_WIDTHS = 4096
 _CURSOR_NAMES = {"cursor": "cursor", "a": "A", "b": "B", "delta": "B\N{MINUS SIGN}A"}
 
 
@@ -33,7 +34,7 @@ class Pen:
         self.ratio = ratio
         self._fonts: dict[tuple[int, bool, bool], tuple[QFont, QFontMetricsF]] = {}
         self._colors: dict[str, QColor] = {}
-        self._widths: dict[tuple[str, float, bool], float] = {}
+        self._widths: dict[tuple[str, int, bool, bool], float] = {}
 
     def color(self, text: str) -> QColor:
         """Return the color of ``#rrggbb``."""
@@ -57,11 +58,18 @@ class Pen:
 
     def width(self, text: str, points: float, *, bold: bool = False) -> float:
         """Return the width of a text in pixels."""
-        key = (text, points, bold)
-        if key not in self._widths:
-            metrics = self.font(self.px(points), bold=bold)[1]
-            self._widths[key] = metrics.horizontalAdvance(text)
-        return self._widths[key]
+        return self._advance(text, max(self.px(points), 1), bold, False)
+
+    def _advance(self, text: str, pixels: int, bold: bool, italic: bool) -> float:
+        """Return the width of a text; asked of the font once for each."""
+        key = (text, pixels, bold, italic)
+        width = self._widths.get(key)
+        if width is None:
+            if len(self._widths) >= _KNOWN_WIDTHS:
+                self._widths.clear()
+            width = self.font(pixels, bold=bold, italic=italic)[1].horizontalAdvance(text)
+            self._widths[key] = width
+        return width
 
     def text(
         self,
@@ -84,8 +92,9 @@ class Pen:
         """
         if not text:
             return 0.0
-        font, metrics = self.font(pixels or self.px(points), bold=bold, italic=italic)
-        width = metrics.horizontalAdvance(text)
+        key = (text, max(pixels or self.px(points), 1), bold, italic)
+        font, metrics = self.font(key[1], bold=bold, italic=italic)
+        width = self._advance(*key)
         if room and width > room:
             text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
             width = metrics.horizontalAdvance(text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as wall_clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
@@ -16,7 +16,6 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
-    QRegion,
     QResizeEvent,
     QShowEvent,
     QWheelEvent,
@@ -28,6 +27,7 @@ from ui.strips import drawing
 from ui.strips.charts import Chart, Reading, make_chart, read_value
 from ui.strips.columns import Samples
 from ui.strips.drawing import Pen
+from ui.strips.exposed import Exposed
 from ui.strips.furniture import Limits, Mark, Source, Span
 from ui.strips.geometry import Box, Geometry, arrange
 from ui.strips.keys import ACTION_BY_KEY
@@ -478,88 +478,70 @@ class StripChart(QWidget):
             return
         painter = QPainter(self)
         density = self._density()
-        region = event.region()
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing, True)
         # From here on in whole pixels of the screen; what the window is shifted by in fractions
         # of a pixel, on screens of uneven density, is taken back.
         painter.scale(1.0 / density, 1.0 / density)
         placed = painter.deviceTransform()
         painter.translate(round(placed.dx()) - placed.dx(), round(placed.dy()) - placed.dy())
-        self._paint_parts(painter, geometry, region, density)
+        exposed = Exposed(painter, event.region(), density)
+        self._paint_above(painter, geometry, exposed)
+        self._paint_beside(painter, geometry, exposed)
+        if exposed.begin(geometry.plot):
+            self._paint_plot(painter, geometry, exposed)
         painter.end()
 
-    def _paint_parts(
-        self, painter: QPainter, geometry: Geometry, region: QRegion, density: float
-    ) -> None:
-        def touched(box: Box) -> bool:
-            # A pixel of the design that two parts share does not make both of them new.
-            left, top = math.ceil(box.x / density), math.ceil(box.y / density)
-            right, bottom = math.floor(box.right / density), math.floor(box.bottom / density)
-            return region.intersects(QRect(left, top, max(right - left, 1), max(bottom - top, 1)))
-
-        def begun(box: Box) -> bool:
-            if not touched(box):
-                return False
-            # Part by part: within a clip of several rectangles every stroke is ten times as dear.
-            painter.setClipRect(_rect(box))
-            return True
-
-        pen, view, plot = self._pen, self.view, geometry.plot
-        background = QColor(self._theme.background)
-        if begun(geometry.header):
-            painter.fillRect(_rect(geometry.header), background)
+    def _paint_above(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
+        """Paint what stands above the charts."""
+        pen, view, background = self._pen, self.view, QColor(self._theme.background)
+        header, lane = geometry.header, geometry.lane
+        if exposed.begin(header):
+            painter.fillRect(_rect(header), background)
             drawing.draw_header(
                 painter, pen, geometry, view, self._layout.name, recording=self._recording
             )
-        lane = geometry.lane
-        if begun(lane):
+        if exposed.begin(lane):
             painter.fillRect(_rect(lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
-        before = Box(x=0, y=lane.y, width=lane.x, height=lane.height)
-        after = Box(
-            x=lane.right, y=lane.y, width=geometry.header.right - lane.right, height=lane.height
-        )
-        for beside in (before, after):
-            if begun(beside):
-                painter.fillRect(_rect(beside), background)
+        for left, right in ((0, lane.x), (lane.right, header.right)):
+            box = Box(x=left, y=lane.y, width=right - left, height=lane.height)
+            if exposed.begin(box):
+                painter.fillRect(_rect(box), background)
                 drawing.draw_cursor_names(painter, pen, geometry)
+
+    def _paint_beside(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
+        """Paint what stands to the left and right of the charts, and below."""
+        pen, view, background = self._pen, self.view, QColor(self._theme.background)
+        plot, axis = geometry.plot, geometry.axis
         left = Box(x=0, y=plot.y, width=plot.x, height=plot.height)
-        if begun(left):
+        if exposed.begin(left):
             painter.fillRect(_rect(left), background)
             drawing.draw_names(painter, pen, geometry, self._charts, view.selected, self.hasFocus())
         right = Box(
             x=plot.right, y=plot.y, width=geometry.values.right - plot.right, height=plot.height
         )
-        if begun(right):
-            self._paint_values(painter, geometry, right, touched)
-        if begun(geometry.axis):
-            painter.fillRect(_rect(geometry.axis), background)
+        if exposed.begin(right):
+            painter.fillRect(_rect(right), background)
+            self._paint_values(painter, geometry, right, exposed)
+        if exposed.begin(axis):
+            painter.fillRect(_rect(axis), background)
             drawing.draw_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
-        if begun(plot):
-            self._paint_plot(painter, geometry, region, density)
 
     def _paint_values(
-        self,
-        painter: QPainter,
-        geometry: Geometry,
-        right: Box,
-        touched: Callable[[Box], bool],
+        self, painter: QPainter, geometry: Geometry, right: Box, exposed: Exposed
     ) -> None:
-        painter.fillRect(_rect(right), QColor(self._theme.background))
-        beside = geometry.cursors[0][1] if geometry.cursors else None
+        beside = bool(geometry.cursors) and exposed.touches(geometry.cursors[0][1])
+        units = exposed.touches(geometry.units)
         for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
             row = Box(x=right.x, y=box.y, width=right.width, height=box.height)
-            if not touched(row):
+            if not exposed.touches(row):
                 continue
             chart = self._charts[number_of_chart]
             readings = self._readings.get(number_of_chart) or tuple(
                 Reading(text=DASH, stale=True) for _ in chart.specs
             )
-            units = Box(x=geometry.units.x, y=box.y, width=geometry.units.width, height=box.height)
-            drawing.draw_readings(
-                painter, self._pen, geometry, chart, box, readings, unit=touched(units)
-            )
-            if beside is not None and touched(beside):
+            drawing.draw_readings(painter, self._pen, geometry, chart, box, readings, unit=units)
+            if beside:
                 drawing.draw_cursor_values(
                     painter,
                     self._pen,
@@ -569,9 +551,7 @@ class StripChart(QWidget):
                     chart,
                 )
 
-    def _paint_plot(
-        self, painter: QPainter, geometry: Geometry, region: QRegion, density: float
-    ) -> None:
+    def _paint_plot(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
         image, plot = self._image, geometry.plot
         if self.view.now is None or not geometry.charts:
             painter.fillRect(_rect(plot), QColor(self._theme.background))
@@ -587,12 +567,7 @@ class StripChart(QWidget):
             painter.drawImage(
                 QPoint(plot.x + first, plot.y), image, QRect(0, 0, seam, image.height())
             )
-        area = region.intersected(_logical(plot, density)).boundingRect()
-        first = math.floor(area.x() * density) - plot.x
-        last = math.ceil((area.x() + area.width()) * density) - plot.x
-        drawing.draw_cursor_lines(
-            painter, self._pen, geometry, self.view, max(first, 0), min(last, plot.width)
-        )
+        drawing.draw_cursor_lines(painter, self._pen, geometry, self.view, *exposed.columns(plot))
 
     # Events
 
