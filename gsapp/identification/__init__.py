@@ -1,0 +1,1 @@
+"""From measured maneuvers to derivatives with bounds: ML, least squares, subspace, FTR."""

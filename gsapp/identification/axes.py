@@ -1,0 +1,69 @@
+"""Which states, responses and derivatives belong to which part of the motion.
+
+Tables 6.2.5 and 6.2.6 of the source: an elevator maneuver frees the twelve longitudinal
+derivatives; of the eighteen lateral-directional ones, an aileron maneuver frees all but those of
+the rudder, a rudder maneuver all but those of the ailerons, a combined one all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Literal
+
+from gsapp.dynamics.buildup import reads_of
+
+Axis = Literal["lon", "lat", "both"]
+"""Longitudinal, lateral-directional, or six degrees of freedom."""
+
+COEFFICIENTS: dict[Axis, tuple[str, ...]] = {
+    "lon": ("CN", "CA", "Cm"),
+    "lat": ("CY", "Cl", "Cn"),
+    "both": ("CN", "CA", "Cm", "CY", "Cl", "Cn"),
+}
+STATES: dict[Axis, tuple[str, ...]] = {
+    "lon": ("alpha", "q"),
+    "lat": ("beta", "p", "r"),
+    "both": ("V", "alpha", "beta", "p", "q", "r", "phi", "theta"),
+}
+"""Active states by default; attitude joins the first two where it was not measured."""
+RESPONSES: dict[Axis, tuple[str, ...]] = {
+    "lon": ("alpha", "q", "an", "ax"),
+    "lat": ("beta", "p", "r", "ay"),
+    "both": ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "ax", "ay", "an"),
+}
+"""Responses compared by default, as far as they were measured."""
+SURFACES: dict[Axis, tuple[str, ...]] = {
+    "lon": ("de",),
+    "lat": ("da", "dr"),
+    "both": ("de", "da", "dr"),
+}
+
+
+def derivatives_of(coefficient: str) -> tuple[str, ...]:
+    """Return the names of the linear derivatives of one coefficient, bias first."""
+    return tuple(f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient)))
+
+
+def axis_derivatives(axis: Axis) -> tuple[str, ...]:
+    """Return all derivatives of an axis: 12, 18 or 30."""
+    return tuple(name for one in COEFFICIENTS[axis] for name in derivatives_of(one))
+
+
+def axis_of(inputs: Collection[str]) -> Axis:
+    """Return the axis that a maneuver with these surfaces excites."""
+    longitudinal = "de" in inputs
+    lateral = not {"da", "dr"}.isdisjoint(inputs)
+    return "both" if longitudinal and lateral else "lon" if longitudinal else "lat"
+
+
+def free_derivatives(axis: Axis, inputs: Collection[str]) -> tuple[str, ...]:
+    """Return what is free for a maneuver, tables 6.2.5 and 6.2.6.
+
+    Parameters
+    ----------
+    axis : {"lon", "lat", "both"}
+    inputs : collection of str
+        The surfaces that were moved. Derivatives of the others are held.
+    """
+    still = [f"_{surface}" for surface in SURFACES[axis] if surface not in inputs]
+    return tuple(name for name in axis_derivatives(axis) if not name.endswith(tuple(still)))

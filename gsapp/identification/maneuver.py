@@ -1,0 +1,201 @@
+"""A maneuver: the samples that an estimate is made from, and the aircraft that flew it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight import Flight
+from gsapp.flight.uniform import typical_step
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block, FloatArray
+from gsapp.quantities.constants import GRAVITY
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Maneuver:
+    """One maneuver of one flight.
+
+    Attributes
+    ----------
+    id : str
+        Number within its flight; with several flights ``K:number``.
+    flight : str
+        Name of the flight.
+    aircraft : Aircraft
+        As that flight flew it.
+    block : Block
+        All channels of the flight within the maneuver, on an even grid, as measured.
+    inputs : tuple of str
+        Surfaces that were moved: of ``de``, ``da``, ``dr``.
+    mass : float
+        Of the aircraft at that time, kg.
+    kind : str
+        ``doublet``, ``3-2-1-1``, ...; empty where nobody said.
+    clipped : mapping of str to ndarray of bool, shape (n,)
+        Samples at the end of an instrument's range, by channel.
+    """
+
+    id: str
+    flight: str
+    aircraft: Aircraft
+    block: Block
+    inputs: tuple[str, ...]
+    mass: float
+    kind: str = ""
+    clipped: Mapping[str, BoolArray] = field(default_factory=dict)
+
+    @property
+    def t_start(self) -> float:
+        """Return the time of the first sample, s of flight time."""
+        return float(self.block.times[0])
+
+    @property
+    def t_end(self) -> float:
+        """Return the time of the last sample, s of flight time."""
+        return float(self.block.times[-1])
+
+    @property
+    def dt(self) -> float:
+        """Return the sample time, s."""
+        return typical_step(self.block.times)
+
+    def has(self, channel: str) -> bool:
+        """Return whether the channel holds any sample here."""
+        return channel in self.block and bool(np.isfinite(self.block[channel]).any())
+
+    def samples(self, channel: str) -> FloatArray:
+        """Return a channel as measured with clipped samples missing, shape (n,).
+
+        All NaN where the flight has no such channel.
+        """
+        if channel not in self.block:
+            return np.full(len(self.block), np.nan)
+        found = self.block[channel]
+        clipped = self.clipped.get(channel)
+        return found if clipped is None else np.where(clipped, np.nan, found)
+
+
+def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
+    """Return the mass (kg) of the aircraft at every sample of a flight, shape (n,).
+
+    Take-off and landing weight of ``flight.toml`` come first, then the flows of the aircraft
+    file with the fuel on board. Between the ends fuel burns as the throttle (where measured)
+    asks, from ``fuel_flow_idle`` to ``fuel_flow_full``; else evenly in time.
+    """
+    times = flight.block.times
+    properties, info = aircraft.mass, flight.info
+    start = properties.mass
+    if info is not None and info.takeoff_weight is not None:
+        start = info.takeoff_weight / GRAVITY
+    if times.size < 2:
+        return np.full(times.size, start)
+    idle, full = properties.fuel_flow_idle, properties.fuel_flow_full
+    throttle = flight.block["throttle"] if "throttle" in flight.block else np.zeros(times.size)
+    flow = idle + (full - idle) * np.clip(np.nan_to_num(throttle), 0.0, 1.0)
+    if full == 0.0:
+        flow = np.ones(times.size)
+    # A pause of the record (the night between two flights) burns nothing.
+    steps = np.diff(times)
+    steps = np.where(steps > 2.5 * typical_step(times), 0.0, steps)
+    burned = np.concatenate(([0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * steps)))
+    if info is not None and info.landing_weight is not None and burned[-1] > 0.0:
+        burned *= (start - info.landing_weight / GRAVITY) / burned[-1]
+    elif full == 0.0:
+        return np.full(times.size, start)
+    else:
+        fuel = properties.fuel if info is None or info.fuel is None else info.fuel
+        burned = np.minimum(burned, fuel)
+    return np.asarray(start - burned, dtype=np.float64)
+
+
+def clipped_samples(block: Block, aircraft: Aircraft) -> dict[str, BoolArray]:
+    """Return, by channel, the samples at the ends of the instrument's range.
+
+    A sample counts as clipped within 1 % of the range's width from either end. Channels without
+    such a sample are left out.
+    """
+    sensors = aircraft.sensors
+    ranges = {
+        "alpha": sensors.alpha_vane.range,
+        "beta": sensors.beta_vane.range,
+        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
+        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
+    }
+    found: dict[str, BoolArray] = {}
+    for name, (low, high) in ranges.items():
+        if name not in block:
+            continue
+        margin = 0.01 * (high - low)
+        samples = block[name]
+        with np.errstate(invalid="ignore"):
+            at_end = (samples <= low + margin) | (samples >= high - margin)
+        if at_end.any():
+            found[name] = at_end
+    return found
+
+
+def cut_maneuver(
+    flight: Flight,
+    aircraft: Aircraft,
+    t_start: float,
+    t_end: float,
+    *,
+    id: str,  # noqa: A002 - the name in the fixed JSON
+    inputs: Sequence[str],
+    kind: str = "",
+    mass: FloatArray | None = None,
+) -> Maneuver:
+    """Cut one maneuver from a flight.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+        As that flight flew it.
+    t_start, t_end : float
+        Flight time of the first and the last sample, s.
+    id : str
+    inputs : sequence of str
+        Surfaces that were moved.
+    kind : str
+        Shape of the input.
+    mass : ndarray, shape (n,), optional
+        `mass_over_flight`, where several maneuvers are cut from one flight.
+
+    Raises
+    ------
+    FlightError
+        If no sample lies between the two times.
+    """
+    times = flight.block.times
+    low, high = np.searchsorted(times, (t_start - 1e-9, t_end + 1e-9))
+    if high - low < 2:
+        raise FlightError(
+            f"the flight '{flight.name}' holds no samples from {t_start:g} to {t_end:g} s; it "
+            f"runs from {times[0]:g} to {times[-1]:g} s"
+            if times.size
+            else f"the flight '{flight.name}' holds no samples"
+        )
+    block = Block(
+        channels=flight.block.channels,
+        times=times[low:high],
+        values=flight.block.values[low:high],
+    )
+    masses = mass_over_flight(flight, aircraft) if mass is None else mass
+    return Maneuver(
+        id=id,
+        flight=flight.name,
+        aircraft=aircraft,
+        block=block,
+        inputs=tuple(inputs),
+        mass=float(masses[low:high].mean()),
+        kind=kind,
+        clipped=clipped_samples(block, aircraft),
+    )

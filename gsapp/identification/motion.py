@@ -1,0 +1,262 @@
+"""The measured motion of a maneuver, completed to what the equations need.
+
+Estimation needs all nine polar states and all inputs at every sample: those that the fit does not
+integrate come from measurement. Flow angles and speed are moved from the instruments to the
+center of gravity; air data follow from whichever pressures, speed and temperature there are; what
+no instrument measured gets a stand-in, which is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gsapp.decoding.air_data import density, standard_density, true_airspeed
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.equations import POLAR_STATES, attitude_rates
+from gsapp.dynamics.flight_model import INPUTS
+from gsapp.dynamics.propulsion import throttle_for
+from gsapp.dynamics.sensors import flow_at_cg
+from gsapp.foundation import FlightError
+from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.quantities import FloatArray
+
+CRUISE_OVER_STALL = 1.64
+"""Speed that stands in for a missing one, over the stall speed: 100 over 61 ft/s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredMotion:
+    """States and inputs at every sample of a maneuver, none missing.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        s.
+    states : ndarray, shape (n, 9)
+        `gsapp.dynamics.equations.POLAR_STATES`, at the center of gravity.
+    inputs : ndarray, shape (n, 8)
+        `gsapp.dynamics.flight_model.INPUTS`.
+    measured : frozenset of str
+        Names of states and inputs that come from an instrument; the others are stand-ins.
+    filled : mapping of str to ndarray of bool, shape (n,)
+        Samples that were missing or clipped and are interpolated here, by state or input. They
+        must not count in any cost.
+    remarks : tuple of str
+        What stands in for what, in words.
+    """
+
+    times: FloatArray
+    states: FloatArray
+    inputs: FloatArray
+    measured: frozenset[str]
+    filled: Mapping[str, BoolArray]
+    remarks: tuple[str, ...]
+
+    def state(self, name: str) -> FloatArray:
+        """Return one state, shape (n,)."""
+        return self.states[:, POLAR_STATES.index(name)]
+
+    def input(self, name: str) -> FloatArray:
+        """Return one input, shape (n,)."""
+        return self.inputs[:, INPUTS.index(name)]
+
+    @property
+    def qbar(self) -> FloatArray:
+        """Return the dynamic pressure, Pa, shape (n,)."""
+        V = self.state("V")
+        return np.asarray(0.5 * self.input("rho") * V * V, dtype=np.float64)
+
+
+def measured_motion(
+    maneuver: Maneuver, *, stand_ins: Mapping[str, float] | None = None
+) -> MeasuredMotion:
+    """Complete the measured motion of a maneuver.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    stand_ins : mapping of str to float, optional
+        Constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
+
+    Raises
+    ------
+    FlightError
+        If nothing can stand in for a missing speed.
+    """
+    return _Completion(maneuver, dict(stand_ins or {})).finish()
+
+
+class _Completion:
+    """Collects the signals of one maneuver, noting what was measured, filled or stood in."""
+
+    def __init__(self, maneuver: Maneuver, stand_ins: Mapping[str, float]) -> None:
+        self.maneuver, self.stand_ins = maneuver, stand_ins
+        self.count = len(maneuver.block)
+        self.measured: set[str] = set()
+        self.filled: dict[str, BoolArray] = {}
+        self.remarks: list[str] = []
+
+    def finish(self) -> MeasuredMotion:
+        rho = self._density()
+        speed = self._speed(rho)
+        rates = tuple(self._signal(name, 0.0) for name in ("p", "q", "r"))
+        shown = (speed, self._signal("alpha", 0.0), self._signal("beta", 0.0))
+        at_cg = flow_at_cg(self.maneuver.aircraft, *shown, (rates[0], rates[1], rates[2]))
+        # What no vane or pitot showed is a stand-in at the CG already.
+        V, alpha, beta = (
+            np.asarray(moved if name in self.measured else stand_in, dtype=np.float64)
+            for name, moved, stand_in in zip(("V", "alpha", "beta"), at_cg, shown, strict=True)
+        )
+        states = np.column_stack((V, alpha, beta, *rates, *self._attitude(alpha, rates)))
+        inputs = np.column_stack(
+            [
+                *(self._signal(name, 0.0) for name in ("de", "da", "dr", "flap")),
+                *self._throttles(rho, V),
+                rho,
+                np.full(self.count, self.maneuver.mass),
+            ]
+        )
+        return MeasuredMotion(
+            times=self.maneuver.block.times,
+            states=states,
+            inputs=inputs,
+            measured=frozenset(self.measured),
+            filled=self.filled,
+            remarks=tuple(self.remarks),
+        )
+
+    # --- one signal -----------------------------------------------------------------------------
+
+    def _fill(self, name: str, samples: FloatArray) -> FloatArray:
+        """Interpolate over missing samples, noting which."""
+        missing = ~np.isfinite(samples)
+        self.measured.add(name)
+        if not missing.any():
+            return samples
+        self.filled[name] = missing
+        times = self.maneuver.block.times
+        return np.interp(times, times[~missing], samples[~missing])
+
+    def _signal(self, name: str, otherwise: float) -> FloatArray:
+        samples = self.maneuver.samples(name)
+        if np.isfinite(samples).any():
+            return self._fill(name, samples)
+        constant = self.stand_ins.get(name, otherwise)
+        if name in ("alpha", "beta", "p", "q", "r", "de", "da", "dr") or constant != otherwise:
+            self.remarks.append(f"{name} was not measured; the constant {constant:g} stands in")
+        return np.full(self.count, constant)
+
+    # --- air data -------------------------------------------------------------------------------
+
+    def _density(self) -> FloatArray:
+        found = self.maneuver.samples
+        rho = found("density")
+        if not np.isfinite(rho).any():
+            rho = density(found("static_pressure"), found("temperature"))
+        if not np.isfinite(rho).any():
+            rho = standard_density(found("static_pressure"))
+        if not np.isfinite(rho).any():
+            V, qbar = found("V"), found("qbar")
+            with np.errstate(divide="ignore", invalid="ignore"):
+                # The mean of the ratio: sample by sample it would only carry noise.
+                rho = (
+                    np.full(self.count, np.nanmedian(2.0 * qbar / V**2))
+                    if (np.isfinite(V * qbar).any())
+                    else rho
+                )
+        if np.isfinite(rho).any():
+            return self._fill("rho", rho)
+        constant = self.stand_ins.get("rho", SEA_LEVEL_DENSITY)
+        self.remarks.append(f"air density was not measured; {constant:.3f} kg/m^3 stands in")
+        return np.full(self.count, constant)
+
+    def _speed(self, rho: FloatArray) -> FloatArray:
+        samples = self.maneuver.samples("V")
+        if not np.isfinite(samples).any():
+            qbar = self.maneuver.samples("qbar")
+            if not np.isfinite(qbar).any():
+                qbar = self.maneuver.samples("dynamic_pressure")
+            samples = np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan)
+        if np.isfinite(samples).any() and float(np.nanmax(samples)) > 0.0:
+            return np.maximum(self._fill("V", samples), 1.0)
+        stall = self.maneuver.aircraft.limits.stall_speed
+        constant = self.stand_ins.get("V", CRUISE_OVER_STALL * stall)
+        if constant <= 0.0:
+            raise FlightError(
+                f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' has no airspeed, and "
+                "the aircraft file no stall_speed to guess one from; give a constant for V"
+            )
+        self.remarks.append(f"airspeed was not measured; the constant {constant:.1f} m/s stands in")
+        return np.full(self.count, constant)
+
+    # --- attitude and engines -------------------------------------------------------------------
+
+    def _attitude(
+        self, alpha: FloatArray, rates: tuple[FloatArray, ...]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return phi, theta, psi; where not measured, the rates integrated from level flight."""
+        missing = [name for name in ("phi", "theta") if not self.maneuver.has(name)]
+        given = {name: self._signal(name, 0.0) for name in ("phi", "theta") if name not in missing}
+        psi = self._signal("psi", 0.0)
+        if not missing:
+            return given["phi"], given["theta"], psi
+        start = max(1, min(self.count, round(0.3 / self.maneuver.dt)))
+        phi = self.stand_ins.get("phi", 0.0)
+        theta = self.stand_ins.get("theta", float(alpha[:start].mean()))
+        dt = np.diff(self.maneuver.block.times)
+        rolled, pitched = np.empty(self.count), np.empty(self.count)
+        for k in range(self.count):
+            phi = float(given["phi"][k]) if "phi" in given else phi
+            theta = float(given["theta"][k]) if "theta" in given else theta
+            rolled[k], pitched[k] = phi, theta
+            if k + 1 < self.count:
+                p, q, r = (0.5 * float(one[k] + one[k + 1]) for one in rates)
+                first = attitude_rates(p, q, r, phi, theta)
+                half = 0.5 * dt[k]
+                second = attitude_rates(p, q, r, phi + half * first[0], theta + half * first[1])
+                phi, theta = phi + dt[k] * second[0], theta + dt[k] * second[1]
+        self.remarks.append(
+            f"{' and '.join(missing)} not measured; rates integrated from level flight stand in"
+        )
+        return rolled, pitched, psi
+
+    def _throttles(self, rho: FloatArray, V: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return throttle as the engines follow it, and half of left minus right."""
+        aircraft = self.maneuver.aircraft
+        if self.maneuver.has("thrust") and aircraft.propulsion.max_thrust > 0.0:
+            thrust = self._fill("throttle", self.maneuver.samples("thrust"))
+            followed = throttle_for(aircraft, thrust, rho, V)
+            return np.asarray(followed, dtype=np.float64), np.zeros(self.count)
+        levers = [
+            self.maneuver.samples(name)
+            for name in ("throttle_left", "throttle_right")
+            if self.maneuver.has(name)
+        ]
+        difference = np.zeros(self.count)
+        if len(levers) == 2:
+            lever = self._fill("throttle", 0.5 * (levers[0] + levers[1]))
+            difference = self._fill("throttle_difference", 0.5 * (levers[0] - levers[1]))
+        elif self.maneuver.has("throttle"):
+            lever = self._fill("throttle", self.maneuver.samples("throttle"))
+        else:
+            constant = self.stand_ins.get("throttle", 0.0)
+            if aircraft.propulsion.max_thrust > 0.0:
+                self.remarks.append(
+                    f"neither throttle nor thrust was measured; throttle {constant:g} stands in: "
+                    "CA_0 then holds the thrust"
+                )
+            lever = np.full(self.count, constant)
+        lag = aircraft.propulsion.lag
+        return self._lagged(lever, lag), self._lagged(difference, lag)
+
+    def _lagged(self, lever: FloatArray, lag: float) -> FloatArray:
+        """Return what the engines make of a lever: first order, settled at the start."""
+        if lag <= 0.0 or not np.ptp(lever):
+            return lever
+        decay = float(np.exp(-self.maneuver.dt / lag))
+        followed, _ = lfilter([1.0 - decay], [1.0, -decay], lever[1:], zi=[decay * lever[0]])
+        return np.concatenate((lever[:1], followed))
