@@ -260,6 +260,24 @@ def export(
     command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units)
 
 
+@app.command()
+def inertia(
+    swings: Annotated[
+        Path,
+        typer.Argument(metavar="SWINGS.toml", readable=False, help="Times and distances of swings"),
+    ],
+    unit: Annotated[str, typer.Option(help="Of the values on the screen")] = "slug ft^2",
+    json: JsonFile = None,
+) -> None:
+    """Find moments of inertia from pendulum swings, with their uncertainties.
+
+    Example: gsapp inertia swings.toml --unit "kg m^2"
+    """
+    from gsapp.cli import inertia as command
+
+    command.run(swings=swings, unit=unit, json=json)
+
+
 def main() -> None:
     """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
     try:

@@ -1,0 +1,156 @@
+"""Moments of inertia from the periods of pendulums (3.6.1)-(3.6.3), notes section 7.
+
+The aircraft swings in a cradle: as a compound pendulum about a fore-and-aft or a crosswise axis
+for Ixx and Iyy, as a bifilar one about the vertical for Izz. What the cradle and the entrained air
+add is taken off. SI and radians.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from gsapp.quantities.constants import GRAVITY
+
+
+def small_period(period: float, amplitude: float = 0.0, damping: float = 0.0) -> float:
+    """Return the period (s) of the same pendulum undamped and at vanishing amplitude.
+
+    Parameters
+    ----------
+    period : float
+        As timed, s.
+    amplitude : float
+        Mean angle to either side, rad.
+    damping : float
+        Ratio zeta.
+    """
+    return period / (1.0 + amplitude**2 / 16.0) * math.sqrt(1.0 - damping**2)
+
+
+class CompoundSwing(NamedTuple):
+    """A compound pendulum: aircraft and cradle about one horizontal axis.
+
+    Attributes
+    ----------
+    period, cradle_period : float
+        Of aircraft and cradle together, and of the cradle alone, by `small_period`, s.
+    aircraft_weight, cradle_weight : float
+        N.
+    aircraft_arm, cradle_arm : float
+        From the pivot down to the CG of each, vertical, m.
+    distance : float
+        From the pivot to the aircraft's CG, m; equal to `aircraft_arm` for a level aircraft that
+        hangs plumb.
+    air_mass : float
+        Air that the aircraft displaces and drags along, kg.
+    """
+
+    period: float
+    cradle_period: float
+    aircraft_weight: float
+    cradle_weight: float
+    aircraft_arm: float
+    cradle_arm: float
+    distance: float
+    air_mass: float = 0.0
+
+
+class Inertia(NamedTuple):
+    """A moment of inertia and what it is the difference of, kg m^2.
+
+    Attributes
+    ----------
+    whole : float
+        Of all that swings, about the axis of the swing.
+    cradle : float
+        The cradle's part.
+    transfer : float
+        What the parallel-axis rule takes off, entrained air included.
+    """
+
+    whole: float
+    cradle: float
+    transfer: float
+
+    @property
+    def value(self) -> float:
+        """Return the aircraft's own, about its CG."""
+        return self.whole - self.cradle - self.transfer
+
+
+def compound_inertia(swing: CompoundSwing) -> Inertia:
+    """Return the inertia about an axis through the aircraft's CG, parallel to the pivot."""
+    cradle = swing.cradle_weight * swing.cradle_arm
+    stiffness = swing.aircraft_weight * swing.aircraft_arm + cradle
+    moved = swing.aircraft_weight / GRAVITY + swing.air_mass
+    return Inertia(
+        whole=stiffness * (swing.period / (2.0 * math.pi)) ** 2,
+        cradle=cradle * (swing.cradle_period / (2.0 * math.pi)) ** 2,
+        transfer=moved * swing.distance**2,
+    )
+
+
+class BifilarSwing(NamedTuple):
+    """A bifilar pendulum: aircraft and cradle on two wires, turning about the vertical.
+
+    Attributes
+    ----------
+    period, cradle_period : float
+        As in `CompoundSwing`, s.
+    aircraft_weight, cradle_weight : float
+        N.
+    stiffness : float
+        Restoring moment over angle and weight, m; see `parallel_wires` and `slanted_wires`.
+    aircraft_offset, cradle_offset : float
+        Horizontal distance of each CG from the one of both together, m.
+    """
+
+    period: float
+    cradle_period: float
+    aircraft_weight: float
+    cradle_weight: float
+    stiffness: float
+    aircraft_offset: float = 0.0
+    cradle_offset: float = 0.0
+
+
+def parallel_wires(length: float, first: float, second: float) -> float:
+    """Return the stiffness (m) of parallel wires at distances r1, r2 (m) from the combined CG."""
+    return first * second / length
+
+
+def slanted_wires(height: float, upper: float, lower: float) -> float:
+    """Return the stiffness (m) of wires spaced d1 above and d2 below, a height (m) apart."""
+    return upper * lower / (4.0 * height)
+
+
+def bifilar_inertia(swing: BifilarSwing) -> Inertia:
+    """Return the inertia about the vertical through the aircraft's CG."""
+    weight = swing.aircraft_weight + swing.cradle_weight
+    own = swing.cradle_weight * swing.stiffness * (swing.cradle_period / (2.0 * math.pi)) ** 2
+    offsets = (
+        swing.aircraft_weight * swing.aircraft_offset**2
+        + swing.cradle_weight * swing.cradle_offset**2
+    )
+    return Inertia(
+        whole=weight * swing.stiffness * (swing.period / (2.0 * math.pi)) ** 2,
+        cradle=own,
+        transfer=offsets / GRAVITY,
+    )
+
+
+def product_of_inertia(vertical: float, ixx: float, izz: float, nose_up: float) -> float:
+    """Return Ixz from the inertia about the vertical with the nose up by an angle (rad).
+
+    Parameters
+    ----------
+    vertical : float
+        By `bifilar_inertia`, tilted, kg m^2.
+    ixx, izz : float
+        kg m^2.
+    nose_up : float
+        rad.
+    """
+    s, c = math.sin(nose_up), math.cos(nose_up)
+    return (vertical - ixx * s * s - izz * c * c) / (2.0 * s * c)

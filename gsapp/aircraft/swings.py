@@ -1,0 +1,469 @@
+"""A file of pendulum swings, and the inertias with uncertainties that it means.
+
+Every measured quantity is written as a value with its unit, ``"5.00 ft"``, or as a pair of value
+and standard deviation, ``["5.00 ft", "0.01 ft"]``. Periods come from the times of several swings
+and carry the scatter of these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator, field_validator, model_validator
+
+from gsapp.aircraft.pendulum import (
+    BifilarSwing,
+    CompoundSwing,
+    Inertia,
+    bifilar_inertia,
+    compound_inertia,
+    parallel_wires,
+    product_of_inertia,
+    slanted_wires,
+    small_period,
+)
+from gsapp.foundation import StrictModel, read_toml
+from gsapp.quantities import units
+from gsapp.quantities.constants import GRAVITY
+from gsapp.quantities.fields import Angle, Density, Ratio, Time, Volume
+
+STOPWATCH = 0.05
+"""Uncertainty of one time taken by hand, s, where one time alone shows no scatter."""
+HIGH = 0.4
+"""Rms height of the mass, over the radius of gyration about z, that no aircraft of usual shape
+reaches: wing, tail and fuselage lie nearly in one plane."""
+
+
+class Measured(NamedTuple):
+    """A quantity with its standard deviation, SI."""
+
+    value: float
+    std: float = 0.0
+
+
+def _measured(key: str) -> BeforeValidator:
+    def read(given: Any) -> Measured:
+        if isinstance(given, (list, tuple)):
+            if len(given) != 2:
+                raise ValueError(
+                    'must be a value, or a pair of value and standard deviation; write ["5.00 ft", '
+                    '"0.01 ft"]'
+                )
+            value, std = (units.parse(one, key) for one in given)
+            if std < 0.0:
+                raise ValueError("the standard deviation is negative; write it positive")
+            return Measured(value, std)
+        return Measured(units.parse(given, key))
+
+    parser: Callable[[Any], Measured] = read
+    return BeforeValidator(parser)
+
+
+MeasuredLength = Annotated[Measured, _measured("length")]
+MeasuredWeight = Annotated[Measured, _measured("weight")]
+MeasuredMass = Annotated[Measured, _measured("mass")]
+MeasuredInertia = Annotated[Measured, _measured("inertia")]
+MeasuredAngle = Annotated[Measured, _measured("angle")]
+
+
+class _Timing(StrictModel):
+    """Times of swings.
+
+    Attributes
+    ----------
+    times, cradle_times : tuple of float
+        Each of `cycles` whole swings, with the aircraft and with the cradle alone, s.
+    cycles : int
+    amplitude : float
+        Mean angle to either side, rad.
+    damping, cradle_damping : float
+        Ratio zeta.
+    """
+
+    times: tuple[Time, ...]
+    cradle_times: tuple[Time, ...] = ()
+    cycles: int
+    cradle_cycles: int | None = None
+    amplitude: Angle = 0.0
+    cradle_amplitude: Angle | None = None
+    damping: Ratio = 0.0
+    cradle_damping: Ratio = 0.0
+
+    @field_validator("times")
+    @classmethod
+    def _some(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if not value or min(value) <= 0.0:
+            raise ValueError('must hold times greater than zero; write ["22.31 s", "22.28 s"]')
+        return value
+
+    @field_validator("cradle_times")
+    @classmethod
+    def _positive(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if value and min(value) <= 0.0:
+            raise ValueError('must hold times greater than zero; write ["22.31 s", "22.28 s"]')
+        return value
+
+    @field_validator("cycles", "cradle_cycles")
+    @classmethod
+    def _whole(cls, value: int | None) -> int | None:
+        if value is not None and value < 1:
+            raise ValueError("must be at least 1; write how many whole swings each time covers")
+        return value
+
+    @field_validator("damping", "cradle_damping")
+    @classmethod
+    def _ratio(cls, value: float) -> float:
+        if not 0.0 <= value < 1.0:
+            raise ValueError("must lie from 0 to below 1; it is the ratio zeta of the swing")
+        return value
+
+    @property
+    def period(self) -> Measured:
+        """Return the period with the aircraft, small and undamped, s."""
+        return _period(self.times, self.cycles, self.amplitude, self.damping)
+
+    @property
+    def cradle_period(self) -> Measured:
+        """Return the period of the cradle alone; zero where it was not swung."""
+        if not self.cradle_times:
+            return Measured(0.0)
+        amplitude = self.amplitude if self.cradle_amplitude is None else self.cradle_amplitude
+        cycles = self.cradle_cycles or self.cycles
+        return _period(self.cradle_times, cycles, amplitude, self.cradle_damping)
+
+
+def _period(times: tuple[float, ...], cycles: int, amplitude: float, damping: float) -> Measured:
+    correction = small_period(1.0, amplitude, damping) / cycles
+    scatter = float(np.std(times, ddof=1)) if len(times) > 1 else STOPWATCH
+    return Measured(
+        float(np.mean(times)) * correction, scatter / math.sqrt(len(times)) * correction
+    )
+
+
+class Compound(_Timing):
+    """Swings about a horizontal axis.
+
+    Attributes
+    ----------
+    pivot_to_cg : Measured
+        From the pivot to the aircraft's CG, m.
+    pivot_to_cg_vertical : Measured or None
+        Its vertical part, where the aircraft does not hang plumb, m.
+    pivot_to_cradle_cg : Measured
+        Vertical, m.
+    additional_mass : Measured
+        Of air that the swinging aircraft drags along, beyond what it displaces, kg.
+    """
+
+    pivot_to_cg: MeasuredLength
+    pivot_to_cg_vertical: MeasuredLength | None = None
+    pivot_to_cradle_cg: MeasuredLength = Measured(0.0)
+    additional_mass: MeasuredMass = Measured(0.0)
+
+
+class Bifilar(_Timing):
+    """Swings about the vertical, on two wires.
+
+    Attributes
+    ----------
+    wire_length, first_distance, second_distance : Measured or None
+        Parallel wires: their length and distances from the combined CG, m.
+    height, upper_spacing, lower_spacing : Measured or None
+        Slanted wires instead, m.
+    aircraft_offset, cradle_offset : Measured
+        Horizontal distance of each CG from the combined one, m.
+    """
+
+    wire_length: MeasuredLength | None = None
+    first_distance: MeasuredLength | None = None
+    second_distance: MeasuredLength | None = None
+    height: MeasuredLength | None = None
+    upper_spacing: MeasuredLength | None = None
+    lower_spacing: MeasuredLength | None = None
+    aircraft_offset: MeasuredLength = Measured(0.0)
+    cradle_offset: MeasuredLength = Measured(0.0)
+
+    @model_validator(mode="after")
+    def _one_geometry(self) -> Bifilar:
+        parallel = (self.wire_length, self.first_distance, self.second_distance)
+        slanted = (self.height, self.upper_spacing, self.lower_spacing)
+        whole = [group for group in (parallel, slanted) if None not in group]
+        partly = [group for group in (parallel, slanted) if any(one is not None for one in group)]
+        if len(whole) != 1 or len(partly) != 1:
+            raise ValueError(
+                "the wires are not described; give wire_length, first_distance and "
+                "second_distance, or height, upper_spacing and lower_spacing"
+            )
+        return self
+
+
+class Tilted(Bifilar):
+    """Swings about the vertical with the nose up, for Ixz; the angle in rad."""
+
+    nose_up: MeasuredAngle
+
+    @field_validator("nose_up")
+    @classmethod
+    def _tilted(cls, value: Measured) -> Measured:
+        if not 0.02 < abs(value.value) < 1.55:
+            raise ValueError("must be an angle well away from 0 and 90 deg; 20 to 45 deg is good")
+        return value
+
+
+class SwungAircraft(StrictModel):
+    """What swings.
+
+    Attributes
+    ----------
+    weight : Measured
+        As flown, N.
+    volume : float
+        Of the air it displaces, m^3.
+    depth : Measured or None
+        Overall height of the aircraft, m: bounds how far mass can lie above and below the CG.
+    """
+
+    weight: MeasuredWeight
+    volume: Volume = 0.0
+    depth: MeasuredLength | None = None
+
+    @field_validator("weight")
+    @classmethod
+    def _positive(cls, value: Measured) -> Measured:
+        if not value.value > 0.0:
+            raise ValueError("must be greater than zero; weigh the aircraft as flown")
+        return value
+
+
+class Cradle(StrictModel):
+    """What holds the aircraft; `weight` in N."""
+
+    weight: MeasuredWeight = Measured(0.0)
+
+
+class Swings(StrictModel):
+    """A whole file of swings.
+
+    Attributes
+    ----------
+    name : str
+    air_density : float
+        kg/m^3.
+    aircraft : SwungAircraft
+    cradle : Cradle
+    x, y : Compound or None
+    z : Bifilar or None
+    tilted : Tilted or None
+        Needs x and z.
+    """
+
+    name: str = ""
+    air_density: Density = 1.225
+    aircraft: SwungAircraft
+    cradle: Cradle = Cradle()
+    x: Compound | None = None
+    y: Compound | None = None
+    z: Bifilar | None = None
+    tilted: Tilted | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Swings:
+        if self.x is None and self.y is None and self.z is None:
+            raise ValueError("holds no swings; add a table [x], [y] or [z]")
+        if self.tilted is not None and (self.x is None or self.z is None):
+            raise ValueError("Ixz needs [x] and [z] beside [tilted]; add them")
+        swung = [one for one in (self.x, self.y, self.z, self.tilted) if one is not None]
+        if self.cradle.weight.value > 0.0 and not all(one.cradle_times for one in swung):
+            raise ValueError(
+                "the cradle weighs something but was not swung alone; add cradle_times to each "
+                "table, or leave [cradle] out"
+            )
+        return self
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InertiaResult:
+    """What swings mean.
+
+    Attributes
+    ----------
+    values : mapping of str to Measured
+        ``ixx``, ``iyy``, ``izz``, ``ixz`` as far as swung, kg m^2.
+    parts : mapping of str to Inertia
+        What each is the difference of.
+    shares : mapping of str to mapping of str to float
+        Share of the variance of each value, by measured quantity.
+    mass : float
+        kg.
+    warnings : tuple of str
+    """
+
+    values: Mapping[str, Measured]
+    parts: Mapping[str, Inertia]
+    shares: Mapping[str, Mapping[str, float]]
+    mass: float
+    warnings: tuple[str, ...]
+
+
+def load_swings(path: str | Path) -> Swings:
+    """Read a file of swings.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named.
+    """
+    return read_toml(Path(path), Swings)
+
+
+def inertia_of(swings: Swings) -> InertiaResult:
+    """Evaluate swings; uncertainties by linear propagation of every quantity's own."""
+    quantities = dict(_quantities(swings))
+    values = {name: one.value for name, one in quantities.items()}
+    parts = _parts(swings, values)
+    names = list(_inertias(swings, parts, values))
+    base = np.array(list(_inertias(swings, parts, values).values()))
+    variance = np.zeros((len(quantities), base.size))
+    for row, (name, one) in enumerate(quantities.items()):
+        if one.std > 0.0:
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = {**values, name: one.value + sign * one.std}
+                ends.append(list(_inertias(swings, _parts(swings, moved), moved).values()))
+            variance[row] = (0.5 * (np.array(ends[0]) - np.array(ends[1]))) ** 2
+    total = variance.sum(axis=0)
+    result = {
+        name: Measured(float(base[k]), float(np.sqrt(total[k]))) for k, name in enumerate(names)
+    }
+    shares = {
+        name: {
+            quantity: float(variance[row, k] / total[k])
+            for row, quantity in enumerate(quantities)
+            if variance[row, k] > 0.0
+        }
+        for k, name in enumerate(names)
+    }
+    mass = swings.aircraft.weight.value / GRAVITY
+    return InertiaResult(
+        values=result,
+        parts=parts,
+        shares=shares,
+        mass=mass,
+        warnings=_warnings(swings, result, quantities, mass),
+    )
+
+
+def _quantities(swings: Swings) -> Mapping[str, Measured]:
+    """Return every measured quantity by its key path."""
+    found: dict[str, Measured] = {
+        "aircraft.weight": swings.aircraft.weight,
+        "cradle.weight": swings.cradle.weight,
+    }
+    for table in ("x", "y", "z", "tilted"):
+        section = getattr(swings, table)
+        if section is None:
+            continue
+        found[f"{table}.period"] = section.period
+        found[f"{table}.cradle_period"] = section.cradle_period
+        for key in type(section).model_fields:
+            value = getattr(section, key)
+            if isinstance(value, Measured):
+                found[f"{table}.{key}"] = value
+    return found
+
+
+def _parts(swings: Swings, value: Mapping[str, float]) -> dict[str, Inertia]:
+    found: dict[str, Inertia] = {}
+    weight, cradle = value["aircraft.weight"], value["cradle.weight"]
+    for table, name in (("x", "ixx"), ("y", "iyy")):
+        if getattr(swings, table) is None:
+            continue
+        distance = value[f"{table}.pivot_to_cg"]
+        found[name] = compound_inertia(
+            CompoundSwing(
+                period=value[f"{table}.period"],
+                cradle_period=value[f"{table}.cradle_period"],
+                aircraft_weight=weight,
+                cradle_weight=cradle,
+                aircraft_arm=value.get(f"{table}.pivot_to_cg_vertical", distance),
+                cradle_arm=value[f"{table}.pivot_to_cradle_cg"],
+                distance=distance,
+                air_mass=swings.air_density * swings.aircraft.volume
+                + value[f"{table}.additional_mass"],
+            )
+        )
+    for table, name in (("z", "izz"), ("tilted", "vertical")):
+        if getattr(swings, table) is None:
+            continue
+        if f"{table}.wire_length" in value:
+            keys = ("wire_length", "first_distance", "second_distance")
+            stiffness = parallel_wires(*(value[f"{table}.{key}"] for key in keys))
+        else:
+            keys = ("height", "upper_spacing", "lower_spacing")
+            stiffness = slanted_wires(*(value[f"{table}.{key}"] for key in keys))
+        found[name] = bifilar_inertia(
+            BifilarSwing(
+                period=value[f"{table}.period"],
+                cradle_period=value[f"{table}.cradle_period"],
+                aircraft_weight=weight,
+                cradle_weight=cradle,
+                stiffness=stiffness,
+                aircraft_offset=value[f"{table}.aircraft_offset"],
+                cradle_offset=value[f"{table}.cradle_offset"],
+            )
+        )
+    return found
+
+
+def _inertias(
+    swings: Swings, parts: Mapping[str, Inertia], value: Mapping[str, float]
+) -> dict[str, float]:
+    found = {name: part.value for name, part in parts.items() if name != "vertical"}
+    if swings.tilted is not None:
+        found["ixz"] = product_of_inertia(
+            parts["vertical"].value, found["ixx"], found["izz"], value["tilted.nose_up"]
+        )
+    return found
+
+
+def _warnings(
+    swings: Swings,
+    values: Mapping[str, Measured],
+    quantities: Mapping[str, Measured],
+    mass: float,
+) -> tuple[str, ...]:
+    found = [
+        f"{name} comes out negative, which no body can have: check the distances from the pivot "
+        "and the weights"
+        for name in ("ixx", "iyy", "izz")
+        if name in values and values[name].value <= 0.0
+    ]
+    if {"ixx", "iyy", "izz"} <= set(values):
+        square = (values["ixx"].value + values["iyy"].value - values["izz"].value) / (2.0 * mass)
+        if square < 0.0:
+            found.append("izz exceeds ixx + iyy, which no body can have: repeat the swings")
+        elif values["izz"].value > 0.0:
+            height = math.sqrt(square)
+            depth = swings.aircraft.depth
+            room = depth.value / 2.0 if depth else HIGH * math.sqrt(values["izz"].value / mass)
+            if height > room:
+                found.append(
+                    f"(ixx + iyy - izz)/2m puts the mass {height:.2f} m (rms) above and below the "
+                    f"CG, more than the {room:.2f} m that the aircraft holds: repeat the swings"
+                )
+    exact = [
+        name
+        for name, one in quantities.items()
+        if one.std == 0.0 and one.value != 0.0 and not name.endswith("period")
+    ]
+    if exact:
+        found.append(
+            f"no uncertainty is stated for {', '.join(exact)}: it counts as exact; write "
+            '["value", "standard deviation"]'
+        )
+    return tuple(found)

@@ -1,0 +1,68 @@
+"""``gsapp inertia``: moments of inertia from pendulum swings."""
+
+from __future__ import annotations
+
+import json as json_module
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+
+def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> None:
+    """Evaluate a file of swings.
+
+    Parameters
+    ----------
+    swings : Path
+        TOML; see `gsapp.aircraft.swings.Swings`.
+    json : Path, optional
+        Where the result for programs goes.
+    unit : str
+        Of the values on the screen.
+
+    Raises
+    ------
+    GroundStationError
+        If the file holds mistakes.
+    """
+    from gsapp.aircraft.swings import inertia_of, load_swings
+    from gsapp.cli._results import on_screen, write_result
+    from gsapp.quantities import units
+
+    scale = units.to_si(1.0, unit, "inertia")
+    result = inertia_of(load_swings(swings))
+    if json is not None:
+        content = {
+            "mass": result.mass,
+            "inertia": {
+                name: {"value": one.value, "std": one.std} for name, one in result.values.items()
+            },
+            "parts": {name: part._asdict() for name, part in result.parts.items()},
+            "shares": {name: dict(share) for name, share in result.shares.items()},
+            "warnings": list(result.warnings),
+        }
+        write_result(json, json_module.dumps(content, indent=1) + "\n")
+        if on_screen(json):
+            return
+    console = Console()
+    table = Table("", f"value, {unit}", "std", "std, %", "largest part of the uncertainty")
+    for name, one in result.values.items():
+        share = result.shares[name]
+        largest = max(share, key=lambda key: share[key]) if share else "none stated"
+        percent = f"{100.0 * one.std / abs(one.value):.1f}" if one.value else ""
+        words = f"{largest} ({100.0 * share[largest]:.0f} %)" if share else largest
+        table.add_row(name, f"{one.value / scale:.3f}", f"{one.std / scale:.3f}", percent, words)
+    console.print(table)
+    parts = Table("", "whole swing", "cradle", "to the CG, with air", title=f"Made of, {unit}")
+    for name, part in result.parts.items():
+        title = "about the vertical, nose up" if name == "vertical" else name
+        parts.add_row(
+            title, *(f"{one / scale:.3f}" for one in (part.whole, part.cradle, part.transfer))
+        )
+    console.print(parts)
+    console.print("For the aircraft file:\n\n[bold]\\[mass][/bold]", highlight=False)
+    for name, one in result.values.items():
+        console.print(f'{name} = "{one.value / scale:.4g} {unit}"', highlight=False)
+    for warning in result.warnings:
+        console.print(f"note: {warning}", highlight=False)
