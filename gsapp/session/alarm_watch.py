@@ -24,6 +24,8 @@ class AlarmWatch:
         Of the grid, Hz.
     group : callable
         What carries a channel; see `PresenceMonitor`.
+    together : callable
+        Whether two channels come in the same blocks; see `LimitMonitor`.
     """
 
     def __init__(
@@ -32,9 +34,10 @@ class AlarmWatch:
         limits: LimitSet,
         rate: float,
         group: Callable[[str], str | None],
+        together: Callable[[str, str], bool],
     ) -> None:
         self._board = board
-        self._limits = LimitMonitor(limits, board, rate)
+        self._limits = LimitMonitor(limits, board, rate, together)
         self._presence = PresenceMonitor(board, group)
 
     def feed(self, block: Block) -> None:

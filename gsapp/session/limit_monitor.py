@@ -7,6 +7,8 @@ they arrived.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy.typing as npt
 
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.alarms import AlarmBoard
+from gsapp.session.ground import ALTITUDE, SPEED, GroundWatch
 from gsapp.session.limits import LimitRule, LimitSet, Severity
 
 
@@ -152,8 +155,13 @@ class _Watch:
             low = self._sign * self.rule.armed_at
         return (low, high) if self._sign > 0 else (-high, -low)
 
-    def feed(self, first: int, values: FloatArray) -> list[_Step]:
-        """Take in samples from index `first` on; return where the severity changed."""
+    def feed(
+        self, first: int, values: FloatArray, grounded: npt.NDArray[np.bool_] | None = None
+    ) -> list[_Step]:
+        """Take in samples from index `first` on; return where the severity changed.
+
+        `grounded`, shape (n,), says which samples do not count since they are near the ground.
+        """
         if self._next is not None and first != self._next:
             for latch in self._latches.values():
                 latch.interrupt()
@@ -164,10 +172,29 @@ class _Watch:
         found: list[_Step] = []
         for begin, end, armed in self._wakes(signed):
             if armed:
-                found += self._watch(first + begin, signed[begin:end])
+                found += self._watch_in_the_air(first, begin, end, signed, grounded)
             elif self._armed:
                 found += self._fall_asleep(first + begin)
             self._armed = armed
+        return found
+
+    def _watch_in_the_air(
+        self,
+        first: int,
+        begin: int,
+        end: int,
+        signed: FloatArray,
+        grounded: npt.NDArray[np.bool_] | None,
+    ) -> list[_Step]:
+        if grounded is None or not self.rule.airborne_only:
+            return self._watch(first + begin, signed[begin:end])
+        found: list[_Step] = []
+        edges = np.flatnonzero(np.diff(grounded[begin:end])) + begin + 1
+        for start, stop in pairwise((begin, *edges.tolist(), end)):
+            if grounded[start]:
+                found += self._fall_asleep(first + start)
+            else:
+                found += self._watch(first + start, signed[start:stop])
         return found
 
     def _watch(self, first: int, signed: FloatArray) -> list[_Step]:
@@ -229,10 +256,21 @@ class LimitMonitor:
         Where the alarms go.
     rate : float
         Of the grid, Hz.
+    together : callable
+        Whether two channels always come in the same blocks, live as in a replay; limits that
+        wait near the ground need that of speed and altitude.
     """
 
-    def __init__(self, limits: LimitSet, board: AlarmBoard, rate: float) -> None:
+    def __init__(
+        self,
+        limits: LimitSet,
+        board: AlarmBoard,
+        rate: float,
+        together: Callable[[str, str], bool] = lambda _one, _other: True,
+    ) -> None:
         self._limits = limits
+        self._together = together
+        self._ground: GroundWatch | None = None
         self._board = board
         self._rate = rate
         self._channels: dict[str, _Watched] = {}
@@ -243,6 +281,7 @@ class LimitMonitor:
 
     def reset(self) -> None:
         """Forget every sample seen. The board is the owner's to reset."""
+        self._ground = None
         self._channels.clear()
         self._places.clear()
         self._lowest = self._highest = np.empty(0)
@@ -253,6 +292,7 @@ class LimitMonitor:
             return
         first = round(float(block.times[0]) * self._rate)
         places = self._places_of(block.channels)
+        grounded = self._near_ground(first, block)
         # The usual case, all columns at once: nobody near a limit, nothing pending.
         lows = np.fmin.reduce(block.values, axis=0)
         highs = np.fmax.reduce(block.values, axis=0)
@@ -265,7 +305,8 @@ class LimitMonitor:
         for column in np.flatnonzero(stirred).tolist():
             watched = self._channels[block.channels[column]]
             for watch in watched.watches:
-                steps += [(step, watch.rule) for step in watch.feed(first, block.values[:, column])]
+                changes = watch.feed(first, block.values[:, column], grounded)
+                steps += [(step, watch.rule) for step in changes]
                 if watch.on:
                     touched.append(watch)
             self._set_quiet(watched)
@@ -284,6 +325,19 @@ class LimitMonitor:
                 )
         for watch in touched:
             self._board.reach(watch.rule.key, watch.peak)
+
+    def _near_ground(self, first: int, block: Block) -> npt.NDArray[np.bool_] | None:
+        """Return which samples are near the ground; None where that cannot be told."""
+        if SPEED not in block.channels or ALTITUDE not in block.channels:
+            return None
+        if self._ground is None:
+            rule = next((rule for rule in self._limits.rules(SPEED) if rule.airborne_only), None)
+            if rule is None or rule.armed_at is None or rule.asleep_at is None:
+                return None
+            if not self._together(SPEED, ALTITUDE):
+                return None
+            self._ground = GroundWatch(rule.armed_at, rule.asleep_at, self._rate)
+        return self._ground.feed(first, block)
 
     def _places_of(self, channels: tuple[str, ...]) -> npt.NDArray[np.int64]:
         found = self._places.get(channels)

@@ -60,6 +60,9 @@ class LimitRule:
     asleep_at : float or None
         ... and again once a value is beyond this: an aircraft on the ground is below its stall
         speed.
+    airborne_only : bool
+        Whether it waits near the ground from which the aircraft took off; see
+        `gsapp.session.ground`.
     """
 
     channel: str
@@ -72,6 +75,7 @@ class LimitRule:
     warning_words: str = ""
     armed_at: float | None = None
     asleep_at: float | None = None
+    airborne_only: bool = False
 
     @property
     def key(self) -> str:
@@ -209,6 +213,7 @@ def _rule(
     duration: float = _SHORTEST,
     armed_at: float | None = None,
     asleep_at: float | None = None,
+    airborne_only: bool = False,
 ) -> LimitRule:
     reference = warning if caution is None else caution
     return LimitRule(
@@ -222,6 +227,7 @@ def _rule(
         warning_words=words[1],
         armed_at=armed_at,
         asleep_at=asleep_at,
+        airborne_only=airborne_only,
     )
 
 
@@ -252,6 +258,7 @@ def aircraft_rules(aircraft: Aircraft) -> tuple[LimitRule, ...]:
                 duration=0.3,
                 armed_at=1.25 * limits.stall_speed,
                 asleep_at=0.6 * limits.stall_speed,
+                airborne_only=True,
             )
         )
     if limits.maximum_speed < 1e8:

@@ -46,6 +46,7 @@ from gsapp.session.states import (
     USUAL_PATIENCE,
     ChannelState,
     channel_state,
+    come_together,
     message_of,
     patience_by_message,
 )
@@ -117,7 +118,9 @@ class Session:
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
         self._alarm_log = AlarmLog(self.board, self.book, wall_us)
-        watch = AlarmWatch(self.board, self.limits, self.history.rate, self._carrier)
+        watch = AlarmWatch(
+            self.board, self.limits, self.history.rate, self._carrier, self._come_together
+        )
         everyone = (watch, *consumers)
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
@@ -517,6 +520,12 @@ class Session:
         if channel_id not in self._messages:
             self._messages[channel_id] = message_of(self.sources.get(channel_id))
         return self._messages[channel_id]
+
+    def _come_together(self, one: str, other: str) -> bool:
+        """Return whether two channels come in the same blocks."""
+        if isinstance(self._reader, FlightReader):
+            return True
+        return come_together(one, other, self.sources)
 
     def _playhead(self) -> Playhead | None:
         feed = self.replaying

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
 
+from gsapp.decoding.derived import derivations_for
 from gsapp.decoding.health import LinkReport
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.session.alarms import AlarmBoard
@@ -72,6 +73,23 @@ def message_of(source: ChannelSource | None) -> str | None:
         return None
     head, _, _ = source.source.partition(".")
     return head or None
+
+
+def come_together(one: str, other: str, sources: Mapping[str, ChannelSource]) -> bool:
+    """Return whether the samples of two channels come in the same messages, row for row."""
+    measured = [name for name, source in sources.items() if source.kind != "derived"]
+    inputs = {each.output: each.quick for each in derivations_for(measured)}
+
+    def messages(channel_id: str) -> frozenset[str]:
+        source = sources.get(channel_id)
+        if source is None:
+            return frozenset()
+        if source.kind == "derived":
+            return frozenset().union(*map(messages, inputs.get(channel_id, ())))
+        return frozenset(part.partition(".")[0] for part in source.source.split(", else "))
+
+    carriers = messages(one)
+    return bool(carriers) and carriers == messages(other)
 
 
 def patience_by_message(report: LinkReport | None) -> Mapping[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -206,6 +207,72 @@ def test_stall_speed_is_no_alarm_on_the_ground() -> None:
     assert "below stall speed" in board.get("Vc:low").sentence()
     monitor.feed(block(1100, {"Vc": np.linspace(0.95 * stall, 0.0, 300)}))
     assert not board.get("Vc:low").active
+
+
+def _landing(height: float, sensor_noise: float = 1.3) -> dict[str, np.ndarray]:
+    """Return speed and altitude of a take-off, and of a stall at a height above the field.
+
+    The field lies at 378 m; the air data have the noise of the B777's probe.
+    """
+    stall = load_aircraft("b777").limits.stall_speed
+    random = np.random.default_rng(4)
+    speed = np.concatenate(
+        [
+            np.full(800, 1.0),
+            np.linspace(0.0, 1.6 * stall, 400),
+            np.full(600, 1.6 * stall),
+            np.linspace(1.6 * stall, 0.8 * stall, 300),
+            np.linspace(0.8 * stall, 0.0, 300),
+        ]
+    )
+    above = np.interp(np.arange(speed.size), [0, 1150, 1500, 1700, 1800], [0, 0, 60, 60, height])
+    return {
+        "Vc": speed + random.normal(0.0, 0.1, speed.size),
+        "altitude": 378.0 + above + random.normal(0.0, sensor_noise, speed.size),
+    }
+
+
+def _stall_alarms(
+    samples: dict[str, np.ndarray], places: Sequence[int], *, together: bool = True
+) -> list[tuple[float | None, Severity]]:
+    board = AlarmBoard()
+    limits = LimitSet(load_aircraft("b777"))
+    monitor = LimitMonitor(limits, board, RATE, lambda _one, _other: together)
+    for first, last in pairwise((0, *places, len(samples["Vc"]))):
+        if last > first:
+            part = {name: values[first:last] for name, values in samples.items()}
+            monitor.feed(block(first, part))
+    return [(one.time, one.severity) for one in board.log if one.key == "Vc:low"]
+
+
+@settings(deadline=None, max_examples=25)
+@given(cuts=st.lists(st.integers(1, 2399), max_size=10), height=st.sampled_from([0.0, 2.0, 60.0]))
+def test_a_landing_is_no_stall_and_a_stall_at_height_is_one(cuts: list[int], height: float) -> None:
+    """Slow over the field from which it took off: silence. The same at 60 m: an alarm."""
+    found = _stall_alarms(_landing(height), sorted(set(cuts)))
+    assert found == _stall_alarms(_landing(height), ())
+    assert [severity for _, severity in found] == (
+        [Severity.CAUTION, Severity.WARNING] if height == 60.0 else []
+    )
+
+
+def test_a_landing_that_cannot_be_told_raises_the_alarm() -> None:
+    """Without an altitude, or with one that comes in other messages, or without a take-off."""
+    samples = _landing(0.0)
+    assert _stall_alarms({"Vc": samples["Vc"]}, ())
+    assert _stall_alarms(samples, (), together=False)
+    in_flight = {name: values[1400:] for name, values in samples.items()}
+    assert _stall_alarms(in_flight, ())
+    samples["altitude"][1500:] = np.nan
+    assert _stall_alarms(samples, ())
+
+
+def test_a_pitot_blocked_in_flight_is_no_ground() -> None:
+    """Six seconds without a reading at 60 m do not make that height the ground."""
+    samples = _landing(60.0)
+    blocked = {name: np.insert(values, 1750, values[:600]) for name, values in samples.items()}
+    blocked["altitude"][1750:2350] = samples["altitude"][1600]
+    assert _stall_alarms(blocked, ())
 
 
 def test_redundant_sensors_have_their_own_limits_of_plausibility() -> None:
