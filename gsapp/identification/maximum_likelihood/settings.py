@@ -1,0 +1,143 @@
+"""What a maximum likelihood fit is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.sensors import OUTPUTS
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import Axis
+
+DEFAULT_BIASES: Mapping[Axis, tuple[str, ...]] = {
+    "lon": ("an",),
+    "lat": ("ay",),
+    "both": ("ax", "ay", "an"),
+}
+"""Responses with a free sensor bias by default.
+
+Where the force coefficients have a bias of their own (CN_0, CY_0), an accelerometer's bias is told
+from it by the flow angle's equation. A second bias in the same balance (q, r) cannot be told from
+the first, and those of alpha, beta, p and, without speed as a state, a_x not from the ``_0`` terms.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MLSettings:
+    """Settings of a maximum likelihood (output error) fit.
+
+    Attributes
+    ----------
+    axis : {"lon", "lat", "both"}
+    states : tuple of str, optional
+        Active states; by default those of the axis, and attitude where it was not measured. The
+        others come from measurement.
+    responses : tuple of str, optional
+        Compared with measurement; by default those of the axis. What a maneuver did not measure
+        is left out there.
+    model : Model, optional
+        Gives the effects beyond the linear build-up, and values of derivatives that are not free.
+    free : tuple of str, optional
+        Free derivatives; by default tables 6.2.5 and 6.2.6 for the surfaces that were moved.
+    free_effects : tuple of str
+        Free parameters of the model's effects, ``<effect id>.<parameter>``.
+    held : mapping of str to float
+        Derivatives and effect parameters held at a value.
+    start : mapping of str to float
+        Start values; the rest starts from equation error.
+    weights : mapping of str to float, optional
+        Weight of each response (SI; diagonal of W1). By default the noise covariance is estimated
+        from the residuals, for each maneuver its own, and iterated.
+    joint_weights : mapping of str to mapping, optional
+        The same by maneuver id; comes before `weights`.
+    priors : mapping of str to (float, float)
+        A-priori value and its standard deviation (W2).
+    integration : {"rk4", "euler"}
+    biases : tuple of str, optional
+        Responses whose sensor bias is free in every maneuver; see `DEFAULT_BIASES`.
+    scale_factors, time_shifts : tuple of str
+        Responses whose scale factor (1: none), time shift (s, positive: late) is free.
+    initial_states : bool
+        Whether the states at the start of every segment are free; else the smoothed measurement.
+    stand_ins : mapping of str to float
+        Constants for what was not measured.
+    max_iterations : int
+    tolerance : float
+        Stops when a step promises to lower the cost by less than this share. The source: 1e-4.
+    bound_factor : float
+        Multiplies the Cramer-Rao bounds in place of the correction for colored residuals; 10 in
+        the source. None: the correction.
+    lags : int, optional
+        Of the residuals' autocovariance.
+    restart : float, optional
+        Where the model diverges over whole segments: length (s) of the pieces, each started from
+        measurement, that a first fit is made on.
+    """
+
+    axis: Axis
+    states: tuple[str, ...] | None = None
+    responses: tuple[str, ...] | None = None
+    model: Model | None = None
+    free: tuple[str, ...] | None = None
+    free_effects: tuple[str, ...] = ()
+    held: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+    weights: Mapping[str, float] | None = None
+    joint_weights: Mapping[str, Mapping[str, float]] | None = None
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    integration: Literal["rk4", "euler"] = "rk4"
+    biases: tuple[str, ...] | None = None
+    scale_factors: tuple[str, ...] = ()
+    time_shifts: tuple[str, ...] = ()
+    initial_states: bool = True
+    stand_ins: Mapping[str, float] = field(default_factory=dict)
+    max_iterations: int = 30
+    tolerance: float = 1e-9
+    bound_factor: float | None = None
+    lags: int | None = None
+    restart: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check_names("states", self.states, POLAR_STATES)
+        for what in ("responses", "biases", "scale_factors", "time_shifts"):
+            _check_names(what, getattr(self, what), OUTPUTS)
+        for name, (_, std) in self.priors.items():
+            if not std > 0.0:
+                raise FlightError(
+                    f"the a-priori value of {name} needs a standard deviation above zero"
+                )
+        for where in (self.weights, *(self.joint_weights or {}).values()):
+            for name, weight in (where or {}).items():
+                if not weight >= 0.0:
+                    raise FlightError(f"the weight of {name} is {weight:g}; give 0 or more")
+
+
+def _check_names(what: str, names: tuple[str, ...] | None, known: tuple[str, ...]) -> None:
+    unknown = [name for name in names or () if name not in known]
+    if unknown:
+        raise FlightError(f"{', '.join(unknown)} is not among the {what}: {', '.join(known)}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a fit has come.
+
+    Attributes
+    ----------
+    iteration : int
+    cost : float
+        J of (5.1.1): 1 at a perfect fit where the noise is estimated.
+    change : float
+        Share of the cost that the last step promised to take off.
+    """
+
+    iteration: int
+    cost: float
+    change: float
+
+
+Callback = Callable[[Progress], bool | None]
+"""Called after every iteration; returning False stops the fit where it is."""
