@@ -41,7 +41,8 @@ Inside
     `columns` lays bins over the absolute sample index; `raster` paints them into a ring of
     pixels; `picture` keeps the ring up with the history; `ranges` and `ticks` choose axes;
     `geometry` places everything in pixels of the screen; `drawing` writes what is text;
-    `widget` is the one part that handles events. Only the last two know Qt.
+    `exposed` tells which parts a repaint is about; `widget` is the one part that handles events.
+    Only the last three know Qt.
 """
 
 from ui.strips.furniture import Mark, Span

@@ -465,16 +465,21 @@ def draw_header(
         pen.text(painter, x, center, title, theme.muted, _LABEL, room=room)
         window = f"{window_text(view.seconds)} in sight"
         pen.text(painter, plot.right, center, window, theme.muted, _LABEL, align="right")
-    now = DASH if view.now is None else clock(view.now, 1)
-    place = geometry.values
-    right = place.right - pen.px(10)
-    width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
-    pen.text(painter, right - width - pen.px(6), center, "now", theme.muted, _LABEL, align="right")
     for name, column in geometry.cursors:
         x = column.right - pen.px(6)
         color = cursor_color(theme, name)
         heading = _heading(view, name)
         pen.text(painter, x, center, heading, color, _LABEL, bold=True, align="right")
+
+
+def draw_clock(painter: QPainter, pen: Pen, geometry: Geometry, view: StripView) -> None:
+    """Write the newest flight time above the values."""
+    theme = pen.theme
+    center = geometry.header.center + pen.px(1)
+    now = DASH if view.now is None else clock(view.now, 1)
+    right = geometry.values.right - pen.px(10)
+    width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
+    pen.text(painter, right - width - pen.px(6), center, "now", theme.muted, _LABEL, align="right")
 
 
 def draw_cursor_names(painter: QPainter, pen: Pen, geometry: Geometry) -> None:

@@ -38,8 +38,17 @@ class Exposed:
         left, top = math.ceil(box.x / self._density), math.ceil(box.y / self._density)
         right = max(math.floor(box.right / self._density), left + 1)
         bottom = max(math.floor(box.bottom / self._density), top + 1)
-        return any(
-            left < part[2] and part[0] < right and top < part[3] and part[1] < bottom
+        for part in self._parts:
+            if left < part[2] and part[0] < right and top < part[3] and part[1] < bottom:
+                return True
+        return False
+
+    def is_within(self, box: Box) -> bool:
+        """Return whether nothing outside of a box is to be painted."""
+        left, top = box.x / self._density, box.y / self._density
+        right, bottom = box.right / self._density, box.bottom / self._density
+        return all(
+            left <= part[0] and part[2] <= right and top <= part[1] and part[3] <= bottom
             for part in self._parts
         )
 

@@ -348,14 +348,14 @@ class Raster:
         """
         if last <= first:
             return
-        pieces = _pieces(first, last, self._loaded)
+        parts = ring_pieces(first, last, self._loaded)
         known = set(history.channels)
         for channel_id in self._rows_of_channel if channels is None else channels:
             if channel_id not in known:
                 continue
             low, high = column_extremes(history, channel_id, scale, first, last)
             for row in self._rows_of_channel[channel_id]:
-                for ring, part in pieces:
+                for ring, part in parts:
                     self.low[row, ring] = low[part]
                     self.high[row, ring] = high[part]
 
@@ -404,7 +404,7 @@ class Raster:
     def clear(self, first: int, last: int) -> None:
         """Note that nothing has been measured yet in these columns."""
         if last > first:
-            for ring, _ in _pieces(first, last, self._loaded):
+            for ring, _ in ring_pieces(first, last, self._loaded):
                 self._values[:, :, ring] = np.nan
 
     # Painting
@@ -527,7 +527,7 @@ class Raster:
             places = np.full(len(self.charts) + 1, len(charts), dtype=np.intp)
             places[list(charts)] = np.arange(len(charts))
             source = places[source]
-        for ring, part in _pieces(first, first + top.shape[1], self.width):
+        for ring, part in ring_pieces(first, first + top.shape[1], self.width):
             for begin in range(part.start, part.stop, _CHUNK):
                 end = min(begin + _CHUNK, part.stop)
                 index = base + classes[begin:end]
@@ -548,7 +548,7 @@ class Raster:
             source = np.full(chart.height, row, dtype=np.intp)
             local = self._row_local[chart.top : chart.top + chart.height]
             color = np.array(chart.traces[layer].color, dtype=np.int32)
-            for ring, part in _pieces(first, first + top.shape[1], self.width):
+            for ring, part in ring_pieces(first, first + top.shape[1], self.width):
                 covered = _covered(top[:, part], bottom[:, part], source, local)
                 block = self.pixels[chart.top : chart.top + chart.height, ring]
                 touched = covered > 0
@@ -588,7 +588,7 @@ class Raster:
         line[begin:end] = kind
 
 
-def _pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
+def ring_pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
     """Return pairs of (places in a ring, places in the row of columns)."""
     begin = first % size
     count = last - first

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time as wall_clock
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
@@ -33,6 +34,7 @@ from ui.strips.geometry import Box, Geometry, arrange
 from ui.strips.keys import ACTION_BY_KEY
 from ui.strips.layout import StripLayout, default_layout
 from ui.strips.picture import Picture
+from ui.strips.raster import ring_pieces
 from ui.strips.ticks import number, time_step
 from ui.strips.view import StripView
 from ui.theme import DAYLIGHT, Theme, sizes
@@ -102,7 +104,7 @@ class StripChart(QWidget):
         self._image = QImage()
         self._readings: dict[int, tuple[Reading, ...]] = {}
         self._read_at = -math.inf
-        self._header_key: object = None
+        self._header_key: tuple[float | bool, float | None] | None = None
         self._tick = 10.0
         self._stale_build = True
         self._actions = self._make_actions()
@@ -455,15 +457,17 @@ class StripChart(QWidget):
         self.update(_logical(box, self._density()))
 
     def _show_header(self) -> None:
-        view = self.view
-        key = (
-            view.paused,
-            round(view.seconds_behind, 1),
+        view, geometry = self.view, self._geometry
+        shown = (
+            view.paused and round(view.seconds_behind, 1),
             None if view.now is None else round(view.now, 1),
         )
-        if key != self._header_key:
-            self._header_key = key
-            self._expose(self._geometry.header if self._geometry else None)
+        before, self._header_key = self._header_key, shown
+        if geometry is None or shown == before:
+            return
+        # Live, only the clock goes on.
+        only_clock = before is not None and shown[0] == before[0]
+        self._expose(_above_values(geometry) if only_clock else geometry.header)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the parts that changed."""
@@ -485,8 +489,9 @@ class StripChart(QWidget):
         placed = painter.deviceTransform()
         painter.translate(round(placed.dx()) - placed.dx(), round(placed.dy()) - placed.dy())
         exposed = Exposed(painter, event.region(), density)
-        self._paint_above(painter, geometry, exposed)
-        self._paint_beside(painter, geometry, exposed)
+        if not exposed.is_within(geometry.plot):
+            self._paint_above(painter, geometry, exposed)
+            self._paint_beside(painter, geometry, exposed)
         if exposed.begin(geometry.plot):
             self._paint_plot(painter, geometry, exposed)
         painter.end()
@@ -494,16 +499,21 @@ class StripChart(QWidget):
     def _paint_above(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
         """Paint what stands above the charts."""
         pen, view, background = self._pen, self.view, QColor(self._theme.background)
-        header, lane = geometry.header, geometry.lane
+        lane = geometry.lane
+        header = replace(geometry.header, width=geometry.values.x)
         if exposed.begin(header):
             painter.fillRect(_rect(header), background)
             drawing.draw_header(
                 painter, pen, geometry, view, self._layout.name, recording=self._recording
             )
+        clock = _above_values(geometry)
+        if exposed.begin(clock):
+            painter.fillRect(_rect(clock), background)
+            drawing.draw_clock(painter, pen, geometry, view)
         if exposed.begin(lane):
             painter.fillRect(_rect(lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
-        for left, right in ((0, lane.x), (lane.right, header.right)):
+        for left, right in ((0, lane.x), (lane.right, geometry.values.right)):
             box = Box(x=left, y=lane.y, width=right - left, height=lane.height)
             if exposed.begin(box):
                 painter.fillRect(_rect(box), background)
@@ -560,14 +570,15 @@ class StripChart(QWidget):
             words = "Nothing has arrived yet" if geometry.charts else "No chart chosen"
             drawing.draw_nothing(painter, self._pen, geometry, words)
             return
+        first, last = exposed.columns(plot)
         seam = self.view.columns[0] % image.width()
-        first = image.width() - seam
-        painter.drawImage(QPoint(plot.x, plot.y), image, QRect(seam, 0, first, image.height()))
-        if seam:
+        for ring, part in ring_pieces(seam + first, seam + last, image.width()):
             painter.drawImage(
-                QPoint(plot.x + first, plot.y), image, QRect(0, 0, seam, image.height())
+                QPoint(plot.x + first + part.start, plot.y),
+                image,
+                QRect(ring.start, 0, ring.stop - ring.start, image.height()),
             )
-        drawing.draw_cursor_lines(painter, self._pen, geometry, self.view, *exposed.columns(plot))
+        drawing.draw_cursor_lines(painter, self._pen, geometry, self.view, first, last)
 
     # Events
 
@@ -896,6 +907,11 @@ def _logical(box: Box, density: float) -> QRect:
     left, top = math.floor(box.x / density), math.floor(box.y / density)
     right, bottom = math.ceil(box.right / density), math.ceil(box.bottom / density)
     return QRect(left, top, right - left, bottom - top)
+
+
+def _above_values(geometry: Geometry) -> Box:
+    """Return where the newest time stands."""
+    return replace(geometry.values, y=0, height=geometry.header.height)
 
 
 def _rect(box: Box) -> QRect:
