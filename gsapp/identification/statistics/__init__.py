@@ -1,0 +1,38 @@
+"""How far estimates may be trusted: bounds, identifiability, residuals, fit. Pure NumPy.
+
+In all of it S are the sensitivities of the computed responses, shape (n, n_responses,
+n_parameters), v the residuals (measured minus computed), shape (n, n_responses), NaN where a
+sample does not count, W the weight matrix of the responses, shape (n_responses, n_responses), and
+``segments`` the stretches of contiguous samples (one by default).
+"""
+
+from gsapp.identification.statistics.bounds import (
+    colored_covariance,
+    cramer_rao,
+    information,
+    noise_covariance,
+    sandwich,
+    score_covariance,
+)
+from gsapp.identification.statistics.fit import response_fit
+from gsapp.identification.statistics.identifiability import (
+    Identifiability,
+    Verdict,
+    identifiability,
+)
+from gsapp.identification.statistics.whiteness import Whiteness, whiteness
+
+__all__ = [
+    "Identifiability",
+    "Verdict",
+    "Whiteness",
+    "colored_covariance",
+    "cramer_rao",
+    "identifiability",
+    "information",
+    "noise_covariance",
+    "response_fit",
+    "sandwich",
+    "score_covariance",
+    "whiteness",
+]

@@ -1,0 +1,166 @@
+"""Bounds: the fast forms against the sums as written, and against what really happens."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsapp.identification.statistics import (
+    colored_covariance,
+    cramer_rao,
+    information,
+    noise_covariance,
+    sandwich,
+    score_covariance,
+)
+from gsapp.identification.statistics.correlation import usual_lags
+from gsapp.quantities import FloatArray
+
+W = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -0.2], [0.0, -0.2, 5.0]])
+
+
+def some(n: int = 60, responses: int = 3, parameters: int = 4) -> tuple[FloatArray, FloatArray]:
+    random = np.random.default_rng(5)
+    S = random.standard_normal((n, responses, parameters)).cumsum(axis=0)
+    v = random.standard_normal((n, responses))
+    for k in range(1, n):
+        v[k] += 0.7 * v[k - 1]
+    return S, v
+
+
+def as_written(
+    S: FloatArray, v: FloatArray, lags: int, segments: list[slice] | None = None
+) -> FloatArray:
+    """Return sum_j (1 - |j|/(Lg + 1)) sum_k S_k' W C_j W S_(k+j), term by term."""
+    n, m, count = S.shape
+    label = np.zeros(n, dtype=int)
+    for number, part in enumerate(segments or [slice(0, n)]):
+        label[part] = number
+    ok = np.isfinite(v)
+    clean = np.where(ok, v, 0.0)
+    B = np.zeros((count, count))
+    for j in range(-lags, lags + 1):
+        pairs = [(k, k + j) for k in range(n) if 0 <= k + j < n and label[k] == label[k + j]]
+        C = np.zeros((m, m))
+        for a in range(m):
+            for b in range(m):
+                both = [clean[k, a] * clean[i, b] for k, i in pairs if ok[k, a] and ok[i, b]]
+                C[a, b] = np.mean(both) * (1.0 - abs(j) / n) if both else 0.0
+        for k, i in pairs:
+            left = (S[k] * ok[k][:, None]).T @ W
+            B += (1.0 - abs(j) / (lags + 1)) * left @ C @ (W @ (S[i] * ok[i][:, None]))
+    return B
+
+
+def test_the_colored_correction_is_the_sum_of_the_notes() -> None:
+    """The transform gives the double sum as written, for a full record."""
+    S, v = some()
+    assert score_covariance(S, v, W, lags=7) == pytest.approx(as_written(S, v, 7), rel=1e-10)
+
+
+def test_lags_do_not_cross_gaps() -> None:
+    """With two segments only pairs within one count."""
+    S, v = some()
+    parts = [slice(0, 22), slice(22, 60)]
+    found = score_covariance(S, v, W, lags=9, segments=parts)
+    assert found == pytest.approx(as_written(S, v, 9, parts), rel=1e-10)
+    assert found != pytest.approx(score_covariance(S, v, W, lags=9), rel=1e-3)
+
+
+def test_missing_samples_do_not_count() -> None:
+    """What stands at a missing sample has no influence on information or correction."""
+    S, v = some(n=400)
+    v[np.random.default_rng(1).random(v.shape) < 0.05] = np.nan
+    other = np.where(np.isfinite(v)[:, :, None], S, 1e6)
+    assert information(S, W, counted=v) == pytest.approx(information(other, W, counted=v))
+    found = score_covariance(S, v, W, lags=6)
+    assert found == pytest.approx(score_covariance(other, v, W, lags=6), rel=1e-9)
+    # The density is lifted where it is negative; here that is next to nothing.
+    assert found == pytest.approx(as_written(S, v, 6), rel=0.02, abs=0.02 * np.abs(found).max())
+
+
+def test_white_residuals_leave_the_cramer_rao_bound() -> None:
+    """With white residuals and W = R^-1 the correction changes hardly anything."""
+    random = np.random.default_rng(0)
+    n = 20_000
+    S = np.stack([np.ones(n), np.sin(np.arange(n) / 30.0)], axis=1)[:, None, :]
+    v = 0.3 * random.standard_normal((n, 1))
+    R = noise_covariance(v)
+    raw, honest = cramer_rao(S, np.linalg.inv(R)), colored_covariance(S, v, np.linalg.inv(R))
+    assert np.sqrt(honest.diagonal() / raw.diagonal()) == pytest.approx(1.0, abs=0.2)
+    assert R[0, 0] == pytest.approx(0.09, rel=0.03)
+
+
+@pytest.mark.parametrize("share_missing", [0.0, 0.1])
+def test_the_honest_bound_is_the_scatter_under_colored_noise(share_missing: float) -> None:
+    """Least squares 300 times over AR(0.9) noise, any W: the errors are as large as the bound."""
+    random = np.random.default_rng(11)
+    n, weight = 1000, np.diag([1.0, 40.0])
+    t = np.arange(n) * 0.01
+    doublet = np.where(t < 1.0, 1.0, np.where(t < 2.0, -1.0, 0.0))
+    smooth = np.convolve(doublet, np.exp(-t / 0.3))[:n] * 0.03
+    S = np.stack([np.stack([smooth, t * smooth], 1), np.stack([0.2 * smooth, np.cos(t)], 1)], 1)
+    errors, raw = [], []
+    for _ in range(300):
+        noise = random.standard_normal((n + 100, 2)) * (0.2, 0.1)
+        for k in range(1, n + 100):
+            noise[k] += 0.9 * noise[k - 1]
+        z = noise[100:].copy()
+        z[random.random(z.shape) < share_missing] = np.nan
+        H = information(S, weight, counted=z)
+        estimate = np.linalg.solve(H, np.einsum("krp,kr->p", S, np.nan_to_num(z) @ weight))
+        v = z - S @ estimate
+        bound = np.sqrt(colored_covariance(S, v, weight).diagonal())
+        errors.append(estimate / bound)
+        white = np.linalg.inv(noise_covariance(v, diagonal=True))
+        raw.append(estimate / np.sqrt(cramer_rao(S, white, counted=v).diagonal()))
+    assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(1.0, abs=0.25)
+    assert (np.sqrt(np.mean(np.square(raw), axis=0)) > 2.0).all()
+
+
+def test_what_is_not_seen_has_an_infinite_variance() -> None:
+    """Neither a parameter without effect nor two with the same effect get a bound."""
+    S, v = some(parameters=3)
+    blind = np.concatenate((S, 0.0 * S[:, :, :1]), axis=2)
+    twins = np.concatenate((S, 2.0 * S[:, :, 1:2]), axis=2)
+    R = np.linalg.inv(W)
+    for given, lost in ((blind, [3]), (twins, [1, 3])):
+        for covariance in (cramer_rao(given, R), colored_covariance(given, v, W, lags=5)):
+            infinite = np.isinf(covariance.diagonal())
+            assert np.flatnonzero(infinite).tolist() == lost
+            assert (covariance.diagonal()[~infinite] > 0.0).all()
+    alone = cramer_rao(S, R).diagonal()
+    assert cramer_rao(blind, R).diagonal()[:3] == pytest.approx(alone)
+
+
+def test_parts_add_up_to_a_joint_fit() -> None:
+    """Information and correction of two maneuvers, summed, are those of one record with a gap."""
+    S, v = some(n=300)
+    cut = 140
+    parts = [slice(0, cut), slice(cut, 300)]
+    H = sum(information(S[part], W) for part in parts)
+    assert np.allclose(H, information(S, W), rtol=1e-12)
+    B = sum(score_covariance(S[part], v[part], W, lags=20) for part in parts)
+    joint = colored_covariance(S, v, W, lags=20, segments=parts)
+    apart = sandwich(np.asarray(H), np.asarray(B))
+    # Each has its own autocovariance in the one case, both a common one in the other.
+    assert np.sqrt(apart.diagonal() / joint.diagonal()) == pytest.approx(1.0, abs=0.5)
+
+
+def test_noise_covariance_counts_pairs() -> None:
+    """Missing samples change neither size nor sign; what has no sample is zero."""
+    random = np.random.default_rng(2)
+    mix = np.array([[1.0, 0.0, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 0.1]])
+    v = random.standard_normal((30_000, 3)) @ mix.T
+    v[random.random(v.shape) < 0.3] = np.nan
+    R = noise_covariance(v)
+    assert R[0, 1] == pytest.approx(0.8, abs=0.03)
+    assert np.linalg.eigvalsh(R)[0] > 0.0
+    assert noise_covariance(v, diagonal=True)[0, 1] == 0.0
+    v[:, 2] = np.nan
+    assert (noise_covariance(v)[2] == 0.0).all()
+
+
+def test_lags_suit_the_record() -> None:
+    """From 50 to 100, and never more than a quarter of the samples."""
+    assert [usual_lags(n) for n in (10, 100, 400, 700, 1000, 5000)] == [2, 25, 50, 70, 100, 100]
