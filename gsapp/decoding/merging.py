@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gsapp.decoding.grid import Grid, Gridder, Rows
+from gsapp.decoding.grid import Grid, Rows, Track
 
 _FOREVER = 2**62
 
@@ -26,7 +26,7 @@ class Merger:
     ----------
     grid : Grid
         The grid.
-    sources : sequence of Gridder
+    sources : sequence of Track
         The better first. Their rows go to `push`.
     width : int
         Number of channels.
@@ -34,7 +34,7 @@ class Merger:
         Microseconds that a source has for its first sample.
     """
 
-    def __init__(self, grid: Grid, sources: Sequence[Gridder], width: int, fallback: int) -> None:
+    def __init__(self, grid: Grid, sources: Sequence[Track], width: int, fallback: int) -> None:
         self._grid = grid
         self._sources = tuple(sources)
         self._rows: list[deque[Rows]] = [deque() for _ in sources]
@@ -49,9 +49,9 @@ class Merger:
         """Return how many pieces of rows wait for a decision."""
         return sum(map(len, self._rows))
 
-    def push(self, source: int, rows: Sequence[Rows]) -> None:
+    def push(self, source: int, rows: Rows) -> None:
         """Take rows of a source, with the columns of this merger's channels only."""
-        self._rows[source].extend(rows)
+        self._rows[source].append(rows)
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Rows]:
         """Return the rows that are decided.

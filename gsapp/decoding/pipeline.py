@@ -18,12 +18,22 @@ from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
 from gsapp.decoding.derived import LONGEST_HOLD, Derivation, SlowInput, derivations_for
-from gsapp.decoding.grid import ColumnIndex, Grid, Gridder, Rows, columns_at
+from gsapp.decoding.grid import (
+    LONGEST_FILL,
+    ColumnIndex,
+    Grid,
+    Gridder,
+    Rows,
+    Samples,
+    columns_at,
+)
 from gsapp.decoding.merging import Merger
-from gsapp.decoding.stream import Columns, Stream
+from gsapp.decoding.stream import Columns, Converter, Stream
 from gsapp.quantities import Block, FloatArray
 
 _FORGET = 4 * LONGEST_HOLD
+_LONGEST_WAIT = 2 * round(LONGEST_FILL * 1e6)
+_AT_ONCE = 1024  # samples: so many that the cost of a step is spread, so few that they are cached
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,23 +132,26 @@ class _Join:
     waiting: list[deque[Rows]]
 
     def pull(self) -> list[Rows]:
-        for queue, (parent, _) in zip(self.waiting, self.parents, strict=True):
-            queue.extend(parent.ready)
+        """Return the rows that all parents have by now."""
+        for queue, (parent, column) in zip(self.waiting, self.parents, strict=True):
+            # A copy: what waits may wait long, and should not hold the other columns.
+            queue += [Rows(rows.first, rows.values[:, column].copy()) for rows in parent.ready]
         found = []
         while all(self.waiting):
             heads = [queue[0] for queue in self.waiting]
             first = max(head.first for head in heads)
             end = min(head.end for head in heads)
             if first < end:
-                parts = [
-                    head.values[first - head.first : end - head.first, column]
-                    for head, (_, column) in zip(heads, self.parents, strict=True)
-                ]
+                parts = [head.values[first - head.first : end - head.first] for head in heads]
                 found.append(Rows(first, np.column_stack(parts)))
-            for queue in self.waiting:
-                while queue and queue[0].end <= end:
-                    queue.popleft()
+            self.drop(end)
         return found
+
+    def drop(self, end: int) -> None:
+        """Let go of rows before one."""
+        for queue in self.waiting:
+            while queue and queue[0].end <= end:
+                queue.popleft()
 
 
 class Pipeline:
@@ -179,17 +192,12 @@ class Pipeline:
         self.grid = Grid(rate)
         self._fallback = round(channel_map.fallback * 1e6)
         self.streams = _streams(channel_map, certificates, vehicle_time)
-        if aircraft is not None:
-            for stream in self.streams:
-                stream.watch_ranges(_ranges(aircraft))
-        self._gridders = tuple(
-            Gridder(
-                self.grid,
-                circular=stream.circular,
-                stepwise=stream.stepwise,
-                fallback=self._fallback,
-            )
-            for stream in self.streams
+        self._converter = Converter(self.streams, {} if aircraft is None else _ranges(aircraft))
+        self._gridder = Gridder(
+            self.grid,
+            circular=[stream.circular for stream in self.streams],
+            stepwise=[stream.stepwise for stream in self.streams],
+            fallback=self._fallback,
         )
         self.sources: dict[str, ChannelSource] = {}
         self._groups: list[_Group] = []
@@ -215,17 +223,17 @@ class Pipeline:
     @property
     def duplicates(self) -> int:
         """Return how many samples had the stamp of their predecessor."""
-        return sum(gridder.duplicates for gridder in self._gridders)
+        return sum(track.duplicates for track in self._gridder.tracks)
 
     @property
     def overtaken(self) -> int:
         """Return how many samples came after a later one of the same message."""
-        return sum(gridder.overtaken for gridder in self._gridders)
+        return sum(track.overtaken for track in self._gridder.tracks)
 
     def push(
         self, stream: int, times: Sequence[int], nows: Sequence[int], columns: Columns
     ) -> None:
-        """Take samples of one stream.
+        """Take samples of one stream, given by columns.
 
         Parameters
         ----------
@@ -235,21 +243,37 @@ class Pipeline:
             Flight times, us.
         nows : sequence of int
             Latest flight time of any message when each came, us.
-        columns : structured ndarray or mapping
-            Fields of the message.
+        columns : mapping
+            Fields of the message by name, each of shape (n,) or (n, k).
         """
-        values = self.streams[stream].convert(columns, len(times))
-        for slow, source, column in self._slow_feeds[stream]:
-            slow.push(source, times, nows, values[:, column].tolist())
-        rows = self._gridders[stream].feed(times, nows, values)
-        if not rows:
-            return
-        direct = self._direct[stream]
-        if direct is not None:
-            own, group = direct
-            group.ready += rows if own is None else [each.of(own) for each in rows]
-        for merger, source, chosen in self._merged[stream]:
-            merger.push(source, [each.of(chosen) for each in rows])
+        numbers = self.streams[stream].numbers(columns, len(times))
+        for start in range(0, len(times), _AT_ONCE):
+            piece = slice(start, start + _AT_ONCE)
+            part = numbers[piece]
+            samples = Samples(stream, 0, len(part), times[piece], nows[piece])
+            self.take((samples,), part)
+
+    def take(self, batch: Sequence[Samples], raw: FloatArray) -> None:
+        """Take samples of several streams.
+
+        Parameters
+        ----------
+        batch : sequence of Samples
+            Whose rows of `raw` are whose: each stream once at most.
+        raw : ndarray, shape (n, n_wanted)
+            The numbers that each stream wants, zeros beyond them. Written to.
+        """
+        values = self._converter.convert(batch, raw)
+        for number, start, stop, times, nows in batch:
+            for slow, source, column in self._slow_feeds[number]:
+                slow.push(source, times, nows, values[start:stop, column].tolist())
+        for number, rows in self._gridder.feed(batch, values):
+            direct = self._direct[number]
+            if direct is not None:
+                own, group = direct
+                group.ready.append(rows if own is None else rows.of(own))
+            for merger, source, chosen in self._merged[number]:
+                merger.push(source, rows.of(chosen))
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
         """Return the blocks that are complete; see `Merger.pull` for the parameters."""
@@ -268,6 +292,17 @@ class Pipeline:
             slow.forget(now - _FORGET)
         return blocks
 
+    def give_up(self, now: int) -> None:
+        """Let go of rows that have waited too long for another input of a derived channel.
+
+        Two minutes longer than a better source is waited for: an input that comes later still,
+        or never, is not waited for. To be called at moments that depend on the record alone.
+        """
+        oldest = self.grid.at_or_after(now - _LONGEST_WAIT - self._fallback)
+        for group in self._groups:
+            if group.join is not None:
+                group.join.drop(oldest)
+
     def counted_sources(self) -> dict[str, ChannelSource]:
         """Return `sources` with what arrived of each so far."""
         counted: dict[str, ChannelSource] = {}
@@ -282,16 +317,16 @@ class Pipeline:
         return counted
 
     def _counted(self, name: str, source: ChannelSource) -> ChannelSource:
-        samples, gridder = max(
+        tracks = self._gridder.tracks
+        samples, track = max(
             (
-                (gridder.samples - int(gridder.missing[column]), gridder)
+                (tracks[number].samples - int(tracks[number].missing[column]), tracks[number])
                 for number, column in self._candidates[name]
-                for gridder in (self._gridders[number],)
             ),
             key=lambda each: each[0],
         )
-        rate = round(1e6 / gridder.period, 3) if samples > 1 else None
-        return replace(source, samples=samples, rate=rate, gaps=gridder.gaps)
+        rate = round(1e6 / track.period, 3) if samples > 1 else None
+        return replace(source, samples=samples, rate=rate, gaps=track.gaps)
 
     def _find_candidates(self) -> dict[str, list[tuple[int, int]]]:
         """Return (stream, column) of every source of every channel, the better first."""
@@ -330,7 +365,7 @@ class Pipeline:
             group = self._new_group(names)
             merger = Merger(
                 self.grid,
-                [self._gridders[number] for number in numbers],
+                [self._gridder.tracks[number] for number in numbers],
                 len(names),
                 self._fallback,
             )

@@ -1,4 +1,8 @@
-"""One message of one sender, turned into numbers: fields, scale, unit, calibration."""
+"""Messages turned into numbers: fields, scale, unit, calibration.
+
+A `Stream` says which numbers of one message of one sender become which channels. A `Converter`
+does what they ask for with the samples of all of them at once.
+"""
 
 from __future__ import annotations
 
@@ -12,22 +16,21 @@ from calibration import Certificate
 from calibration.certificate import reference_ratio
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
 from gsapp.decoding.conversions import CONVERSIONS, Conversion
-from gsapp.decoding.grid import columns_at
+from gsapp.decoding.grid import Samples, columns_at
 from gsapp.quantities import FloatArray, base_id, channel, to_si
 
 _CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
 _RAIL = 1e-3
+_FACTOR, _OFFSET, _LOW, _HIGH, _MISSING_FROM = range(5)
 _STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
-Columns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]
+Columns = Mapping[str, npt.NDArray[np.generic]]
 BoolArray = npt.NDArray[np.bool_]
 
 
-def number_of(columns: Columns, ref: FieldRef) -> FloatArray:
-    """Return one number of every sample, float64, shape (n,).
+def number_of(columns: Columns, ref: FieldRef) -> npt.NDArray[np.generic]:
+    """Return one number of every sample, shape (n,).
 
     An element of an array is found in a field of shape (n, k), or in one called ``name[index]``.
-
-    Contiguous, so that functions round alike however many samples there are.
 
     Raises
     ------
@@ -35,11 +38,10 @@ def number_of(columns: Columns, ref: FieldRef) -> FloatArray:
         If there is no such field.
     """
     if ref.index is None:
-        return np.ascontiguousarray(columns[ref.field], dtype=np.float64)
-    names = getattr(columns, "dtype", None)
-    if names is None and ref.field not in columns:
-        return np.ascontiguousarray(columns[f"{ref.field}[{ref.index}]"], dtype=np.float64)
-    return np.ascontiguousarray(columns[ref.field][:, ref.index], dtype=np.float64)
+        return columns[ref.field]
+    if ref.field not in columns:
+        return columns[f"{ref.field}[{ref.index}]"]
+    return columns[ref.field][:, ref.index]
 
 
 def linear_factors(entry: MapEntry) -> tuple[float, float]:
@@ -102,13 +104,15 @@ class _Calibrations:
         if excitation is not None and self._any_ratiometric:
             ratio = reference_ratio(self._supply, excitation[:, np.newaxis])
             volts = volts * np.where(self._ratiometric, ratio, 1.0)
-        inside = volts.clip(self._low, self._high)
-        beyond = volts - inside
-        below = beyond < 0.0
-        outside = below | (beyond > 0.0)
+        inside = np.minimum(np.maximum(volts, self._low), self._high)
         values: FloatArray = self._coefficients[-1]
         for coefficient in reversed(self._coefficients[:-1]):
             values = values * inside + coefficient
+        if np.count_nonzero(volts == inside) == inside.size:
+            return values, None
+        beyond = volts - inside
+        below = beyond < 0.0
+        outside = below | (beyond > 0.0)
         if not outside.any():
             return values, None
         return values + beyond * np.where(below, self._low_slope, self._high_slope), outside
@@ -129,9 +133,14 @@ class Stream:
     Attributes
     ----------
     outputs : tuple of Output
-        Columns of `convert`, in order.
+        Its channels, in order.
+    wanted : tuple of FieldRef
+        The numbers of the message that a `Converter` needs: one for each output, then all that
+        conversions and flags of validity need.
     circular, stepwise : ndarray of bool
-        Which of them go round, and which keep their former value.
+        Which of its channels go round, and which keep their former value.
+    clipped : dict of str to int
+        Samples outside calibration or at the end of the instrument's range, by channel.
     """
 
     def __init__(
@@ -156,130 +165,185 @@ class Stream:
                 outputs.append(Output(channel=entry.channel, entry=entry, calibrated=True))
             outputs.append(Output(channel=entry.volts_channel, entry=entry, calibrated=False))
         self.outputs = tuple(outputs)
-        factors = [linear_factors(output.entry) for output in outputs]
-        self._factor = np.array([factor for factor, _ in factors])
-        self._offset = np.array([offset for _, offset in factors])
+        self.width = len(outputs)
+        self.wanted = self._plan_numbers()
         self._calibrated = columns_at([place for place, _ in calibrated])
         self._calibrations = _Calibrations([each for _, each in calibrated]) if calibrated else None
-        self._plan_fields()
         supply = [i for i, output in enumerate(outputs) if output.channel == "excitation"]
         self._supply = supply[0] if supply else None
         bases = [base_id(output.channel) for output in outputs]
         self.circular = np.array([base in _CIRCULAR for base in bases], dtype=bool)
         self.stepwise = np.array([base in _STEPWISE for base in bases], dtype=bool)
         self.clipped: dict[str, int] = {}
-        self._ranges: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Return the channel of each column."""
         return tuple(output.channel for output in self.outputs)
 
-    def watch_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:
-        """Count samples at the ends of these instruments' ranges, SI, by channel.
-
-        A converter rounds the rail to one of its counts, so a thousandth of the range before
-        the end counts as the end.
-        """
-        low = np.full(len(self.outputs), -np.inf)
-        high = np.full(len(self.outputs), np.inf)
-        for place, output in enumerate(self.outputs):
-            if output.channel in ranges:
-                bottom, top = ranges[output.channel]
-                margin = _RAIL * (top - bottom if np.isfinite(top - bottom) else abs(top))
-                low[place], high[place] = bottom + margin, top - margin
-        if np.isfinite(low).any() or np.isfinite(high).any():
-            self._ranges = (low, high)
-
-    def convert(self, columns: Columns, count: int) -> FloatArray:
-        """Return SI values of samples.
+    def numbers(self, columns: Columns, count: int) -> FloatArray:
+        """Return the numbers wanted, shape (n, n_wanted).
 
         Parameters
         ----------
-        columns : structured ndarray or mapping
+        columns : mapping
             Fields by name, each of shape (n,) or (n, k).
         count : int
             Number of samples n.
-
-        Returns
-        -------
-        ndarray, shape (n, n_outputs)
-            NaN where the vehicle says that it does not know.
         """
-        values = self._fetch(columns, count)
-        values *= self._factor
-        values += self._offset
-        outside: BoolArray | None = None
-        if self._calibrations is not None:
-            supply = None if self._supply is None else values[:, self._supply]
-            calibrated, outside = self._calibrations.evaluate(values[:, self._calibrated], supply)
-            values[:, self._calibrated] = calibrated
-        finite = np.isfinite(values)
-        if not finite.all():
-            values[~finite] = np.nan
-            if outside is not None:
-                outside &= finite[:, self._calibrated]
-        self._count_clipped(values, outside)
-        return values
-
-    def _fetch(self, columns: Columns, count: int) -> FloatArray:
-        """Return the raw number of each output; NaN where it says that it is none."""
-        raw = np.empty((count, len(self.outputs)))
-        for name, elements, places in self._arrays:
-            raw[:, places] = columns[name].take(elements, axis=1)
-        for place, field in self._singles:
-            raw[:, place] = columns[field]
-        for place, conversion, refs in self._converted:
-            raw[:, place] = conversion.compute(tuple(number_of(columns, ref) for ref in refs))
-        if self._missing_places.size:
-            unknown = raw.take(self._missing_places, axis=1) == self._missing_values
-            if unknown.any():
-                rows, found = np.nonzero(unknown)
-                raw[rows, self._missing_places[found]] = np.nan
-        for place, flag in self._valid:
-            raw[number_of(columns, flag) == 0.0, place] = np.nan
+        raw = np.empty((count, len(self.wanted)))
+        for place, ref in enumerate(self.wanted):
+            raw[:, place] = number_of(columns, ref)
         return raw
 
-    def _count_clipped(self, values: FloatArray, outside: BoolArray | None) -> None:
+    def prepare(self, raw: FloatArray) -> None:
+        """Put the results of conversions in place, and NaN where a flag says not valid."""
+        for place, conversion, inputs in self._converted:
+            # Contiguous, so that functions round alike however many samples there are.
+            raw[:, place] = conversion.compute(
+                tuple(np.ascontiguousarray(raw[:, each]) for each in inputs)
+            )
+        for place, flag in self._valid:
+            raw[raw[:, flag] == 0.0, place] = np.nan
+
+    def calibrate(self, values: FloatArray) -> BoolArray | None:
+        """Turn volts into SI values; return where they were outside what was calibrated.
+
+        None stands for nowhere.
+        """
+        if self._calibrations is None:
+            return None
+        supply = None if self._supply is None else values[:, self._supply]
+        calibrated, beyond = self._calibrations.evaluate(values[:, self._calibrated], supply)
+        values[:, self._calibrated] = calibrated
+        if beyond is None:
+            return None
+        outside = np.zeros((len(values), self.width), dtype=bool)
+        outside[:, self._calibrated] = beyond
+        return outside
+
+    def count_clipped(self, clipped: BoolArray) -> None:
         """Count samples outside calibration, or at the end of the instrument's range."""
-        clipped: BoolArray | None = None
-        if self._ranges is not None:
-            clipped = (values <= self._ranges[0]) | (values >= self._ranges[1])
-        if outside is not None:
-            if clipped is None:
-                clipped = np.zeros(values.shape, dtype=bool)
-            clipped[:, self._calibrated] |= outside
-        if clipped is None or not clipped.any():
-            return
         totals = clipped.sum(axis=0)
         for column in np.flatnonzero(totals).tolist():
             name = self.outputs[column].channel
             self.clipped[name] = self.clipped.get(name, 0) + int(totals[column])
 
-    def _plan_fields(self) -> None:
-        """Gather where the raw numbers come from; elements of an array are fetched together."""
-        gathered: dict[str, tuple[list[int], list[int]]] = {}
-        self._singles: list[tuple[int, str]] = []
-        self._converted: list[tuple[int, Conversion, tuple[FieldRef, ...]]] = []
-        missing: list[tuple[int, float]] = []
-        self._valid: list[tuple[int, FieldRef]] = []
+    def _plan_numbers(self) -> tuple[FieldRef, ...]:
+        """Decide which number stands where in the matrix that a `Converter` takes."""
+        wanted = [output.entry.inputs[0] for output in self.outputs]
+        self._converted: list[tuple[int, Conversion, range]] = []
+        self._valid: list[tuple[int, int]] = []
         for place, output in enumerate(self.outputs):
             entry = output.entry
-            ref = entry.inputs[0]
             if entry.convert is not None:
-                self._converted.append((place, CONVERSIONS[entry.convert], entry.inputs))
-            elif ref.index is None:
-                self._singles.append((place, ref.field))
-            else:
-                elements, places = gathered.setdefault(ref.field, ([], []))
-                elements.append(ref.index)
-                places.append(place)
-            missing += [(place, value) for value in entry.missing]
+                inputs = range(len(wanted), len(wanted) + len(entry.inputs))
+                self._converted.append((place, CONVERSIONS[entry.convert], inputs))
+                wanted += entry.inputs
             if entry.valid:
-                self._valid.append((place, FieldRef(field=entry.valid)))
-        self._arrays = [
-            (name, np.array(elements, dtype=np.intp), columns_at(places))
-            for name, (elements, places) in gathered.items()
-        ]
-        self._missing_places = np.array([place for place, _ in missing], dtype=np.intp)
-        self._missing_values = np.array([value for _, value in missing])
+                self._valid.append((place, len(wanted)))
+                wanted.append(FieldRef(field=entry.valid))
+        self.prepared = bool(self._converted or self._valid)
+        return tuple(wanted)
+
+
+class Converter:
+    """Turns the numbers of all streams into SI values at once.
+
+    A step on a matrix costs about the same for one message as for fifty. So what every channel
+    needs is done for all streams in one step, on a matrix with a row for each sample and the
+    parameters of its stream in every row; only what few of them need is done stream by stream.
+
+    Parameters
+    ----------
+    streams : sequence of Stream
+        The streams, by their numbers.
+    ranges : mapping of str to (float, float)
+        What instruments can show, SI, by channel. Samples at the ends are counted as clipped: a
+        converter rounds the rail to one of its counts, so a thousandth of the range before the
+        end counts as the end.
+    """
+
+    def __init__(
+        self, streams: Sequence[Stream], ranges: Mapping[str, tuple[float, float]]
+    ) -> None:
+        self._streams = tuple(streams)
+        width = max((stream.width for stream in streams), default=0)
+        most = max((len(o.entry.missing) for s in streams for o in s.outputs), default=0)
+        # Factor, offset, low and high end of the range, raw values that mean missing.
+        table = np.full((len(streams), _MISSING_FROM + most, width), np.nan)
+        table[:, _FACTOR], table[:, _OFFSET] = 1.0, 0.0
+        table[:, _LOW], table[:, _HIGH] = -np.inf, np.inf
+        for number, stream in enumerate(streams):
+            for place, output in enumerate(stream.outputs):
+                column = table[number, :, place]
+                column[_FACTOR], column[_OFFSET] = linear_factors(output.entry)
+                missing = output.entry.missing
+                column[_MISSING_FROM : _MISSING_FROM + len(missing)] = missing
+                if output.channel in ranges:
+                    bottom, top = ranges[output.channel]
+                    margin = _RAIL * (top - bottom if np.isfinite(top - bottom) else abs(top))
+                    column[_LOW], column[_HIGH] = bottom + margin, top - margin
+        self._table = table
+        self._any_missing = most > 0
+        self._any_range = bool(np.isfinite(table[:, _LOW : _HIGH + 1]).any())
+
+    def convert(self, batch: Sequence[Samples], raw: FloatArray) -> FloatArray:
+        """Return SI values of samples.
+
+        Parameters
+        ----------
+        batch : sequence of Samples
+            Whose rows are whose.
+        raw : ndarray, shape (n, n_wanted)
+            The numbers that each stream wants, zeros beyond them. Written to.
+
+        Returns
+        -------
+        ndarray, shape (n, width)
+            As wide as the widest of these streams, zeros beyond the channels of a stream. NaN
+            where the vehicle says that it does not know. It may be part of `raw`.
+        """
+        owners: list[int] = []
+        width = 0
+        for number, start, stop, _, _ in batch:
+            stream = self._streams[number]
+            owners += [number] * (stop - start)
+            width = max(width, stream.width)
+            if stream.prepared:
+                stream.prepare(raw[start:stop])
+        values = raw[:, :width]
+        parameters = self._table[:, :, :width].take(owners, axis=0)
+        if self._any_missing:
+            unknown = values[:, np.newaxis] == parameters[:, _MISSING_FROM:]
+            if np.count_nonzero(unknown):
+                values[unknown.any(axis=1)] = np.nan
+        values *= parameters[:, _FACTOR]
+        values += parameters[:, _OFFSET]
+        beyond: list[tuple[Samples, BoolArray]] = []
+        for samples in batch:
+            outside = self._streams[samples.stream].calibrate(values[samples.start : samples.stop])
+            if outside is not None:
+                beyond.append((samples, outside))
+        finite = np.isfinite(values)
+        if np.count_nonzero(finite) < finite.size:
+            values[~finite] = np.nan
+        if beyond or self._any_range:
+            self._count_clipped(batch, values, parameters, beyond)
+        return values
+
+    def _count_clipped(
+        self,
+        batch: Sequence[Samples],
+        values: FloatArray,
+        parameters: FloatArray,
+        beyond: Sequence[tuple[Samples, BoolArray]],
+    ) -> None:
+        clipped = (values <= parameters[:, _LOW]) | (values >= parameters[:, _HIGH])
+        for (_, start, stop, _, _), outside in beyond:
+            width = outside.shape[1]
+            clipped[start:stop, :width] |= outside & ~np.isnan(values[start:stop, :width])
+        if np.count_nonzero(clipped):
+            for number, start, stop, _, _ in batch:
+                stream = self._streams[number]
+                stream.count_clipped(clipped[start:stop, : stream.width])
