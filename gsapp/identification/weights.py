@@ -1,0 +1,121 @@
+"""Files with the weights of the responses (W1 of (5.1.4)), per flight, with their units."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import Field, field_validator
+
+from gsapp.dynamics.sensors import OUTPUTS
+from gsapp.foundation import StrictModel, read_toml
+from gsapp.foundation.shipped import Shipped
+from gsapp.quantities import channel, normalize_unit, to_si
+
+SHIPPED = Shipped(folder=Path(__file__).parent / "weights", kind="weights")
+
+
+class Weights(StrictModel):
+    """A weights file, read.
+
+    Attributes
+    ----------
+    name, source : str
+    units : dict of str to str
+        By response: unit of the residual that the weight multiplies. SI where left out.
+    default : dict of str to float
+        Weights for every flight, in those units: a residual of one unit adds half the weight to
+        the sum of (5.1.4). 0 switches a response off.
+    flights : dict of str to dict of str to float
+        By flight: what differs from the default.
+    """
+
+    name: str = "weights"
+    source: str = ""
+    units: dict[str, str] = Field(default_factory=dict)
+    default: dict[str, float] = Field(default_factory=dict)
+    flights: dict[str, dict[str, float]] = Field(default_factory=dict)
+
+    @field_validator("units")
+    @classmethod
+    def _known_units(cls, value: dict[str, str]) -> dict[str, str]:
+        _check_responses(value)
+        return {name: normalize_unit(unit, channel(name).quantity) for name, unit in value.items()}
+
+    @field_validator("default")
+    @classmethod
+    def _sound(cls, value: dict[str, float]) -> dict[str, float]:
+        _check_weights(value)
+        return value
+
+    @field_validator("flights")
+    @classmethod
+    def _all_sound(cls, value: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+        for weights in value.values():
+            _check_weights(weights)
+        return value
+
+    def for_flight(self, flight: str = "") -> dict[str, float]:
+        """Return the weight of each response in SI, the default's where the flight has none.
+
+        Parameters
+        ----------
+        flight : str
+            Its name. ``Flight B``, ``flight_b`` and ``B`` are the same flight.
+        """
+        own: Mapping[str, float] = {}
+        for name, weights in self.flights.items():
+            if _plain(name) == _plain(flight):
+                own = weights
+        found = {}
+        for name, weight in {**self.default, **own}.items():
+            spec = channel(name)
+            # A difference of one unit, in SI: offsets (degC) fall out.
+            unit = self.units.get(name, spec.unit)
+            size = to_si(1.0, unit, spec.quantity) - to_si(0.0, unit, spec.quantity)
+            found[name] = weight / (size * size)
+        return found
+
+
+def shipped_weights() -> tuple[str, ...]:
+    """Return the names of the weights files that come with the program."""
+    return SHIPPED.names()
+
+
+def load_weights(name_or_path: str | Path) -> Weights:
+    """Read a weights file.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path, or the name of a shipped file: ``table-6.2.7``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named.
+    UnknownNameError
+        If there is neither such a file nor such a shipped one.
+    """
+    return read_toml(SHIPPED.find(name_or_path), Weights)
+
+
+def _plain(flight: str) -> str:
+    return re.sub(r"^flight", "", re.sub(r"[\s_-]+", "", flight.casefold()))
+
+
+def _check_responses(value: Mapping[str, object]) -> None:
+    unknown = [name for name in value if name not in OUTPUTS]
+    if unknown:
+        raise ValueError(
+            f"{', '.join(unknown)} is no response; the equations predict {', '.join(OUTPUTS)}"
+        )
+
+
+def _check_weights(value: Mapping[str, float]) -> None:
+    _check_responses(value)
+    for name, weight in value.items():
+        if not 0.0 <= weight < math.inf:
+            raise ValueError(f"the weight of {name} is {weight:g}; give 0 or more")
