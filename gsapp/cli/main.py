@@ -260,6 +260,164 @@ def export(
     command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units)
 
 
+TableFile = Annotated[
+    Path,
+    typer.Option(
+        "--out", readable=False, metavar="FILE", help="File to write: .csv, .mat or .parquet"
+    ),
+]
+ChannelList = Annotated[
+    Optional[str],  # noqa: UP045
+    typer.Option(metavar="ID,ID,..", help="Keep these channels only, in this order"),
+]
+WithoutList = Annotated[
+    Optional[str],  # noqa: UP045
+    typer.Option(metavar="ID,ID,..", help="Leave these channels out"),
+]
+RenameList = Annotated[
+    Optional[list[str]],  # noqa: UP045
+    typer.Option(metavar="OLD=NEW", help="Give a channel another id; repeatable"),
+]
+WrittenUnits = Annotated[
+    Literal["us", "metric", "si"], typer.Option(help="Units of the values written")
+]
+
+
+@app.command()
+def cut(
+    flight: FlightPath,
+    out: TableFile,
+    window: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            "--window",
+            metavar="START:STOP",
+            help="Seconds to keep; repeatable; either end may be empty",
+        ),
+    ] = None,
+    channels: ChannelList = None,
+    without: WithoutList = None,
+    rename: RenameList = None,
+    from_zero: Annotated[bool, typer.Option("--from-zero", help="Let times begin at 0")] = False,
+    units: WrittenUnits = "us",
+    channel_map: MapName = None,
+    json: JsonFile = None,
+) -> None:
+    """Cut windows of time, or some of the channels, from a flight.
+
+    Between two windows that do not touch a gap is left.
+
+    Examples
+    --------
+    gsapp cut flights/a --window 120.5:131 --out doublet.csv
+
+    gsapp cut flights/a --window :60 --window 300: --without flap --out ends.mat
+
+    gsapp cut flights/a --channels alpha,q,de --rename q=q.2 --out pitch.csv
+    """
+    from gsapp.cli import cut as command
+
+    command.run(
+        flight=flight, windows=window or (), out=out, channels=channels, without=without,
+        rename=rename or (), from_zero=from_zero, units=units, channel_map=channel_map, json=json,
+    )  # fmt: skip
+
+
+@app.command()
+def merge(
+    flights: Annotated[
+        list[Path], typer.Argument(metavar="FLIGHT...", readable=False, help="Two or more")
+    ],
+    out: TableFile,
+    append: Annotated[
+        bool, typer.Option("--append", help="One after the other instead of beside each other")
+    ] = False,
+    pause: Annotated[
+        float, typer.Option(metavar="S", min=0.0, help="Between them with --append")
+    ] = 10.0,
+    shift: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(metavar="K:SECONDS", help="Add to the times of the K-th flight; repeatable"),
+    ] = None,
+    align: Annotated[
+        bool,
+        typer.Option("--align", help="Find how the clocks differ, from channels in common"),
+    ] = False,
+    conflict: Annotated[
+        Literal["first", "last", "both"],
+        typer.Option(help="Whose samples count where two have the same channel; both adds ID.2"),
+    ] = "first",
+    rate: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="HZ", help="Of the result; by default that of the quickest"),
+    ] = None,
+    units: WrittenUnits = "us",
+    channel_map: MapName = None,
+    json: JsonFile = None,
+) -> None:
+    """Merge several records into one, by time or one after the other.
+
+    Examples
+    --------
+    gsapp merge live.csv onboard.bin --align --conflict last --out whole.parquet
+
+    gsapp merge a.csv gps.csv --shift 2:-0.35 --out both.csv
+
+    gsapp merge flight-1 flight-2 --append --pause 60 --out day.csv
+    """
+    from gsapp.cli import merge as command
+
+    command.run(
+        flights=flights, out=out, append=append, pause=pause, shift=shift or (), align=align,
+        conflict=conflict, rate=rate, units=units, channel_map=channel_map, json=json,
+    )  # fmt: skip
+
+
+@app.command()
+def resample(
+    flight: FlightPath,
+    out: TableFile,
+    rate: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="HZ", help="Samples per second; without it the rate stays"),
+    ] = None,
+    low_pass: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(
+            metavar="HZ",
+            help="Corner of a zero-phase filter; 0.4 of a lower rate by default, 0 for none",
+        ),
+    ] = None,
+    kind: Annotated[
+        Literal["linear", "cubic"], typer.Option(help="Interpolation between samples")
+    ] = "linear",
+    channels: ChannelList = None,
+    without: WithoutList = None,
+    rename: RenameList = None,
+    units: WrittenUnits = "us",
+    channel_map: MapName = None,
+    json: JsonFile = None,
+) -> None:
+    """Lay a flight on another rate, or filter it without a shift of phase.
+
+    Before decimation a zero-phase low-pass takes out what the new rate cannot hold. Gaps stay.
+
+    Examples
+    --------
+    gsapp resample flights/a --rate 50 --out half.csv
+
+    gsapp resample flights/a --low-pass 5 --channels q,alpha --out smooth.mat
+
+    gsapp resample gps.csv --rate 100 --kind cubic --out gps100.csv
+    """
+    from gsapp.cli import resample as command
+
+    command.run(
+        flight=flight, out=out, rate=rate, low_pass=low_pass, kind=kind, channels=channels,
+        without=without, rename=rename or (), units=units, channel_map=channel_map, json=json,
+    )  # fmt: skip
+
+
 @app.command()
 def inertia(
     swings: Annotated[

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import fft
 
 from gsapp.flight.cache import Decoded
-from gsapp.flight.uniform import rows_for
+from gsapp.flight.uniform import overlay
 from gsapp.quantities import Block, FloatArray
 
 _LEAD = ("q", "p", "r", "alpha", "an", "ay", "phi", "theta", "de", "da", "dr", "qbar", "V")
@@ -77,7 +77,7 @@ def with_onboard_log(live: Decoded, log: Decoded, rate: float) -> Decoded:
             f"(correlation {found.correlation:.3f})"
         )
     return Decoded(
-        block=_overlaid(live.block, log.block, found.rows, rate),
+        block=overlay((live.block, _later(log.block, found.rows, rate)), rate),
         sources={
             **live.sources,
             **{
@@ -177,16 +177,7 @@ def _correlation(live: FloatArray, log: FloatArray, rate: float) -> FloatArray:
     return result
 
 
-def _overlaid(live: Block, log: Block, shift: int, rate: float) -> Block:
-    names = tuple(dict.fromkeys((*log.channels, *live.channels)))
-    live_rows = np.rint(live.times * rate).astype(np.int64)
-    log_rows = np.rint(log.times * rate).astype(np.int64) + shift
-    rows = rows_for(np.concatenate((live_rows, log_rows)), rate)
-    values = np.full((rows.size, len(names)), np.nan)
-    for block, at in ((live, live_rows), (log, log_rows)):
-        places = np.searchsorted(rows, at)
-        for name in block.channels:
-            samples = block[name]
-            there = ~np.isnan(samples)
-            values[places[there], names.index(name)] = samples[there]
-    return Block(channels=names, times=rows / rate, values=values)
+def _later(block: Block, rows: int, rate: float) -> Block:
+    """Return a block moved by whole rows of the grid."""
+    times = (np.rint(block.times * rate) + rows) / rate
+    return Block(channels=block.channels, times=times, values=block.values)

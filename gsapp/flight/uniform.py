@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -81,6 +81,34 @@ def union(blocks: Iterable[Block], rate: float) -> Block:
     for columns, index, samples in pieces:
         values[np.searchsorted(rows, index)[:, np.newaxis], columns] = samples
     return Block(channels=tuple(channels), times=rows / rate, values=values)
+
+
+def overlay(blocks: Sequence[Block], rate: float) -> Block:
+    """Lay blocks on one grid; where two have a sample of one channel, the later block's counts.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        On the grid ``k / rate``; they may overlap.
+    rate : float
+        Samples per second.
+
+    Returns
+    -------
+    Block
+        Every channel, those of the last block first, NaN where none has a sample.
+    """
+    names = tuple(dict.fromkeys(name for block in reversed(blocks) for name in block.channels))
+    indices = [np.rint(block.times * rate).astype(np.int64) for block in blocks]
+    rows = rows_for(np.concatenate(indices) if indices else np.empty(0, np.int64), rate)
+    values = np.full((rows.size, len(names)), np.nan)
+    for block, index in zip(blocks, indices, strict=True):
+        places = np.searchsorted(rows, index)
+        for name in block.channels:
+            samples = block[name]
+            there = ~np.isnan(samples)
+            values[places[there], names.index(name)] = samples[there]
+    return Block(channels=names, times=rows / rate, values=values)
 
 
 def typical_step(times: FloatArray) -> float:

@@ -1,0 +1,94 @@
+"""Reading, writing and telling of flights that a command changes."""
+
+from __future__ import annotations
+
+import json as json_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gsapp.flight.flight import Flight
+    from gsapp.quantities import Block
+
+
+def load(path: Path, channel_map: str | None) -> Flight:
+    """Open a flight that holds samples.
+
+    Raises
+    ------
+    GroundStationError
+        If it cannot be read or holds none.
+    """
+    from gsapp.flight.loading import load_flight
+    from gsapp.foundation import FlightError
+
+    flight = load_flight(path, channel_map=channel_map)
+    if not len(flight.block):
+        raise FlightError(f"{path} holds no samples")
+    return flight
+
+
+def selected(block: Block, channels: str | None, without: str | None, rename: list[str]) -> Block:
+    """Apply ``--channels``, ``--without`` and ``--rename OLD=NEW`` to a block."""
+    from gsapp.flight.processing import rename_channels, without_channels
+    from gsapp.foundation import FlightError
+
+    if channels:
+        block = block.select([name.strip() for name in channels.split(",")])
+    if without:
+        block = without_channels(block, [name.strip() for name in without.split(",")])
+    names: dict[str, str] = {}
+    for text in rename:
+        old, equals, new = text.partition("=")
+        if not equals or not old or not new:
+            raise FlightError(f"'{text}' does not rename anything; write OLD=NEW, such as q=q.2")
+        names[old.strip()] = new.strip()
+    return rename_channels(block, names) if names else block
+
+
+def check_out(out: Path) -> str:
+    """Return the format that a file's name asks for.
+
+    Raises
+    ------
+    GroundStationError
+        If there is no such format.
+    """
+    from gsapp.flight.writers import WRITERS
+    from gsapp.foundation import FlightError
+
+    suffix = out.suffix.lower().lstrip(".")
+    if suffix not in WRITERS:
+        raise FlightError(
+            f"{out.name} does not say the format; end the name in .csv, .mat or .parquet "
+            "(gsapp import makes a flight folder of such a file)"
+        )
+    return suffix
+
+
+def write(block: Block, out: Path, units: str, json: Path | None) -> None:
+    """Write a block in the format that the name asks for, and tell what was written."""
+    from rich.console import Console
+
+    from gsapp.cli._results import on_screen, write_result
+    from gsapp.flight.uniform import typical_step
+    from gsapp.flight.writers import write_block
+
+    write_block(out, block, check_out(out), units)
+    step = typical_step(block.times)
+    start, stop = (float(block.times[0]), float(block.times[-1])) if len(block) else (0.0, 0.0)
+    if json is not None:
+        content = {
+            "out": str(out), "samples": len(block), "t_start": start, "t_end": stop,
+            "rate": 1.0 / step if step > 0.0 else None, "channels": list(block.channels),
+        }  # fmt: skip
+        write_result(json, json_module.dumps(content, indent=1) + "\n")
+        if on_screen(json):
+            return
+    rate = f" at {1.0 / step:.6g} per s" if step > 0.0 else ""
+    Console().print(
+        f"{out}: {len(block)} samples of {len(block.channels)} channels, {start:.2f} to "
+        f"{stop:.2f} s{rate}",
+        highlight=False,
+        soft_wrap=True,
+    )

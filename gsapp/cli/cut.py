@@ -1,0 +1,57 @@
+"""``gsapp cut``: windows of time, some of the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def run(
+    *,
+    flight: Path,
+    windows: Sequence[str],
+    out: Path,
+    channels: str | None = None,
+    without: str | None = None,
+    rename: Sequence[str] = (),
+    from_zero: bool = False,
+    units: str = "us",
+    channel_map: str | None = None,
+    json: Path | None = None,
+) -> None:
+    """Cut windows from a flight.
+
+    Parameters
+    ----------
+    flight : Path
+    windows : sequence of str
+        Each ``START:STOP`` in s; none keeps the whole time.
+    out : Path
+        Its suffix says the format.
+    channels, without : str, optional
+        Ids to keep, or to leave out, with commas between.
+    rename : sequence of str
+        Each ``OLD=NEW``.
+    from_zero : bool
+        Whether times are to begin at zero.
+    units : {"us", "metric", "si"}
+        Of the columns written.
+    channel_map : str, optional
+    json : Path, optional
+
+    Raises
+    ------
+    GroundStationError
+        If something cannot be read, does not exist, or cannot be written.
+    """
+    from gsapp.cli._processed import check_out, load, selected, write
+    from gsapp.flight.processing import cut_windows, parse_window, shifted
+
+    check_out(out)
+    wanted = [parse_window(text) for text in windows]
+    block = selected(load(flight, channel_map).block, channels, without, list(rename))
+    if wanted:
+        block = cut_windows(block, wanted)
+    if from_zero:
+        block = shifted(block, -float(block.times[0]))
+    write(block, out, units, json)

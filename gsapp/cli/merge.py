@@ -1,0 +1,118 @@
+"""``gsapp merge``: several records made one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from gsapp.quantities import Block
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    out: Path,
+    append: bool = False,
+    pause: float = 10.0,
+    shift: Sequence[str] = (),
+    align: bool = False,
+    conflict: Literal["first", "last", "both"] = "first",
+    rate: float | None = None,
+    units: str = "us",
+    channel_map: str | None = None,
+    json: Path | None = None,
+) -> None:
+    """Merge flights.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+        Two or more.
+    out : Path
+        Its suffix says the format.
+    append : bool
+        Whether to put them one after the other, with `pause` seconds between.
+    pause : float
+    shift : sequence of str
+        Each ``K:SECONDS``: added to the times of the K-th flight, counted from 1.
+    align : bool
+        Whether to find how the clocks of the others differ from the first's, by comparing
+        channels that they have in common.
+    conflict : {"first", "last", "both"}
+        Which record wins where two have the same channel.
+    rate : float, optional
+        Of the result, Hz.
+    units, channel_map, json
+        As for `gsapp.cli.cut.run`.
+
+    Raises
+    ------
+    GroundStationError
+        If something cannot be read, aligned or written.
+    """
+    from gsapp.cli._processed import check_out, load, write
+    from gsapp.flight.processing import append_in_time, beside_each_other, resample, shifted
+    from gsapp.foundation import FlightError
+
+    check_out(out)
+    if len(flights) < 2:
+        raise FlightError("one flight alone cannot be merged; name two or more")
+    blocks = [load(path, channel_map).block for path in flights]
+    for number, seconds in _shifts(shift, len(blocks)).items():
+        blocks[number - 1] = shifted(blocks[number - 1], seconds)
+    if rate is not None:
+        blocks = [resample(block, rate) for block in blocks]
+    if align:
+        blocks = _aligned(blocks, flights, rate)
+    merged = (
+        append_in_time(blocks, pause=pause)
+        if append
+        else beside_each_other(blocks, conflict=conflict, rate=rate)
+    )
+    write(merged, out, units, json)
+
+
+def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
+    from gsapp.foundation import FlightError
+
+    found: dict[int, float] = {}
+    for text in texts:
+        number, colon, seconds = text.partition(":")
+        try:
+            found[int(number)] = float(seconds)
+        except ValueError:
+            colon = ""
+        if not colon or not 1 <= int(number) <= count:
+            raise FlightError(
+                f"'{text}' shifts nothing; write K:SECONDS with K from 1 to {count}, such as "
+                "2:-0.35"
+            )
+    return found
+
+
+def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | None) -> list[Block]:
+    from rich.console import Console
+
+    from gsapp.flight.onboard import align
+    from gsapp.flight.processing import resample, shifted
+    from gsapp.flight.uniform import typical_step
+    from gsapp.foundation import FlightError
+
+    common = rate or max(1.0 / typical_step(block.times) for block in blocks)
+    first = resample(blocks[0], common, corner=0.0)
+    moved = [blocks[0]]
+    for block, path in zip(blocks[1:], flights[1:], strict=True):
+        found = align(first, resample(block, common, corner=0.0), common)
+        if found is None:
+            raise FlightError(
+                f"{path} could not be aligned with {flights[0]}, since no channel of both moves "
+                "alike; give the difference with --shift"
+            )
+        seconds = found.rows / common
+        Console(stderr=True).print(
+            f"{path.name}: {seconds:+.3f} s (correlation {found.correlation:.3f})", highlight=False
+        )
+        moved.append(shifted(block, seconds))
+    return moved

@@ -1,0 +1,235 @@
+"""Cut, merge, resample, filter, rename: what they keep, and what they must not invent."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.flight import load_flight
+from gsapp.flight.processing import (
+    append_in_time,
+    beside_each_other,
+    cut_windows,
+    low_pass,
+    parse_window,
+    rename_channels,
+    resample,
+    shifted,
+    without_channels,
+)
+from gsapp.flight.writers import write_block
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.quantities import Block
+
+
+def block(rate: float = 100.0, seconds: float = 10.0, start: float = 0.0, **signals) -> Block:
+    """Return a block of signals given as functions of time."""
+    times = start + np.arange(round(seconds * rate) + 1) / rate
+    values = np.column_stack([signal(times) for signal in signals.values()])
+    return Block(channels=tuple(signals), times=times, values=values)
+
+
+def sine(frequency: float):
+    """Return a sine of 0.1 rad."""
+    return lambda t: 0.1 * np.sin(2 * np.pi * frequency * t)
+
+
+def test_cut_keeps_exactly_the_windows_and_leaves_a_gap_between() -> None:
+    """Both ends are kept; one missing row parts two windows; times stay."""
+    found = cut_windows(block(q=sine(1.0)), [parse_window("1:2"), parse_window("5:6.5")])
+    there = np.isfinite(found["q"])
+    assert found.times[there][0] == 1.0
+    assert found.times[there][-1] == 6.5
+    assert there.sum() == 101 + 151
+    assert (~there).sum() == 1
+    assert 2.0 < found.times[~there][0] < 5.0
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 90), st.integers(1, 9)), min_size=1, max_size=5))
+def test_cut_windows_that_touch_or_overlap_are_one(parts: list[tuple[int, int]]) -> None:
+    """Whatever the windows, the samples kept are those inside any of them, unchanged."""
+    whole = block(q=sine(0.7))
+    windows = [parse_window(f"{a / 10}:{(a + b) / 10}") for a, b in parts]
+    found = cut_windows(whole, windows)
+    there = np.isfinite(found["q"])
+    inside = np.zeros(len(whole), dtype=bool)
+    for window in windows:
+        inside |= (whole.times >= window.start - 1e-9) & (whole.times <= window.stop + 1e-9)
+    assert np.array_equal(found.times[there], whole.times[inside])
+    assert np.array_equal(found["q"][there], whole["q"][inside])
+
+
+@pytest.mark.parametrize("text", ["5", "7:3", "a:b", ":", "3:3"])
+def test_window_that_is_none_is_refused(text: str) -> None:
+    """All but the empty ends of ':' need the earlier time first."""
+    if text == ":":
+        assert parse_window(text).start == -np.inf
+        return
+    with pytest.raises(FlightError, match="not a window"):
+        parse_window(text)
+
+
+def test_window_outside_the_flight_says_what_the_flight_covers() -> None:
+    """The remedy is in the sentence."""
+    with pytest.raises(FlightError, match="covers 0 to 10 s"):
+        cut_windows(block(q=sine(1.0)), [parse_window("20:30")])
+
+
+def test_filter_shifts_no_phase_and_stops_what_lies_above() -> None:
+    """1 Hz passes a 5 Hz corner unshifted; 20 Hz is gone; 5 Hz loses 3 dB."""
+    for frequency, gain, most in ((1.0, 1.0, 1e-3), (5.0, 0.7071, 2e-3), (20.0, 0.0, 1e-3)):
+        found = low_pass(block(seconds=20.0, q=sine(frequency)), 5.0)
+        middle = slice(500, 1500)
+        expected = gain * sine(frequency)(found.times)
+        assert np.max(np.abs(found["q"][middle] - expected[middle])) < 0.1 * most
+
+
+def test_filter_and_resampling_never_bridge_a_gap() -> None:
+    """A hole of half a second stays one; one lost sample is bridged as DESIGN's grid does."""
+    whole = block(q=sine(1.0))
+    values = whole.values.copy()
+    values[300:350] = np.nan
+    values[700] = np.nan
+    holed = Block(channels=whole.channels, times=whole.times, values=values)
+    for found in (low_pass(holed, 10.0), resample(holed, 50.0)):
+        inside = (found.times > 3.0 + 1e-9) & (found.times < 3.49 - 1e-9)
+        assert np.isnan(found["q"][inside]).all()
+        assert np.isfinite(found["q"][found.times < 2.99]).all()
+    assert np.isfinite(resample(holed, 50.0)["q"][350])
+
+
+def test_decimation_does_not_fold() -> None:
+    """30 Hz sampled at 50 without a filter would appear at 20 Hz; with it, nothing does."""
+    noisy = block(seconds=20.0, q=lambda t: sine(1.0)(t) + sine(30.0)(t))
+    found = resample(noisy, 50.0)
+    middle = slice(100, 900)
+    assert np.max(np.abs(found["q"][middle] - sine(1.0)(found.times)[middle])) < 2e-3
+    folded = resample(noisy, 50.0, corner=0.0)
+    assert np.max(np.abs(folded["q"][middle] - sine(1.0)(folded.times)[middle])) > 0.05
+
+
+def test_resampling_up_and_down_gives_the_signal_back() -> None:
+    """Cubic interpolation of a slow signal is exact to a millionth of it."""
+    start = block(rate=20.0, q=sine(0.3), psi=lambda t: (3.0 + 0.8 * t) % (2 * np.pi))
+    back = resample(resample(start, 100.0, kind="cubic"), 20.0, corner=0.0)
+    assert np.allclose(back.times, start.times)
+    assert np.allclose(back["q"], start["q"], atol=1e-9)
+    turned = resample(start, 100.0)
+    straight = (3.0 + 0.8 * turned.times) % (2 * np.pi)
+    assert np.max(np.abs(np.angle(np.exp(1j * (turned["psi"] - straight))))) < 1e-9
+
+
+def test_merge_fills_holes_and_obeys_the_winner() -> None:
+    """Where both have q the winner's counts, where one has a hole the other's."""
+    one, two = block(q=lambda t: 0 * t + 0.1), block(q=lambda t: 0 * t + 0.2, alpha=sine(1.0))
+    values = one.values.copy()
+    values[200:300] = np.nan
+    one = Block(channels=one.channels, times=one.times, values=values)
+    first = beside_each_other([one, two], conflict="first")
+    assert set(np.unique(first["q"][np.r_[0:200, 300:1001]])) == {0.1}
+    assert set(np.unique(first["q"][201:299])) == {0.2}
+    last = beside_each_other([one, two], conflict="last")
+    assert set(np.unique(last["q"])) == {0.2}
+    both = beside_each_other([one, two], conflict="both")
+    assert both.channels == ("q", "q.2", "alpha")
+    assert np.isnan(both["q"][250])
+
+
+def test_merge_of_two_rates_lies_on_the_quicker_grid() -> None:
+    """A 20 Hz record beside one of 100 Hz, with a clock 0.35 s off that is put right."""
+    slow = block(rate=20.0, start=0.35, altitude=lambda t: 100.0 + (t - 0.35))
+    merged = beside_each_other([block(q=sine(1.0)), shifted(slow, -0.35)])
+    assert merged.channels == ("q", "altitude")
+    assert np.allclose(merged["altitude"], 100.0 + merged.times)
+
+
+def test_append_puts_a_pause_between() -> None:
+    """The second record begins a pause after the first ends; nothing lies between."""
+    whole = append_in_time([block(q=sine(1.0)), block(q=sine(1.0), alpha=sine(2.0))], pause=5.0)
+    gap = (whole.times > 10.0 + 1e-9) & (whole.times < 15.0 - 1e-9)
+    assert np.isnan(whole["q"][gap]).all()
+    assert np.isnan(whole["alpha"][whole.times < 12.0]).all()
+    assert whole.times[-1] == pytest.approx(25.0)
+
+
+def test_rename_swaps_and_refuses_what_makes_no_sense() -> None:
+    """Two names may be swapped; another quantity, a double and an unknown id are told."""
+    start = block(p=sine(1.0), q=sine(2.0), alpha=sine(3.0))
+    swapped = rename_channels(start, {"p": "q", "q": "p"})
+    assert np.array_equal(swapped["q"], start["p"])
+    with pytest.raises(FlightError, match="same quantity"):
+        rename_channels(start, {"alpha": "ax"})
+    with pytest.raises(FlightError, match="two channels"):
+        rename_channels(start, {"p": "q"})
+    with pytest.raises(UnknownNameError):
+        rename_channels(start, {"p": "pitchrate"})
+    with pytest.raises(UnknownNameError):
+        without_channels(start, ["r"])
+
+
+def gsapp(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run the program."""
+    command = [sys.executable, "-m", "gsapp.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
+    """Cut, resample and merge over files of three formats, read back."""
+    whole = block(q=sine(1.0), alpha=sine(0.5))
+    write_block(tmp_path / "a.csv", whole, "csv")
+    done = gsapp("cut", tmp_path / "a.csv", "--window", "2:4", "--rename", "q=q.2",
+                 "--from-zero", "--out", tmp_path / "b.mat", "--json", "-")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["samples"] == 201
+    piece = load_flight(tmp_path / "b.mat").block
+    assert "q.2" in piece
+    assert piece.times[0] == 0.0
+    done = gsapp("resample", tmp_path / "a.csv", "--rate", "25", "--out", tmp_path / "c.csv")
+    assert done.returncode == 0, done.stderr
+    assert load_flight(tmp_path / "c.csv").rate == pytest.approx(25.0)
+    late = shifted(whole, 0.4)
+    rng = np.random.default_rng(1)
+    kick = np.interp(late.times, np.arange(0.4, 11.0, 0.2), rng.standard_normal(53))
+    for name, times in (("d.csv", late.times), ("e.csv", late.times - 0.4)):
+        moved = Block(channels=("q",), times=times, values=kick[:, None] * 0.1)
+        write_block(tmp_path / name, moved, "csv")
+    done = gsapp("merge", tmp_path / "e.csv", tmp_path / "d.csv", "--align", "--conflict", "both",
+                 "--out", tmp_path / "f.csv")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "-0.400 s" in done.stderr
+    merged = load_flight(tmp_path / "f.csv").block
+    assert np.nanmax(np.abs(merged["q"] - merged["q.2"])) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("cut", "a.csv", "--out", "b.txt"), "does not say the format"),
+        (("cut", "a.csv", "--window", "50:60", "--out", "b.csv"), "covers 0 to 10 s"),
+        (("cut", "a.csv", "--channels", "qq", "--out", "b.csv"), "no channel 'qq'"),
+        (("resample", "a.csv", "--out", "b.csv"), "nothing to do"),
+        (("resample", "a.csv", "--rate", "-5", "--out", "b.csv"), "not possible"),
+        (("resample", "a.csv", "--low-pass", "80", "--out", "b.csv"), "does not suit"),
+        (("merge", "a.csv", "--out", "b.csv"), "two or more"),
+        (("merge", "a.csv", "a.csv", "--shift", "3:1", "--out", "b.csv"), "K from 1 to 2"),
+    ],
+)
+def test_wrong_calls_get_one_sentence_and_write_nothing(
+    tmp_path: Path, arguments: tuple[str, ...], sentence: str
+) -> None:
+    """Exit code 1, the sentence, no traceback, no file."""
+    write_block(tmp_path / "a.csv", block(q=sine(1.0)), "csv")
+    placed = [str(tmp_path / one) if one.endswith((".csv", ".txt")) else one for one in arguments]
+    done = gsapp(*placed)
+    assert done.returncode == 1
+    assert sentence in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "b.csv").exists()
