@@ -90,6 +90,9 @@ COMMANDS: tuple[Command, ...] = (
     _command(
         "Charts", "type_range", "Type the y range of the chosen chart…", "Shift+Y", needs="flight"
     ),
+    _command(
+        "Charts", "type_limits", "Type the limits of the chosen chart…", "Shift+L", needs="flight"
+    ),
     _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
     _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
     _command("Flight", "panel_marks", "Marks and notes", "Ctrl+3", needs="flight"),

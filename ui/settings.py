@@ -83,6 +83,11 @@ def layouts_path(settings: Path) -> Path:
     return settings.parent / "layouts"
 
 
+def limits_path(settings: Path) -> Path:
+    """Return the file of typed limits that belongs to a settings file."""
+    return settings.parent / "limits.toml"
+
+
 def log_path() -> Path:
     """Return where the log stands."""
     return Path(platformdirs.user_log_dir(_APPLICATION, appauthor=False)) / "window.log"

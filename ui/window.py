@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.session.limit_book import LimitBook
 from ui.appearance import Appearance
 from ui.commands import CommandSet
 from ui.desk import Desk
@@ -35,7 +36,7 @@ from ui.look import Look
 from ui.opening import Opening
 from ui.pages import ComingPage, StartPage
 from ui.places import PLACES
-from ui.settings import SettingsStore, layouts_path
+from ui.settings import SettingsStore, layouts_path, limits_path
 
 log = logging.getLogger(__name__)
 
@@ -83,7 +84,8 @@ class MainWindow(QMainWindow):
         self.view = FlightView(self.commands.actions, self.look, store, layouts)
         self.flight_place = FlightPlace(StartPage(self.look), self.view)
         self.opening = Opening(self, self.desk, self.look, store, self.banners)
-        self.crew = Crew(self, self.desk, self.view, self.look, store)
+        limits = LimitBook(limits_path(store.path))
+        self.crew = Crew(self, self.desk, self.view, self.look, store, limits)
         self.bar = Bar(self.look)
         self.rail = Rail(self.look)
         self.places = QStackedWidget()
@@ -99,7 +101,7 @@ class MainWindow(QMainWindow):
             application.installEventFilter(self._keeper)
         self._restore_geometry(settings.geometry)
         self.show_place("flight")
-        for complaint in (store.complaint, *layouts.complaints):
+        for complaint in (store.complaint, limits.complaint, *layouts.complaints):
             if complaint:
                 self.banners.show_banner("caution", complaint)
         self._flight_changed()

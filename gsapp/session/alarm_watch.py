@@ -45,6 +45,10 @@ class AlarmWatch:
         self._limits.feed(block)
         self._presence.feed(block)
 
+    def renew(self, channel_id: str) -> None:
+        """Take other limits for a channel."""
+        self._limits.renew(channel_id)
+
     def settle(self) -> None:
         """Judge what is due, after all blocks of a step."""
         self._presence.settle()

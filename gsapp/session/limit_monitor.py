@@ -286,6 +286,19 @@ class LimitMonitor:
         self._places.clear()
         self._lowest = self._highest = np.empty(0)
 
+    def renew(self, channel_id: str) -> None:
+        """Go on with other rules for a channel; its samples so far do not count for them."""
+        watched = self._channels.get(channel_id)
+        if watched is None:
+            return
+        for watch in watched.watches:
+            self._board.clear(watch.rule.key)
+        watched.watches[:] = self._watches(channel_id)
+        self._set_quiet(watched)
+
+    def _watches(self, channel_id: str) -> list[_Watch]:
+        return [_Watch(rule, self._rate) for rule in self._limits.rules(channel_id)]
+
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels, on consecutive places of the grid."""
         if not len(block):
@@ -344,10 +357,7 @@ class LimitMonitor:
         if found is None:
             for channel_id in channels:
                 if channel_id not in self._channels:
-                    rules = self._limits.rules(channel_id)
-                    watched = _Watched(
-                        len(self._channels), [_Watch(rule, self._rate) for rule in rules]
-                    )
+                    watched = _Watched(len(self._channels), self._watches(channel_id))
                     self._channels[channel_id] = watched
                     self._lowest = np.append(self._lowest, 0.0)
                     self._highest = np.append(self._highest, 0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import pairwise
 from pathlib import Path
@@ -104,7 +104,10 @@ class Bands:
 
 
 class LimitEntry(StrictModel):
-    """One channel in a limit table; values with units, such as ``"11.1 V"``."""
+    """One channel in a limit table; values with units, such as ``"11.1 V"``.
+
+    With ``off`` the channel has no limits at all, not even those of the aircraft.
+    """
 
     channel: str
     low_warning: str | float | None = None
@@ -114,6 +117,7 @@ class LimitEntry(StrictModel):
     hysteresis: str | float | None = None
     duration: str = f"{_SHORTEST} s"
     words: str = ""
+    off: bool = False
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> LimitEntry:
@@ -127,7 +131,9 @@ class LimitEntry(StrictModel):
             for name in ("low_warning", "low_caution", "high_caution", "high_warning")
         ]
         given = [value for value in values if value is not None]
-        if not given:
+        if self.off and given:
+            raise ValueError("limits are given and switched off; take off = true away, or them")
+        if not given and not self.off:
             raise ValueError("no limit is given; write low_caution, high_warning, ...")
         if any(one >= other for one, other in pairwise(given)):
             raise ValueError(
@@ -158,7 +164,7 @@ class LimitEntry(StrictModel):
         sides: tuple[Side, Side] = ("low", "high")
         for side in sides:
             caution, warning = self.value(f"{side}_caution"), self.value(f"{side}_warning")
-            if caution is None and warning is None:
+            if caution is None and warning is None and not self.off:
                 continue
             hysteresis = self.value("hysteresis")
             found.append(
@@ -289,6 +295,33 @@ def instrument_rules(channel_id: str) -> tuple[LimitRule, ...]:
     )
 
 
+def _with_limits(rules: Sequence[LimitRule]) -> dict[str, LimitRule]:
+    """Return rules by key, the last one of each, without those that hold no limit."""
+    found = {rule.key: rule for rule in rules}
+    return {
+        key: rule
+        for key, rule in found.items()
+        if rule.caution is not None or rule.warning is not None
+    }
+
+
+def _typed_rule(
+    former: LimitRule | None,
+    channel_id: str,
+    side: Side,
+    caution: float | None,
+    warning: float | None,
+) -> LimitRule:
+    if former is None:
+        return _rule(channel_id, side, caution, warning, ("", ""))
+    armed, asleep = former.armed_at, former.asleep_at
+    ends = [value for value in (caution, warning) if value is not None]
+    # A rule that sleeps wakes on the safe side of its limits, and sleeps beyond them.
+    if ends and armed is not None and asleep is not None and side == "low":
+        armed, asleep = max(armed, 1.1 * max(ends)), min(asleep, 0.9 * min(ends))
+    return replace(former, caution=caution, warning=warning, armed_at=armed, asleep_at=asleep)
+
+
 class LimitSet:
     """The rules in force: the crew's own before the aircraft's before the instruments'.
 
@@ -297,12 +330,20 @@ class LimitSet:
     aircraft : Aircraft or None
         Gives the limits of the flight.
     own : sequence of LimitRule
-        From a limits file; each replaces the other rules of its channel and side.
+        From a limits file; each replaces the other rules of its channel and side, and takes them
+        away where it holds no limit.
+
+    Attributes
+    ----------
+    revision : int
+        Counts the changes.
     """
 
     def __init__(self, aircraft: Aircraft | None = None, own: Sequence[LimitRule] = ()) -> None:
         rules = [*(aircraft_rules(aircraft) if aircraft is not None else ()), *own]
-        self._given = {rule.key: rule for rule in rules}
+        self._given = _with_limits(rules)
+        self._typed: dict[str, dict[str, LimitRule]] = {}
+        self.revision = 0
         self._ranges = instrument_ranges(aircraft) if aircraft is not None else {}
 
     def rules(self, channel_id: str) -> tuple[LimitRule, ...]:
@@ -310,12 +351,42 @@ class LimitSet:
 
         A redundant sensor keeps the limits of its quantity, but only the instrument's.
         """
-        return tuple(self._given.get(rule.key, rule) for rule in instrument_rules(channel_id))
+        given = self._typed.get(channel_id, self._given)
+        return tuple(given.get(rule.key, rule) for rule in instrument_rules(channel_id))
+
+    def set_typed(self, channel_id: str, bands: Bands | None) -> None:
+        """Let limits typed by the crew take the place of all others of a channel; None ends that.
+
+        A side keeps the words, the patience and the sleep of the rule that it had before.
+        """
+        self._typed.pop(channel_id, None)
+        self.revision += 1
+        if bands is None:
+            return
+        sides: tuple[Side, Side] = ("low", "high")
+        rules = [
+            _typed_rule(
+                self._given.get(f"{channel_id}:{side}"),
+                channel_id,
+                side,
+                *(
+                    (bands.caution_low, bands.warning_low)
+                    if side == "low"
+                    else (bands.caution_high, bands.warning_high)
+                ),
+            )
+            for side in sides
+        ]
+        self._typed[channel_id] = _with_limits(rules)
+
+    def typed(self, channel_id: str) -> bool:
+        """Return whether typed limits count for a channel."""
+        return channel_id in self._typed
 
     def bands(self, channel_id: str) -> Bands:
         """Return what a chart draws; not the limits of plausibility, which nobody flies by."""
-        low = self._given.get(f"{channel_id}:low")
-        high = self._given.get(f"{channel_id}:high")
+        given = self._typed.get(channel_id, self._given)
+        low, high = given.get(f"{channel_id}:low"), given.get(f"{channel_id}:high")
         return Bands(
             warning_low=low.warning if low else None,
             caution_low=low.caution if low else None,

@@ -37,7 +37,7 @@ from gsapp.session.equipment import (
 )
 from gsapp.session.feeds import MAX_SPEED, Consumer, LiveFeed, ReplayFeed
 from gsapp.session.history import History
-from gsapp.session.limits import LimitSet
+from gsapp.session.limits import Bands, LimitSet
 from gsapp.session.marks import Mark, MarkBook, MarkKind
 from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
 from gsapp.session.setting import SessionSetting, setting_for
@@ -91,6 +91,7 @@ class Session:
         setting: SessionSetting,
         flight: Flight | None = None,
         damage: Callable[[], Sequence[RawDamage]] = tuple,
+        has_grown: Callable[[], bool] = lambda: True,
         rate: float | None = None,
         speed: float = 1.0,
         playing: bool = True,
@@ -113,15 +114,16 @@ class Session:
         self._setting = setting
         self._flight = flight
         self._damage = damage
+        self._has_grown = has_grown
         self._clock = clock
         self._wall_us = wall_us
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
         self._alarm_log = AlarmLog(self.board, self.book, wall_us)
-        watch = AlarmWatch(
+        self._watch = AlarmWatch(
             self.board, self.limits, self.history.rate, self._carrier, self._come_together
         )
-        everyone = (watch, *consumers)
+        everyone = (self._watch, *consumers)
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
@@ -185,6 +187,7 @@ class Session:
             reader=reader,
             setting=setting,
             damage=lambda: tail.lost,
+            has_grown=tail.has_grown,
             consumers=consumers,
             clock=clock,
             wall_us=wall_us,
@@ -292,6 +295,15 @@ class Session:
             health = None if decoder is None else decoder.health
             if self.equipment.look(health, self.now, caught_up=self.feed.caught_up):
                 self._alarm_log.write_equipment()
+
+    @property
+    def has_news(self) -> bool:
+        """Return whether `update` would find anything to take in.
+
+        Live this looks at the sizes of the files alone, and may be asked every few milliseconds.
+        A replay goes on by itself: always.
+        """
+        return self.mode == "replay" or not self.feed.caught_up or self._has_grown()
 
     def finish(self) -> None:
         """Take in the very last rows of a live flight whose record is complete."""
@@ -487,6 +499,11 @@ class Session:
             If it cannot be written.
         """
         return self.book.add(self.now if at is None else at, text, end=end, kind=kind)
+
+    def type_limits(self, channel_id: str, bands: Bands | None) -> None:
+        """Let other limits count for a channel from now on; None for those of the flight."""
+        self.limits.set_typed(channel_id, bands)
+        self._watch.renew(channel_id)
 
     def acknowledge(self, key: str | None = None) -> bool:
         """Take note of an alarm, by default of the newest that waits; return whether there was one.

@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block
+from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.alarms import Alarm, AlarmBoard
+from gsapp.session.limit_book import LimitBook
 from gsapp.session.limit_monitor import LimitMonitor
-from gsapp.session.limits import LimitRule, LimitSet, Severity, load_limits
+from gsapp.session.limits import Bands, LimitRule, LimitSet, Severity, load_limits
 from gsapp.session.presence import PresenceMonitor
 
 RATE = 100.0
@@ -384,6 +386,79 @@ def test_the_crews_own_limit_replaces_the_aircrafts(tmp_path: Path) -> None:
     assert bands.warning_high is None
     assert bands.caution_low == pytest.approx(-4 * DEG)
     assert limits.bands("battery").warning_low is None
+
+
+def test_a_limit_that_is_switched_off_raises_nothing(tmp_path: Path) -> None:
+    """Neither band nor alarm, though the aircraft file has both; values beside it are refused."""
+    path = tmp_path / "limits.toml"
+    path.write_text('[[limits]]\nchannel = "alpha"\noff = true\n', encoding="utf-8")
+    limits = LimitSet(load_aircraft("b777"), load_limits(path).rules())
+    assert limits.bands("alpha") == Bands()
+    board = AlarmBoard()
+    LimitMonitor(limits, board, RATE).feed(block(0, {"alpha": np.full(100, 20 * DEG)}))
+    assert board.log == ()
+    path.write_text('[[limits]]\nchannel = "alpha"\noff = true\nhigh_caution = "5 deg"\n')
+    with pytest.raises(FileProblemsError, match="switched off"):
+        load_limits(path)
+
+
+def test_typed_limits_count_from_the_next_sample_and_can_be_taken_back() -> None:
+    """The alarm of the former limit ends; the typed one is raised; reset brings the first back."""
+    board = AlarmBoard()
+    limits = LimitSet(load_aircraft("b777"))
+    shipped = limits.bands("alpha")
+    watch = AlarmWatch(board, limits, RATE, lambda _name: None, lambda _one, _other: True)
+
+    def feed(first: int) -> None:
+        watch.feed(block(first, {"alpha": np.full(100, 11 * DEG)}))
+
+    feed(0)
+    assert board.get("alpha:high").severity is Severity.CAUTION
+    limits.set_typed("alpha", Bands(caution_high=12 * DEG))
+    watch.renew("alpha")
+    assert not board.get("alpha:high").active
+    feed(100)
+    assert len(board.log) == 1
+    limits.set_typed("alpha", Bands(warning_high=9 * DEG))
+    watch.renew("alpha")
+    feed(200)
+    assert board.get("alpha:high").severity is Severity.WARNING
+    assert board.get("alpha:high").sentence("US").endswith("above 9.0 deg, stall")
+    limits.set_typed("alpha", None)
+    watch.renew("alpha")
+    assert limits.bands("alpha") == shipped
+    feed(300)
+    assert board.get("alpha:high").active
+    assert board.log[-1].severity is Severity.CAUTION
+
+
+def test_a_typed_stall_speed_still_sleeps_on_the_ground() -> None:
+    limits = LimitSet(load_aircraft("b777"))
+    limits.set_typed("Vc", Bands(caution_low=25.0))
+    (rule, _) = limits.rules("Vc")
+    assert (rule.caution, rule.warning) == (25.0, None)
+    assert rule.armed_at == pytest.approx(27.5)
+    assert rule.asleep_at is not None
+    assert rule.asleep_at < 25.0
+    assert rule.airborne_only
+
+
+def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
+    path = tmp_path / "settings" / "limits.toml"
+    book = LimitBook(path)
+    book.write("alpha", Bands(caution_high=8 * DEG, warning_high=11 * DEG), "US")
+    book.write("q", Bands(), "US")
+    assert 'high_caution = "8 deg"' in path.read_text(encoding="utf-8")
+    again = LimitBook(path).limits
+    assert again["alpha"].warning_high == pytest.approx(11 * DEG, rel=1e-9)
+    assert again["q"] == Bands()
+    book.write("alpha", None, "US")
+    assert set(LimitBook(path).limits) == {"q"}
+    path.write_text('[[limits]]\nchannel = "alfa"\n', encoding="utf-8")
+    damaged = LimitBook(path)
+    assert "kept as limits.damaged.toml" in damaged.complaint
+    assert not damaged.limits
+    assert (tmp_path / "settings" / "limits.damaged.toml").exists()
 
 
 def test_a_sensor_at_its_stop_is_clipped() -> None:

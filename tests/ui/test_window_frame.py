@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -28,12 +28,14 @@ from window_kit import open_window, until, write_flight
 import ui.window
 from gsapp.foundation import GroundStationError, LinkError
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
-from gsapp.session.limits import Severity
+from gsapp.session.limits import Bands, Severity
 from ui.commands import COMMANDS, CommandSet
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.keys import KeysDialog
+from ui.dialogs.limits import LimitsDialog, judge
 from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
+from ui.faults import FaultDesk
 from ui.flight.panels import MarksPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
@@ -410,6 +412,80 @@ def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> No
     QTimer.singleShot(100, lambda: answer("", ""))
     qtbot.keyClick(charts, Qt.Key.Key_Y, Qt.KeyboardModifier.ShiftModifier)
     assert charts.strip_layout.strips[1].range == "auto"
+
+
+def test_the_limits_of_a_chart_are_typed_kept_and_reset(
+    flight: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """In the units of the screen: band, alarm, file; another window knows them; reset ends them."""
+    charts = flight.view.charts
+    session = flight.desk.session
+    assert session is not None
+
+    def ask(window: MainWindow, answer: Callable[[LimitsDialog], object]) -> None:
+        def reply() -> None:
+            dialog = QApplication.activeModalWidget()
+            assert isinstance(dialog, LimitsDialog)
+            answer(dialog)
+
+        activate(qtbot, window)
+        window.view.charts.setFocus()
+        until(qtbot, lambda: window.view.charts.selected_chart is not None)
+        QTimer.singleShot(100, reply)
+        qtbot.keyClick(window.view.charts, Qt.Key.Key_L, Qt.KeyboardModifier.ShiftModifier)
+
+    def type_both(dialog: LimitsDialog) -> None:
+        assert not dialog.reset.isEnabled()
+        high = dialog.edits["warning_high"]
+        assert QApplication.focusWidget() is high
+        qtbot.keyClicks(high, "four")
+        assert not dialog.button.isEnabled()
+        high.clear()
+        qtbot.keyClicks(high, "4")
+        for _ in range(2):
+            qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
+        qtbot.keyClicks(dialog.edits["caution_low"], "5")
+        assert "must become smaller" in dialog.sentence.text()
+        assert not dialog.button.isEnabled()
+        dialog.edits["caution_low"].setText("−30")
+        qtbot.keyClick(dialog.edits["caution_low"], Qt.Key.Key_Return)
+
+    charts.perform("chart_down")
+    ask(flight, type_both)
+    assert session.limits.bands("alpha") == Bands(
+        warning_high=pytest.approx(math.radians(4.0)), caution_low=pytest.approx(math.radians(-30))
+    )
+    until(qtbot, lambda: (one := charts.selected_chart) is not None and one.limits is not None)
+    flight.desk.seek(5.0)
+    until(qtbot, lambda: session.board.get("alpha:high") is not None)
+    flight.desk.close_flight()
+
+    other = MainWindow(SettingsStore(flight.store.path), FaultDesk())
+    qtbot.addWidget(other)
+    other.show()
+    other.desk.open_flight(session.path)
+    until(qtbot, lambda: other.desk.is_open and bool(other.view.charts.strip_layout.strips))
+    assert other.desk.session.limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
+    other.view.charts.perform("chart_down")
+    ask(other, lambda dialog: dialog.reset.click())
+    assert not other.desk.session.limits.typed("alpha")
+    assert "alpha" not in (flight.store.path.parent / "limits.toml").read_text(encoding="utf-8")
+    other.desk.close()
+
+
+@pytest.mark.parametrize(
+    ("texts", "state", "words"),
+    [
+        (["", "", "", ""], "caution", "No limits"),
+        (["10", "8", "-2", "-4"], "good", "at once"),
+        (["10", "", "", "10"], "warning", "must become smaller"),
+        (["10", "x", "", ""], "warning", "Write numbers"),
+        (["400", "", "", ""], "caution", "never reached"),
+    ],
+)
+def test_typed_limits_are_judged(texts: list[str], state: str, words: str) -> None:
+    verdict = judge(texts, (-1.0, 1.0), math.radians)
+    assert (verdict.state, words in verdict.sentence) == (state, True)
 
 
 # The bar

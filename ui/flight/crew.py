@@ -8,7 +8,9 @@ from collections.abc import Callable, Mapping
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
+from gsapp.session.limit_book import LimitBook
 from ui.desk import Desk
+from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.small import GoToDialog, RangeDialog
 from ui.flight.controls import next_speed
 from ui.flight.view import FlightView
@@ -34,10 +36,18 @@ class Crew(QObject):
         Sizes.
     store : SettingsStore
         Remembers the sound.
+    limits : LimitBook
+        Remembers the limits that were typed.
     """
 
     def __init__(
-        self, window: QWidget, desk: Desk, view: FlightView, look: Look, store: SettingsStore
+        self,
+        window: QWidget,
+        desk: Desk,
+        view: FlightView,
+        look: Look,
+        store: SettingsStore,
+        limits: LimitBook,
     ) -> None:
         super().__init__(window)
         self._window = window
@@ -45,9 +55,11 @@ class Crew(QObject):
         self._view = view
         self._look = look
         self._store = store
+        self._limits = limits
         self._heard: frozenset[str] = frozenset()
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
+        desk.changed.connect(self._give_limits)
         view.mark_requested.connect(desk.mark)
         view.marks.jumped.connect(self._go_to_mark)
         view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
@@ -77,6 +89,7 @@ class Crew(QObject):
             "step": lambda: self._desk.step(1),
             "go_to": self.go_to,
             "type_range": self.type_range,
+            "type_limits": self.type_limits,
         }
 
     def pause(self) -> None:
@@ -167,6 +180,27 @@ class Crew(QObject):
         )  # fmt: skip
         if dialog.exec():
             self._view.charts.set_range(dialog.range)
+
+    def type_limits(self) -> None:
+        """Ask for the limits of the chosen chart."""
+        chart, session = self._view.charts.selected_chart, self._desk.session
+        if chart is None or session is None:
+            return
+        spec = chart.specs[0]
+        dialog = LimitsDialog(
+            self._look, spec, session.limits.bands(spec.id), typed=session.limits.typed(spec.id),
+            parent=self._window,
+        )  # fmt: skip
+        if dialog.exec():
+            self._limits.write(spec.id, dialog.limits, self._look.units)
+            session.type_limits(spec.id, dialog.limits)
+            self._desk.told.emit()
+
+    def _give_limits(self) -> None:
+        """Let what was typed before count in the flight that was opened."""
+        if self._desk.session is not None:
+            for channel_id, bands in self._limits.limits.items():
+                self._desk.session.type_limits(channel_id, bands)
 
     # Sound
 

@@ -51,6 +51,7 @@ class PictureTaker:
         self._available: tuple[str, ...] = ()
         self._sources: Mapping[str, Source] = {}
         self._limits: Mapping[str, Bands] = {}
+        self._limits_revision = -1
         self._messages: tuple[Line, ...] = ()
         self._count = 0
         self._first: float | None = None
@@ -102,6 +103,11 @@ class PictureTaker:
         session = self._session
         sources = session.sources
         available = tuple(dict.fromkeys((*sources, *session.history.channels)))
+        limits = session.limits
+        if available != self._available or limits.revision != self._limits_revision:
+            self._limits_revision = limits.revision
+            bands = {name: limits.bands(name) for name in available}
+            self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
         if available != self._available or len(sources) != len(self._sources):
             self._available = available
             missing = without_certificate(session)
@@ -109,8 +115,6 @@ class PictureTaker:
                 name: Origin(source.kind, base_id(name) not in missing)
                 for name, source in sources.items()
             }
-            bands = {name: session.limits.bands(name) for name in available}
-            self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
 
 
 def without_certificate(session: Session) -> frozenset[str]:

@@ -1,0 +1,109 @@
+"""Limits that the user typed: a limits file of the user's own, which counts in every flight."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+
+from gsapp.foundation import FileProblemsError, FlightError, write_toml
+from gsapp.quantities import channel, from_si
+from gsapp.session.limits import Bands, LimitEntry, load_limits
+
+log = logging.getLogger(__name__)
+
+_KEYS = ("low_warning", "low_caution", "high_caution", "high_warning")
+_OF_BANDS = ("warning_low", "caution_low", "caution_high", "warning_high")
+
+
+class LimitBook:
+    """Typed limits by channel, kept in a file.
+
+    Parameters
+    ----------
+    path : Path
+        Made when the first is typed.
+
+    Attributes
+    ----------
+    complaint : str
+        Why the file could not be used; empty if it could. It is then kept under another name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.complaint = ""
+        self._entries: dict[str, LimitEntry] = {}
+        if path.exists():
+            self._read()
+
+    def _read(self) -> None:
+        try:
+            table = load_limits(self._path)
+        except FileProblemsError as error:
+            kept = self._path.with_suffix(".damaged.toml")
+            with contextlib.suppress(OSError):
+                self._path.replace(kept)
+            log.warning("typed limits not used: %s", error)
+            self.complaint = (
+                f"The limits typed before could not be read ({error.problems[0]}): those of the "
+                f"aircraft count, the old file is kept as {kept.name}."
+            )
+        else:
+            self._entries = {entry.channel: entry for entry in table.limits}
+
+    @property
+    def limits(self) -> Mapping[str, Bands]:
+        """Return the typed limits by channel, SI."""
+        return {name: _bands(entry) for name, entry in self._entries.items()}
+
+    def write(self, channel_id: str, bands: Bands | None, system: str) -> None:
+        """Keep the limits of a channel, or forget them.
+
+        Parameters
+        ----------
+        channel_id : str
+            Channel id.
+        bands : Bands or None
+            SI; None forgets what was typed, and limits that are all None switch them off.
+        system : {"US", "SI"}
+            Units of the file.
+
+        Raises
+        ------
+        FlightError
+            If the file cannot be written; the limits are as before then.
+        """
+        entries = dict(self._entries)
+        entries.pop(channel_id, None)
+        if bands is not None:
+            entries[channel_id] = _entry(channel_id, bands, system)
+        content = [
+            entry.model_dump(exclude_defaults=True, exclude_none=True) for entry in entries.values()
+        ]
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            write_toml(self._path, {"limits": content})
+        except OSError as error:
+            raise FlightError(
+                f"the limits cannot be written to {self._path} ({error.strerror}); they stay as "
+                "they were"
+            ) from error
+        self._entries = entries
+
+
+def _bands(entry: LimitEntry) -> Bands:
+    values = (entry.value(key) for key in _KEYS)
+    return Bands(**dict(zip(_OF_BANDS, values, strict=True)))
+
+
+def _entry(channel_id: str, bands: Bands, system: str) -> LimitEntry:
+    spec = channel(channel_id)
+    unit = spec.display_unit(system)
+    given = {
+        key: f"{from_si(value, unit, spec.quantity):.10g} {unit}".rstrip()
+        for key, name in zip(_KEYS, _OF_BANDS, strict=True)
+        if (value := getattr(bands, name)) is not None
+    }
+    return LimitEntry.model_validate({"channel": channel_id, "off": not given, **given})

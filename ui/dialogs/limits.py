@@ -1,0 +1,142 @@
+"""Typing the limits of a channel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+from PySide6.QtWidgets import QDialogButtonBox, QLineEdit, QWidget
+
+from gsapp.quantities import ChannelSpec, from_si, to_si
+from gsapp.session import Bands
+from ui.dialogs.form import FormDialog, Sentence
+from ui.dialogs.requests import Verdict
+from ui.look import Look
+from ui.words import parse_number, unit_text
+
+_FIELDS = (
+    ("warning_high", "Warning above"),
+    ("caution_high", "Caution above"),
+    ("caution_low", "Caution below"),
+    ("warning_low", "Warning below"),
+)
+"""From the highest to the lowest, as they stand on the chart."""
+
+
+class LimitsDialog(FormDialog):
+    """Asks for the limits of a channel; an empty field is no limit.
+
+    Parameters
+    ----------
+    spec : ChannelSpec
+        The channel.
+    bands : Bands
+        The limits in force, SI.
+    typed : bool
+        Whether they were typed before, so that there is something to take back.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        spec: ChannelSpec,
+        bands: Bands,
+        *,
+        typed: bool,
+        parent: QWidget | None = None,
+    ) -> None:
+        self._spec = spec
+        self._unit = spec.display_unit(look.units)
+        shown = f" in {unit_text(self._unit)}" if self._unit else ""
+        super().__init__(
+            "Limits",
+            f"{spec.title}{shown}. An empty field is no limit. They count in every flight on "
+            "this computer until they are reset.",
+            "Set",
+            look,
+            parent,
+        )
+        self._before = {name: self._text(getattr(bands, name)) for name, _words in _FIELDS}
+        self._bands = bands
+        self.edits = {name: QLineEdit(self._before[name]) for name, _words in _FIELDS}
+        self.sentence = Sentence()
+        for name, words in _FIELDS:
+            below = self.sentence if name == _FIELDS[-1][0] else None
+            self.add_row(words, self.edits[name], below)
+            self.edits[name].textChanged.connect(self._judge)
+        self.reset = self.buttons.addButton(
+            "Reset to those of the aircraft", QDialogButtonBox.ButtonRole.ResetRole
+        )
+        self.reset.setEnabled(typed)
+        self.reset.clicked.connect(self._take_back)
+        self._taken_back = False
+        next(iter(self.edits.values())).selectAll()
+        self._judge()
+        self.fit(480)
+
+    def _text(self, value: float | None) -> str:
+        if value is None:
+            return ""
+        return f"{from_si(value, self._unit, self._spec.quantity):.6g}"
+
+    def _take_back(self) -> None:
+        self._taken_back = True
+        self.accept()
+
+    def _judge(self) -> None:
+        verdict = judge(
+            [edit.text().strip() for edit in self.edits.values()],
+            self._spec.limits,
+            lambda value: to_si(value, self._unit, self._spec.quantity),
+        )
+        self.sentence.say(verdict.sentence, verdict.state)
+        self.button.setEnabled(verdict.usable)
+
+    def _value(self, name: str) -> float | None:
+        text = self.edits[name].text().strip()
+        if text == self._before[name]:
+            # What was not touched keeps all its digits.
+            value: float | None = getattr(self._bands, name)
+            return value
+        number = parse_number(text)
+        return None if number is None else to_si(number, self._unit, self._spec.quantity)
+
+    @property
+    def limits(self) -> Bands | None:
+        """Return the limits as typed, SI; None for those of the aircraft."""
+        if self._taken_back:
+            return None
+        return Bands(**{name: self._value(name) for name, _words in _FIELDS})
+
+
+def judge(
+    texts: list[str], ends: tuple[float, float], to_inside: Callable[[float], float]
+) -> Verdict:
+    """Return what is to be said of four limits as they are typed, the highest first.
+
+    Parameters
+    ----------
+    texts : list of str
+        As typed; empty is no limit.
+    ends : tuple of float
+        What an instrument can show at all, SI.
+    to_inside : callable
+        From the unit of the screen to SI.
+    """
+    numbers = [parse_number(text) for text in texts if text]
+    if not numbers:
+        return Verdict(sentence="No limits: no bands, and no alarm.", state="caution")
+    known = [number for number in numbers if number is not None]
+    if len(known) < len(numbers):
+        return Verdict(sentence="Write numbers, such as 10 and -2.5.", state="warning")
+    if any(one <= other for one, other in pairwise(known)):
+        return Verdict(
+            sentence="From top to bottom the limits must become smaller.", state="warning"
+        )
+    low, high = ends
+    if any(not low <= to_inside(number) <= high for number in known):
+        return Verdict(
+            sentence="One of them lies beyond what the instrument shows: it is never reached.",
+            state="caution",
+        )
+    return Verdict(sentence="Bands on the chart and alarms follow at once.", state="good")
