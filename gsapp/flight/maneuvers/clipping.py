@@ -1,0 +1,32 @@
+"""Samples at the ends of the instruments' ranges."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.aircraft import Aircraft
+from gsapp.quantities import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+
+_MARGIN = 0.01
+
+
+def instrument_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Return the range (SI) of the instrument behind each channel that may clip."""
+    sensors = aircraft.sensors
+    return {
+        "alpha": sensors.alpha_vane.range,
+        "beta": sensors.beta_vane.range,
+        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
+        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
+    }
+
+
+def at_range_end(samples: FloatArray, limits: tuple[float, float]) -> BoolArray:
+    """Return which samples lie within 1 % of the range's width from either end."""
+    low, high = limits
+    margin = _MARGIN * (high - low)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((samples <= low + margin) | (samples >= high - margin), dtype=np.bool_)

@@ -1,0 +1,85 @@
+"""What the detection gives: one found maneuver, with its grade."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal
+
+Grade = Literal["A", "B", "C", "D"]
+
+GRADES: Final[Mapping[Grade, str]] = {
+    "A": "good: nothing to object to",
+    "B": "usable: one small defect",
+    "C": "poor: several small defects or a large one; expect wide bounds",
+    "D": "unfit: too little, too much or broken; keep it out of a fit",
+}
+"""Grades and what they mean."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundManeuver:
+    """One maneuver of a flight, found in its record or named by hand.
+
+    Attributes
+    ----------
+    id : str
+        Within its flight; numbers in order of time where nobody named it.
+    t_start : float
+        First sample, s of flight time; about a second of trim comes before the input.
+    t_end : float
+        Last sample, s: the pilot took over again, or the answer has died down.
+    inputs : tuple of str
+        Surfaces moved, of ``de``, ``da``, ``dr``, in this order.
+    kind : str
+        Shape of the largest input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``,
+        ``sweep``; ``none`` where no surface moved.
+    amplitude : float or None
+        Half the peak-to-peak deflection of the largest input, rad; of a pulse its height.
+    grade : {"A", "B", "C", "D"}
+        See `GRADES`.
+    reasons : tuple of str
+        What the grade was lowered for, in words; empty for an A.
+    V : float or None
+        Airspeed at the start, m/s; None where not measured.
+    alpha : float or None
+        Angle of attack at the start, as measured at the vane, rad.
+    t_input, t_input_end : float
+        When the first surface began to move and when the last one was back, s.
+    amplitudes : mapping of str to float
+        Amplitude of each input, rad.
+    """
+
+    id: str
+    t_start: float
+    t_end: float
+    inputs: tuple[str, ...]
+    kind: str
+    amplitude: float | None
+    grade: Grade
+    reasons: tuple[str, ...] = ()
+    V: float | None = None
+    alpha: float | None = None
+    t_input: float = math.nan
+    t_input_end: float = math.nan
+    amplitudes: Mapping[str, float] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fixed fields for programs: SI units, absent = None."""
+        return {
+            "id": self.id,
+            "t_start": round(self.t_start, 6),
+            "t_end": round(self.t_end, 6),
+            "inputs": list(self.inputs),
+            "kind": self.kind,
+            "amplitude": _number(self.amplitude),
+            "grade": self.grade,
+            "reasons": list(self.reasons),
+            "V": _number(self.V),
+            "alpha": _number(self.alpha),
+        }
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else value

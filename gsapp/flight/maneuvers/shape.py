@@ -1,0 +1,195 @@
+"""The shape of one surface's input: where it begins and ends, how large it is, what it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from gsapp.quantities import FloatArray
+
+LOOK_BACK = 0.15
+"""A surface that goes a good way within this time, s, is moved on purpose."""
+
+_TRIM = 0.8
+"""Length of the stretch before an input in which the surface is trimmed, s."""
+_ASIDE = 0.35
+"""Share of the largest excursion beyond which the surface is held to one side."""
+_BEGUN = 0.1
+_SMOOTHED = 0.05
+_SHORTEST_RUN = 0.06
+_LONGEST_HOLD = 3.0
+"""A surface held to one side for longer, s, was retrimmed and not displaced."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceInput:
+    """What one surface did.
+
+    Attributes
+    ----------
+    surface : str
+    t_start, t_end : float
+        When it left its trim and when it was back, s.
+    amplitude : float
+        Half the peak-to-peak deflection, rad; of a pulse its height.
+    before, after : float
+        Where it stood, rad.
+    runs : tuple of (int, float)
+        Side (+1, -1) and duration (s) of each excursion.
+    unrest : float
+        Peak-to-peak in the stretch before, rad.
+    kind : str
+        See `kind_of`.
+    """
+
+    surface: str
+    t_start: float
+    t_end: float
+    amplitude: float
+    before: float
+    after: float
+    runs: tuple[tuple[int, float], ...]
+    unrest: float
+    kind: str
+
+    @property
+    def returned(self) -> bool:
+        """Whether it came back to about where it was."""
+        return abs(self.after - self.before) < 0.5 * self.amplitude
+
+
+def smoothed(samples: FloatArray, dt: float) -> FloatArray:
+    """Return the centered mean over about 0.05 s; NaN where a sample is missing."""
+    half = round(0.5 * _SMOOTHED / dt)
+    if half < 1 or samples.size < 2 * half + 1:
+        return samples
+    padded = np.concatenate((np.full(half, samples[0]), samples, np.full(half, samples[-1])))
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)
+    return np.asarray(windows.mean(axis=1))
+
+
+def measure(
+    surface: str, times: FloatArray, samples: FloatArray, first: float, last: float, noise: float
+) -> SurfaceInput | None:
+    """Measure an input around the quick moves of its surface.
+
+    Parameters
+    ----------
+    surface : str
+    times, samples : ndarray, shape (n,)
+        s and rad, from a good second before to a good second after the moves.
+    first, last : float
+        Times of the first and the last quick move, s; each looks back over `LOOK_BACK`.
+    noise : float
+        Standard deviation of the surface's signal, rad.
+
+    Returns
+    -------
+    SurfaceInput or None
+        None where samples are missing, or nothing stands out.
+    """
+    there = np.isfinite(samples)
+    times, samples = times[there], samples[there]
+    if times.size < 8:
+        return None
+    level = smoothed(samples, float(np.median(np.diff(times))))
+    begin = first - LOOK_BACK
+    calm = (times >= begin - _TRIM) & (times < begin - 0.02)
+    rest = (times > last + 0.2) & (times <= last + 1.0)
+    moved = (times >= begin - 0.1) & (times <= last + 0.3)
+    if calm.sum() < 3 or moved.sum() < 4:
+        return None
+    before = float(np.median(level[calm]))
+    after = float(np.median(level[rest])) if rest.sum() >= 3 else float(level[-1])
+    inside, at = level[moved], times[moved]
+    # The trim need not come back to where it was: half way between is fair to both ends.
+    away = inside - np.linspace(before, after, inside.size)
+    largest = float(np.max(np.abs(away)))
+    if not largest > 4.0 * noise:
+        return None
+    runs, edges = _runs(at, away, _ASIDE * largest)
+    if not runs:
+        return None
+    threshold = max(_BEGUN * largest, 3.0 * noise)
+    t_start, t_end = _ends(times, level, edges, before, after, threshold)
+    both = len({side for side, _ in runs}) == 2
+    amplitude = 0.5 * float(np.ptp(away)) if both else largest
+    return SurfaceInput(
+        surface=surface,
+        t_start=t_start,
+        t_end=t_end,
+        amplitude=amplitude,
+        before=before,
+        after=after,
+        runs=tuple(runs),
+        unrest=float(np.ptp(level[calm])),
+        kind=kind_of(runs),
+    )
+
+
+def _runs(
+    times: FloatArray, away: FloatArray, threshold: float
+) -> tuple[list[tuple[int, float]], tuple[float, float]]:
+    """Return side and duration of each excursion, and when the first begins and the last ends."""
+    side = np.where(away > threshold, 1, np.where(away < -threshold, -1, 0))
+    cuts = np.flatnonzero(np.diff(side)) + 1
+    bounds = [0, *cuts.tolist(), side.size]
+    pieces = [
+        (int(side[low]), float(times[low]), float(times[min(high, side.size - 1)]))
+        for low, high in pairwise(bounds)
+    ]
+    held = [piece for piece in pieces if piece[0] and piece[2] - piece[1] >= _SHORTEST_RUN]
+    joined: list[tuple[int, float, float]] = []
+    for piece in held:
+        if joined and joined[-1][0] == piece[0] and piece[1] - joined[-1][2] < 0.15:
+            joined[-1] = (piece[0], joined[-1][1], piece[2])
+        else:
+            joined.append(piece)
+    runs = [(sign, stop - start) for sign, start, stop in joined]
+    ends = (joined[0][1], joined[-1][2]) if joined else (float("nan"), float("nan"))
+    return runs, ends
+
+
+def _ends(
+    times: FloatArray,
+    level: FloatArray,
+    edges: tuple[float, float],
+    before: float,
+    after: float,
+    threshold: float,
+) -> tuple[float, float]:
+    """Return when the surface last was in trim before, and first is back after."""
+    early = np.flatnonzero((times <= edges[0]) & (np.abs(level - before) < threshold))
+    late = np.flatnonzero((times >= edges[1]) & (np.abs(level - after) < 1.5 * threshold))
+    start = float(times[early[-1]]) if early.size else edges[0]
+    end = float(times[late[0]]) if late.size else edges[1]
+    return start, end
+
+
+def kind_of(runs: list[tuple[int, float]]) -> str:
+    """Name the shape of an input by its excursions.
+
+    Returns
+    -------
+    str
+        ``pulse`` (one side), ``doublet`` (one side, then the other), ``3-2-1-1`` (four, each
+        shorter than the one before but the last), ``sweep`` (seven or more), ``multistep`` (all
+        else), ``retrim`` where a side is held for long.
+    """
+    lengths = [length for _, length in runs]
+    if max(lengths) > _LONGEST_HOLD:
+        return "retrim"
+    if len(runs) == 1:
+        return "pulse"
+    if len(runs) == 2:
+        return "doublet" if min(lengths) > 0.25 * max(lengths) else "pulse"
+    if len(runs) == 4:
+        unit = sum(lengths) / 7.0
+        misses = [
+            length / unit - wanted for length, wanted in zip(lengths, (3, 2, 1, 1), strict=True)
+        ]
+        if max(abs(miss) for miss in misses) < 0.9:
+            return "3-2-1-1"
+    return "sweep" if len(runs) >= 7 else "multistep"
