@@ -1,0 +1,356 @@
+"""Force and moment coefficients at every sample, from measured motion alone.
+
+No aerodynamic model enters: accelerations moved to the center of gravity and angular
+accelerations (derivatives of the measured rates) give all forces and moments; thrust and its
+moments are taken out; dynamic pressure at each sample makes them coefficients:
+
+    qS C_X = m a_x - T         qS b C_l = Ixx p' - Ixz (r' + p q) + (Izz - Iyy) q r
+    qS C_Y = m a_y             qS c C_m = Iyy q' + (Ixx - Izz) p r + Ixz (p^2 - r^2) - z_T T
+    qS C_Z = -m a_n            qS b C_n = Izz r' - Ixz (p' - q r) + (Iyy - Ixx) p q - N_T
+
+with C_A = -C_X and C_N = -C_Z. Derivatives, and everything that stands beside them in a
+regression, pass the same zero-phase filter (`gsapp.identification.smoothing`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.arithmetic import Value
+from gsapp.dynamics.equations import POLAR_STATES, Body
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.sensors import accelerations_at_cg
+from gsapp.dynamics.terms import COEFFICIENTS, Term
+from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.identification.smoothing import (
+    Smoother,
+    bridge,
+    choose_cutoff,
+    runs,
+    smoother,
+    white_noise,
+)
+from gsapp.quantities import FloatArray
+
+REGRESSORS = ("alpha", "beta", "p_hat", "q_hat", "r_hat", "de", "da", "dr")
+"""What the linear build-up multiplies; `Coefficients.variables` holds more."""
+NEEDED: Mapping[str, tuple[str, ...]] = {
+    "CN": ("an",),
+    "CA": ("ax",),
+    "CY": ("ay",),
+    "Cl": ("p", "r"),
+    "Cm": ("q",),
+    "Cn": ("p", "r"),
+}
+"""Channels without which a coefficient cannot be had."""
+_OPPOSITES = {"CX": "CA", "CZ": "CN"}
+_ACCELERATIONS = ("ax", "ay", "an")
+_VARIABLES = (
+    "V", "alpha", "beta", "p", "q", "r", "p_hat", "q_hat", "r_hat", "de", "da", "dr", "flap",
+    "throttle", "throttle_difference", "rho", "qbar", "thrust", "alpha_dot_hat", "beta_dot_hat",
+)  # fmt: skip
+_RATES = ("p", "q", "r")
+_AIR = ("V", "rho")
+_DEPENDS: Mapping[str, tuple[str, ...]] = {
+    "CN": ("an", *_AIR, *_RATES),
+    "CA": ("ax", *_AIR, *_RATES, "throttle"),
+    "CY": ("ay", *_AIR, *_RATES),
+    "Cl": (*_AIR, *_RATES),
+    "Cm": (*_AIR, *_RATES, "throttle"),
+    "Cn": (*_AIR, *_RATES, "throttle_difference"),
+    "alpha": ("alpha", "V", "p", "q"),
+    "beta": ("beta", "V", "p", "r"),
+    "p_hat": ("p", "V"),
+    "q_hat": ("q", "V"),
+    "r_hat": ("r", "V"),
+    "de": ("de",),
+    "da": ("da",),
+    "dr": ("dr",),
+}
+"""What each depends on, sample by sample."""
+_LONGEST_BRIDGE = 0.035
+"""Missing stretches up to this long (s) are bridged for the filter; they still do not count."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Coefficients:
+    """Coefficients of one maneuver, with the variables that may explain them.
+
+    Attributes
+    ----------
+    maneuver : str
+    times : ndarray, shape (n,)
+        s.
+    values : ndarray, shape (n, 6)
+        Smoothed `gsapp.dynamics.terms.COEFFICIENTS`: CN, CA, CY, Cl, Cm, Cn.
+    valid : ndarray of bool, shape (n, 6)
+        Samples that count: nothing that they depend on was missing or clipped.
+    variables : mapping of str to ndarray, shape (n,)
+        As `gsapp.dynamics.terms.VARIABLES`, not smoothed: form products first, then `smooth`.
+    known : mapping of str to ndarray of bool, shape (n,)
+        Samples of each variable that count once smoothed.
+    measured : frozenset of str
+        Channels that an instrument measured.
+    missing : mapping of str to str
+        Coefficients that cannot be had: why.
+    smoother : Smoother
+    noise : ndarray, shape (8, 8)
+        Covariance that white measurement noise gives the smoothed `REGRESSORS`.
+    remarks : tuple of str
+        Stand-ins, in words.
+    """
+
+    maneuver: str
+    times: FloatArray
+    values: FloatArray
+    valid: BoolArray
+    variables: Mapping[str, FloatArray]
+    known: Mapping[str, BoolArray]
+    measured: frozenset[str]
+    missing: Mapping[str, str]
+    smoother: Smoother
+    noise: FloatArray
+    remarks: tuple[str, ...]
+
+    def value(self, coefficient: str) -> FloatArray:
+        """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
+        sign = -1.0 if coefficient in _OPPOSITES else 1.0
+        found = np.where(self.counts(coefficient), self.values[:, self.column(coefficient)], np.nan)
+        return np.asarray(sign * found, dtype=np.float64)
+
+    def column(self, coefficient: str) -> int:
+        """Return where a coefficient stands in `values` and `valid`."""
+        return COEFFICIENTS.index(_OPPOSITES.get(coefficient, coefficient))
+
+    def counts(self, coefficient: str) -> BoolArray:
+        """Return the samples of a coefficient that count, shape (n,)."""
+        return np.asarray(self.valid[:, self.column(coefficient)], dtype=np.bool_)
+
+    def smooth(self, signals: FloatArray) -> FloatArray:
+        """Filter something formed from `variables` just as the coefficients were."""
+        return self.smoother.smooth(signals)
+
+    def smoothed(self, names: Sequence[str]) -> FloatArray:
+        """Return variables filtered as the coefficients were, shape (n, len(names))."""
+        return self.smooth(np.column_stack([self.variables[name] for name in names]))
+
+
+def reconstruct(
+    maneuver: Maneuver,
+    *,
+    motion: MeasuredMotion | None = None,
+    stand_ins: Mapping[str, float] | None = None,
+    model: Model | None = None,
+    cutoff: float | None = None,
+) -> Coefficients:
+    """Reconstruct the coefficients of a maneuver at every sample.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    motion : MeasuredMotion, optional
+        If it is known already.
+    stand_ins : mapping of str to float, optional
+        As in `measured_motion`.
+    model : Model, optional
+        Its effects (not its derivatives) are taken out of the coefficients.
+    cutoff : float, optional
+        Of the smoothing, Hz; by default chosen from the data.
+    """
+    moved = measured_motion(maneuver, stand_ins=stand_ins) if motion is None else motion
+    if cutoff is None:
+        cutoff = choose_cutoff(moved.states[:, 1:6], maneuver.dt)
+    filtering = smoother(maneuver.dt, cutoff)
+    accelerations = np.column_stack([maneuver.samples(name) for name in _ACCELERATIONS])
+    gaps = dict(moved.filled)
+    for column, name in enumerate(_ACCELERATIONS):
+        gaps[name] = ~np.isfinite(accelerations[:, column])
+        accelerations[:, column] = bridge(accelerations[:, column], gaps[name])
+    measured = moved.measured | {name for name in _ACCELERATIONS if not gaps[name].all()}
+
+    signals = filtering.matched(
+        np.column_stack((moved.states, moved.inputs, np.nan_to_num(accelerations)))
+    ).T
+    state, inputs, shown = tuple(signals[:9]), tuple(signals[9:17]), signals[17:]
+    rates_of = filtering.differentiate(moved.states[:, 1:6]).T
+    aircraft = maneuver.aircraft
+    geometry = aircraft.geometry
+    span, chord = geometry.wing_area * geometry.span, geometry.wing_area * geometry.chord
+
+    # Loads without any aerodynamic derivative: thrust, its moments, effects.
+    without, late, remarks = _without_derivatives(aircraft, model)
+    settled = _term_states(without, state, inputs, maneuver.dt)
+    totals = without.totals((*state, *settled), inputs)
+    loads, body, (cx, cy, cz) = totals.loads, totals.body, totals.cg
+    x, y, z = aircraft.sensors.accelerometer.position
+    p, q, r = state[3:6]
+    p_dot, q_dot, r_dot = rates_of[2:5]
+    ax, ay, an = accelerations_at_cg(
+        (x - cx, y - cy, z - cz), (shown[0], shown[1], shown[2]), (p, q, r), (p_dot, q_dot, r_dot)
+    )
+    X = body.mass * ax - loads.X
+    Y = body.mass * ay - loads.Y
+    Z = -body.mass * an - loads.Z
+    L, M, N = moments((p, q, r), (p_dot, q_dot, r_dot), body)
+    L = L - loads.L - (cz * Y - cy * Z)
+    M = M - loads.M - (cx * Z - cz * X)
+    N = N - loads.N - (cy * X - cx * Y)
+
+    qbar = np.asarray(totals.variables[_VARIABLES.index("qbar")])
+    qS = geometry.wing_area * qbar
+    raw = np.column_stack(
+        (-Z / qS, -X / qS, Y / qS, L / (qbar * span), M / (qbar * chord), N / (qbar * span))
+    )
+    variables = {
+        name: np.broadcast_to(np.asarray(values, dtype=np.float64), qbar.shape)
+        for name, values in zip(_VARIABLES, totals.variables, strict=True)
+    }
+    half = 0.5 / variables["V"]
+    variables["alpha_dot_hat"] = rates_of[0] * half * geometry.chord
+    variables["beta_dot_hat"] = rates_of[1] * half * geometry.span
+    for term, values in late:
+        given = term.value([variables[name] for name in term.reads], (), values)
+        raw[:, COEFFICIENTS.index(term.target)] -= given
+
+    blocked = _hard_gaps(gaps, maneuver)
+    good = {name: _usable(needs, gaps, blocked, filtering) for name, needs in _DEPENDS.items()}
+    missing = {
+        name: f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
+        for name, needs in NEEDED.items()
+        if (absent := [one for one in needs if one not in measured])
+    }
+    for name in missing:
+        good[name] = np.zeros(qbar.size, dtype=bool)
+    return Coefficients(
+        maneuver=maneuver.id,
+        times=moved.times,
+        values=filtering.smooth(raw),
+        valid=np.column_stack([good[name] for name in COEFFICIENTS]),
+        variables=variables,
+        known={name: good[name] for name in REGRESSORS},
+        measured=frozenset(measured),
+        missing=missing,
+        smoother=filtering,
+        noise=filtering.noise_gain * white_noise(_raw_regressors(moved, aircraft), maneuver.dt),
+        remarks=(*moved.remarks, *remarks),
+    )
+
+
+def moments(
+    rates: tuple[Value, Value, Value], spin: tuple[Value, Value, Value], body: Body
+) -> tuple[Value, Value, Value]:
+    """Return L, M, N (N m) about the CG from rates (rad/s) and their derivatives (rad/s^2).
+
+    The inverse of `gsapp.dynamics.equations.angular_accelerations`.
+    """
+    p, q, r = rates
+    p_dot, q_dot, r_dot = spin
+    ixx, iyy, izz, ixz = body.ixx, body.iyy, body.izz, body.ixz
+    return (
+        ixx * p_dot - ixz * (r_dot + p * q) + (izz - iyy) * q * r,
+        iyy * q_dot + (ixx - izz) * p * r + ixz * (p * p - r * r),
+        izz * r_dot - ixz * (p_dot - q * r) + (iyy - ixx) * p * q,
+    )
+
+
+def _raw_regressors(motion: MeasuredMotion, aircraft: Aircraft) -> FloatArray:
+    half = 0.5 / motion.state("V")
+    by_span, by_chord = half * aircraft.geometry.span, half * aircraft.geometry.chord
+    lengths = {"p_hat": by_span, "q_hat": by_chord, "r_hat": by_span}
+    return np.column_stack(
+        [
+            motion.state(name[0]) * lengths[name]
+            if name in lengths
+            else motion.input(name)
+            if name in INPUTS
+            else motion.state(name)
+            for name in REGRESSORS
+        ]
+    )
+
+
+def _without_derivatives(
+    aircraft: Aircraft, model: Model | None
+) -> tuple[FlightModel, list[tuple[Term, tuple[float, ...]]], list[str]]:
+    """Return the effects of a model in the equations, and apart those that read flow rates.
+
+    Flow rates are measured here; the equations would make them from loads that lack the
+    derivatives.
+    """
+    effects = () if model is None else model.effects
+    now, late = [], []
+    for effect in effects:
+        term = effect.term(aircraft)
+        if {"alpha_dot_hat", "beta_dot_hat"}.isdisjoint(term.reads):
+            now.append(effect)
+        else:
+            late.append((term, effect.values(aircraft)))
+    flight_model = FlightModel(aircraft, Model(effects=tuple(now)) if now else _NOTHING)
+    outside = [*flight_model.control_terms, *flight_model.sensor_terms]
+    remarks = [
+        f"the model's effects on {', '.join(outside)} are not undone in the measurements"
+    ] * bool(outside)
+    return flight_model, late, remarks
+
+
+_NOTHING = Model()
+
+
+def _term_states(
+    model: FlightModel,
+    state: tuple[FloatArray, ...],
+    inputs: tuple[FloatArray, ...],
+    dt: float,
+) -> tuple[FloatArray, ...]:
+    """Return the states of the effects' own, integrated along the measured motion."""
+    if len(model.state_names) == len(POLAR_STATES):
+        return ()
+    rows = list(zip(*(x.tolist() for x in state), strict=True))
+    given = list(zip(*(x.tolist() for x in inputs), strict=True))
+    own = [float(x) for x in model.resting_states(rows[0], given[0])]
+    found = [own]
+    for index in range(len(rows) - 1):
+        first = model.totals((*rows[index], *own), given[index]).term_rates
+        ahead = [x + dt * float(rate) for x, rate in zip(own, first, strict=True)]
+        second = model.totals((*rows[index + 1], *ahead), given[index + 1]).term_rates
+        own = [
+            x + 0.5 * dt * float(one + two) for x, one, two in zip(own, first, second, strict=True)
+        ]
+        found.append(own)
+    return tuple(np.array(found).T)
+
+
+def _hard_gaps(gaps: Mapping[str, BoolArray], maneuver: Maneuver) -> dict[str, BoolArray]:
+    """Return the missing stretches too long to bridge, and the pauses of the record."""
+    times, dt = maneuver.block.times, maneuver.dt
+    pauses = np.zeros(times.size, dtype=bool)
+    pauses[:-1] = np.diff(times) > 1.5 * dt
+    hard = {"": pauses} if pauses.any() else {}
+    for name, mask in gaps.items():
+        long = np.zeros(times.size, dtype=bool)
+        for part in runs(mask):
+            long[part] = (part.stop - part.start) * dt > _LONGEST_BRIDGE
+        hard[name] = long
+    return hard
+
+
+def _usable(
+    needs: tuple[str, ...],
+    gaps: Mapping[str, BoolArray],
+    blocked: Mapping[str, BoolArray],
+    filtering: Smoother,
+) -> BoolArray:
+    count = next(iter(gaps.values())).size
+    missing, out = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    for name in (*needs, ""):
+        if name in blocked:
+            out |= blocked[name]
+        if name in gaps:
+            missing |= gaps[name]
+    return filtering.within(out) & ~missing

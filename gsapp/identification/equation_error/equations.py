@@ -1,0 +1,247 @@
+"""From coefficients to an equation that can be solved, and what cannot be earned from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsapp.dynamics.buildup import reads_of
+from gsapp.identification.coefficients import REGRESSORS, Coefficients
+from gsapp.identification.equation_error.regression import (
+    Equation,
+    Regression,
+    collinear_columns,
+)
+from gsapp.identification.results import DerivativeEstimate, ResponseFit
+from gsapp.identification.smoothing import runs
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+WORDS = {
+    "alpha": "angle of attack",
+    "beta": "sideslip",
+    "p": "roll rate",
+    "q": "pitch rate",
+    "r": "yaw rate",
+    "de": "elevator",
+    "da": "aileron",
+    "dr": "rudder",
+}
+_LEAST_ANGLE = 0.1 * DEGREE
+_LEAST_RATE = 0.3 * DEGREE
+"""Standard deviations below which nothing has moved, rad and rad/s."""
+_OVER_NOISE = 2.0
+"""Standard deviation over that of the noise, below which nothing has moved."""
+_SHORTEST = 1.0
+"""s of usable record below which nothing is estimated."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Formed:
+    """An equation, or why there is none.
+
+    Attributes
+    ----------
+    equation : Equation or None
+    unearned : mapping of str to DerivativeEstimate
+        Derivatives without a number.
+    remarks : tuple of str
+    """
+
+    equation: Equation | None
+    unearned: Mapping[str, DerivativeEstimate] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+
+def form(
+    coefficient: str,
+    names: Sequence[str],
+    fixed: Mapping[str, float],
+    found: Sequence[Coefficients],
+) -> Formed:
+    """Stack the maneuvers into one equation for a coefficient.
+
+    Parameters
+    ----------
+    coefficient : str
+    names : sequence of str
+        Derivatives wanted, bias first if at all.
+    fixed : mapping of str to float
+        Derivatives held.
+    found : sequence of Coefficients
+        Smoothed alike.
+    """
+    suffixes = [name.partition("_")[2] for name in names]
+    needed = [suffix for suffix in suffixes if suffix != "0"]
+    lacking = {
+        index: why for index, one in enumerate(found) if (why := _lacking(coefficient, needed, one))
+    }
+    remarks = tuple(
+        f"maneuver {found[index].maneuver} does not count for {coefficient}: {why}"
+        for index, why in lacking.items()
+    )
+    if len(lacking) == len(found):
+        return Formed(equation=None, unearned=_without(names, found, lacking[0]))
+    used = [one for index, one in enumerate(found) if index not in lacking]
+    stacked = _stack(coefficient, names, fixed, used)
+    length = stacked.y.size * stacked.dt
+    if length < _SHORTEST or stacked.y.size < 3 * len(names):
+        why = (
+            f"only {length:.1f} s of the record can be used"
+            if length
+            else "no stretch of the record is long enough between missing and clipped samples"
+        )
+        return Formed(equation=None, unearned=_all_unknown(names, why), remarks=remarks)
+    unearned = _unexcited(stacked, used)
+    keep = [index for index, name in enumerate(names) if name not in unearned]
+    if all(name.endswith("_0") for name in names if name not in unearned) and unearned:
+        why = "nothing moved"
+        return Formed(
+            equation=None, unearned={**_all_unknown(names, why), **unearned}, remarks=remarks
+        )
+    reduced = stacked.of(keep)
+    twins = collinear_columns(reduced)
+    for name, partners in twins.items():
+        unearned[name] = DerivativeEstimate(
+            value=None,
+            status="not-identifiable",
+            confounded_with=partners,
+            why=f"it cannot be told apart from {' and '.join(partners)} in this motion",
+        )
+    dropped = _dropped(twins)
+    keep = [index for index, name in enumerate(reduced.names) if name not in dropped]
+    return Formed(equation=reduced.of(keep), unearned=unearned, remarks=remarks)
+
+
+def explain(equation: Equation, solution: Regression) -> ResponseFit:
+    """Return how well the solution follows the smoothed coefficient."""
+    measured = equation.y
+    computed = measured - solution.residuals
+    squares = float(solution.residuals @ solution.residuals)
+    about = measured - measured.mean()
+    size = measured.size
+    width = float(np.ptp(measured))
+    rms = float(np.sqrt(squares / size))
+    spread = float(np.sqrt(measured @ measured / size) + np.sqrt(computed @ computed / size))
+    return ResponseFit(
+        rms=rms,
+        rms_over_range_pct=100.0 * rms / width if width > 0.0 else float("nan"),
+        r2=1.0 - squares / float(about @ about) if width > 0.0 else float("nan"),
+        theil=rms / spread if spread > 0.0 else float("nan"),
+        samples=size * equation.stride,
+    )
+
+
+def _lacking(coefficient: str, needed: Sequence[str], one: Coefficients) -> str:
+    if coefficient in one.missing:
+        return one.missing[coefficient]
+    absent = [WORDS[name] for name in needed if name not in one.measured]
+    if not absent:
+        return ""
+    return f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
+
+
+def _without(
+    names: Sequence[str], found: Sequence[Coefficients], why: str
+) -> dict[str, DerivativeEstimate]:
+    """Say of every derivative whether its own variable is lacking or another one's."""
+    unearned = {}
+    for name in names:
+        suffix = name.partition("_")[2]
+        own = suffix != "0" and not any(suffix in one.measured for one in found)
+        reason = f"{WORDS[suffix]} was not measured" if own else f"it cannot stand alone: {why}"
+        unearned[name] = DerivativeEstimate(value=None, status="unknown", why=reason)
+    return unearned
+
+
+def _all_unknown(names: Sequence[str], why: str) -> dict[str, DerivativeEstimate]:
+    return {name: DerivativeEstimate(value=None, status="unknown", why=why) for name in names}
+
+
+def _stack(
+    coefficient: str,
+    names: Sequence[str],
+    fixed: Mapping[str, float],
+    used: Sequence[Coefficients],
+) -> Equation:
+    reads = reads_of(coefficient)
+    smoothing = used[0].smoother
+    stride = smoothing.stride
+    ys: list[FloatArray] = []
+    Xs: list[FloatArray] = []
+    segments: list[slice] = []
+    noise = np.zeros((len(names), len(names)))
+    at = 0
+    for one in used:
+        columns = dict(zip(reads, one.smoothed(tuple(reads.values())).T, strict=True))
+        columns["0"] = np.ones(one.times.size)
+        y = one.values[:, one.column(coefficient)]
+        for name, value in fixed.items():
+            head, _, suffix = name.partition("_")
+            if head == coefficient and value != 0.0:
+                y = y - value * columns[suffix]
+        suffixes = [name.partition("_")[2] for name in names]
+        X = np.column_stack([columns[suffix] for suffix in suffixes])
+        good = one.counts(coefficient)
+        for suffix in suffixes:
+            if suffix != "0":
+                good = good & one.known[reads[suffix]]
+        rows = 0
+        for part in runs(good):
+            taken = slice(part.start, part.stop, stride)
+            ys.append(y[taken])
+            Xs.append(X[taken])
+            segments.append(slice(at + rows, at + rows + ys[-1].size))
+            rows += ys[-1].size
+        at += rows
+        places = [REGRESSORS.index(reads[s]) if s != "0" else -1 for s in suffixes]
+        own = np.pad(one.noise, (0, 1))  # nothing for the bias, the last row and column
+        noise += rows * own[np.ix_(places, places)]
+    return Equation(
+        y=np.concatenate(ys) if ys else np.empty(0),
+        X=np.concatenate(Xs) if Xs else np.empty((0, len(names))),
+        names=tuple(names),
+        segments=tuple(segments),
+        dt=stride * smoothing.dt,
+        stride=stride,
+        noise=noise,
+    )
+
+
+def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, DerivativeEstimate]:
+    """Return the derivatives whose variable has hardly moved."""
+    found = {}
+    for index, name in enumerate(stacked.names):
+        suffix = name.partition("_")[2]
+        if suffix == "0":
+            continue
+        spread = float(np.std(stacked.X[:, index]))
+        noise = float(np.sqrt(stacked.noise[index, index] / len(stacked.X)))
+        least = _LEAST_ANGLE
+        if suffix in ("p", "q", "r"):
+            # From p b/2V back to p: the ratio is the same for all samples, but for the speed.
+            rate, hat = used[0].variables[suffix], used[0].variables[f"{suffix}_hat"]
+            least = (
+                _LEAST_RATE * float(np.linalg.norm(hat)) / max(float(np.linalg.norm(rate)), 1e-12)
+            )
+        if spread < max(least, _OVER_NOISE * noise):
+            found[name] = DerivativeEstimate(
+                value=None,
+                status="unknown",
+                why=f"the {WORDS[suffix]} hardly moved: {spread / least:.2g} times the least "
+                "that is needed"
+                if spread < least
+                else f"the {WORDS[suffix]} did not stand out of its noise",
+            )
+    return found
+
+
+def _dropped(twins: Mapping[str, tuple[str, ...]]) -> set[str]:
+    """Return one less than every group of twins, so that the rest can be solved."""
+    dropped: set[str] = set()
+    for name, partners in twins.items():
+        if not dropped.intersection(partners):
+            dropped.add(name)
+    return dropped

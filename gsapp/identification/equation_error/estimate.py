@@ -1,0 +1,155 @@
+"""Derivatives by equation error: every coefficient regressed on what the build-up multiplies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gsapp.dynamics.buildup import reads_of
+from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import COEFFICIENTS, Axis, axis_derivatives, free_derivatives
+from gsapp.identification.coefficients import Coefficients, reconstruct
+from gsapp.identification.equation_error.equations import explain, form
+from gsapp.identification.equation_error.regression import Regression, solve
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
+from gsapp.identification.smoothing import choose_cutoff
+
+
+def estimate(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    *,
+    free: Sequence[str] | None = None,
+    held: Mapping[str, float] | None = None,
+    stand_ins: Mapping[str, float] | None = None,
+    model: Model | None = None,
+    cutoff: float | None = None,
+    motions: Sequence[MeasuredMotion] | None = None,
+) -> Estimate:
+    """Estimate derivatives from one maneuver, or from several in one stacked regression.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    axis : {"lon", "lat", "both"}
+    free : sequence of str, optional
+        Derivatives to estimate; by default those of tables 6.2.5 and 6.2.6 for the surfaces moved.
+    held : mapping of str to float, optional
+        Derivatives held at a value.
+    stand_ins : mapping of str to float, optional
+        As in `gsapp.identification.motion.measured_motion`.
+    model : Model, optional
+        Derivatives that are not free take its values; its effects are taken as known.
+    cutoff : float, optional
+        Of the smoothing, Hz; by default chosen from the data.
+    motions : sequence of MeasuredMotion, optional
+        If they are known already, one for each maneuver.
+
+    Returns
+    -------
+    Estimate
+        `fit` is by coefficient (``CN`` ...). What was not earned has no number and says why.
+
+    Raises
+    ------
+    FlightError
+        If there is no maneuver, or the airspeed is missing and nothing can stand in for it.
+    """
+    found = coefficients_of(maneuvers, stand_ins, model, cutoff, motions)
+    inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
+    wanted = free_derivatives(axis, inputs) if free is None else tuple(free)
+    fixed = {} if model is None else {name: model.derivative(name) for name in model.derivatives}
+    fixed = {name: value for name, value in fixed.items() if name not in wanted}
+    fixed.update(held or {})
+    derivatives = {
+        name: DerivativeEstimate(value=fixed[name], status="held")
+        if name in fixed
+        else DerivativeEstimate(value=None, status="unknown", why="it was not set free")
+        for name in axis_derivatives(axis)
+    }
+    warnings = [remark for one in found for remark in one.remarks]
+    blocks: list[Regression] = []
+    fits: dict[str, ResponseFit] = {}
+    for coefficient in COEFFICIENTS[axis]:
+        names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient))]
+        names = [name for name in names if name in wanted and name not in fixed]
+        if not names:
+            continue
+        formed = form(coefficient, names, fixed, found)
+        derivatives.update(formed.unearned)
+        warnings += formed.remarks
+        if formed.equation is None:
+            continue
+        solution = solve(formed.equation)
+        blocks.append(solution)
+        fits[coefficient] = explain(formed.equation, solution)
+        for index, name in enumerate(solution.names):
+            if name not in formed.unearned:
+                derivatives[name] = DerivativeEstimate(
+                    value=float(solution.values[index]),
+                    std=float(np.sqrt(solution.covariance[index, index])),
+                    cramer_rao=float(np.sqrt(solution.white[index, index])),
+                )
+    names_free, covariance = _joined(blocks, derivatives)
+    return Estimate(
+        method="ee",
+        axis=axis,
+        maneuvers=tuple(maneuver.id for maneuver in maneuvers),
+        derivatives=derivatives,
+        free=names_free,
+        covariance=covariance,
+        fit=fits,
+        iterations=1,
+        converged=bool(names_free),
+        warnings=tuple(dict.fromkeys(warnings)),
+        message="solved directly" if names_free else "no derivative could be estimated",
+    )
+
+
+def coefficients_of(
+    maneuvers: Sequence[Maneuver],
+    stand_ins: Mapping[str, float] | None,
+    model: Model | None,
+    cutoff: float | None,
+    motions: Sequence[MeasuredMotion] | None,
+) -> list[Coefficients]:
+    """Return the coefficients of all maneuvers, smoothed alike."""
+    if not maneuvers:
+        raise FlightError("there is no maneuver to estimate from; name at least one")
+    if motions is None:
+        motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
+    if cutoff is None:
+        cutoff = max(
+            choose_cutoff(motion.states[:, 1:6], maneuver.dt)
+            for maneuver, motion in zip(maneuvers, motions, strict=True)
+        )
+    return [
+        reconstruct(maneuver, motion=motion, model=model, cutoff=cutoff)
+        for maneuver, motion in zip(maneuvers, motions, strict=True)
+    ]
+
+
+def _joined(
+    blocks: Sequence[Regression], derivatives: Mapping[str, DerivativeEstimate]
+) -> tuple[tuple[str, ...], np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
+    """Return names and covariance of all that was estimated."""
+    names: list[str] = []
+    parts = []
+    for block in blocks:
+        kept = [
+            index
+            for index, name in enumerate(block.names)
+            if derivatives[name].status == "estimated"
+        ]
+        names += [block.names[index] for index in kept]
+        parts.append(block.covariance[np.ix_(kept, kept)])
+    covariance = np.zeros((len(names), len(names)))
+    at = 0
+    for part in parts:
+        covariance[at : at + len(part), at : at + len(part)] = part
+        at += len(part)
+    return tuple(names), covariance
