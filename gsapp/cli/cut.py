@@ -34,7 +34,7 @@ def run(
         Each ``OLD=NEW``.
     from_zero : bool
         Whether times are to begin at zero.
-    units : {"us", "metric", "si"}
+    units : {"us", "si", "base"}
         Of the columns written.
     channel_map : str, optional
     json : Path, optional

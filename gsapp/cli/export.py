@@ -22,7 +22,7 @@ def run(
         The file to write.
     channel_map : str, optional
         Name or path of a channel map.
-    units : {"us", "metric", "si"}
+    units : {"us", "si", "base"}
         Units of the columns.
 
     Raises

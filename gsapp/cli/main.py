@@ -248,7 +248,8 @@ def export(
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     channel_map: MapName = None,
     units: Annotated[
-        Literal["us", "metric", "si"], typer.Option(help="Units of the values written")
+        Literal["us", "si", "base"],
+        typer.Option(help="Units: us ft/s, deg, g; si m/s, deg, g; base m/s, rad, m/s^2"),
     ] = "us",
 ) -> None:
     """Write a flight for other programs.
@@ -279,7 +280,8 @@ RenameList = Annotated[
     typer.Option(metavar="OLD=NEW", help="Give a channel another id; repeatable"),
 ]
 WrittenUnits = Annotated[
-    Literal["us", "metric", "si"], typer.Option(help="Units of the values written")
+    Literal["us", "si", "base"],
+    typer.Option(help="Units: us ft/s, deg, g; si m/s, deg, g; base m/s, rad, m/s^2"),
 ]
 
 

@@ -425,7 +425,7 @@ def test_import_never_writes_over_anything(tmp_path, taken):
 def test_export_of_a_folder(box_folder, tmp_path, to, capsys):
     """A recorded flight exported and opened again has the same channels and numbers."""
     out = tmp_path / f"out.{to}"
-    export.run(flight=box_folder.path, to=to, out=out, units="si")
+    export.run(flight=box_folder.path, to=to, out=out, units="base")
     assert "written to" in capsys.readouterr().out
     flight, back = load_flight(box_folder.path), load_flight(out)
     assert set(back.block.channels) == set(flight.block.channels)
@@ -438,7 +438,7 @@ def test_export_refuses_before_it_reads(tmp_path, box_folder):
     """A wrong format, wrong units or an empty flight leave no file behind."""
     with pytest.raises(UnknownNameError, match="csv, mat, parquet"):
         export.run(flight=tmp_path / "none", to="xlsx", out=tmp_path / "x")
-    with pytest.raises(UnknownNameError, match="us, metric, si"):
+    with pytest.raises(UnknownNameError, match="us, si, base"):
         export.run(flight=tmp_path / "none", to="csv", out=tmp_path / "x", units="uk")
     empty = FlightFolder.create(tmp_path / "empty")
     with pytest.raises(FlightError, match="no samples"):

@@ -31,7 +31,7 @@ def write_block(path: Path | str, block: Block, to: str, units: str = "us") -> P
         The samples.
     to : {"csv", "mat", "parquet"}
         The format.
-    units : {"us", "metric", "si"}
+    units : {"us", "si", "base"}
         Units of the columns.
 
     Raises

@@ -29,7 +29,7 @@ def write_flight_csv(path: Path | str, block: Block, system: str = "us") -> Path
         Where to.
     block : Block
         The samples.
-    system : {"us", "metric", "si"}
+    system : {"us", "si", "base"}
         Units of the columns.
 
     Raises

@@ -9,9 +9,9 @@ from typing import Literal, get_args
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray, channel, from_si
 
-UnitSystem = Literal["us", "metric", "si"]
-"""``us``: deg, ft/s, g, lbf/ft^2, as flight-test reports use them; ``metric``: deg, m/s, g, kPa, as
-on screen; ``si``: rad, m/s, m/s^2, Pa, K, bit for bit as held inside."""
+UnitSystem = Literal["us", "si", "base"]
+"""``us``: deg, ft/s, g, lbf/ft^2, as flight-test reports use them; ``si``: deg, m/s, g, kPa, what
+the window shows as SI; ``base``: rad, m/s, m/s^2, Pa, K, bit for bit as held inside."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +40,7 @@ class Layout:
         """
         if system not in get_args(UnitSystem):
             raise UnknownNameError(
-                f"no system of units is called '{system}'; use one of: us, metric, si"
+                f"no system of units is called '{system}'; use one of: us, si, base"
             )
         return Layout(
             channels=tuple(channels), units=tuple(_unit(name, system) for name in channels)
@@ -58,6 +58,6 @@ class Layout:
 def _unit(channel_id: str, system: str) -> str:
     spec = channel(channel_id)
     # A ratio is written as such, 0 to 1; percent is for the screen.
-    if system == "si" or spec.quantity == "ratio":
+    if system == "base" or spec.quantity == "ratio":
         return spec.unit
     return spec.us_display if system == "us" else spec.si_display

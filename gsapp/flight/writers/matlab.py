@@ -31,7 +31,7 @@ def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
         Where to.
     block : Block
         The samples; missing ones are NaN.
-    system : {"us", "metric", "si"}
+    system : {"us", "si", "base"}
         Units of the variables.
 
     Raises

@@ -19,7 +19,7 @@ def write_parquet(path: Path | str, block: Block, system: str = "us") -> Path:
         Where to.
     block : Block
         The samples.
-    system : {"us", "metric", "si"}
+    system : {"us", "si", "base"}
         Units of the columns; each column's metadata states its own under ``unit``.
 
     Raises
