@@ -204,6 +204,11 @@ class FlightModel:
 
     # --- putting together -----------------------------------------------------------------------
 
+    @property
+    def terms(self) -> tuple[tuple[Term, slice], ...]:
+        """Return the terms in the equations, each with the places of its parameters."""
+        return tuple((entry.term, entry.parameters) for entry in self._entries)
+
     def _all_terms(self, extra: Sequence[Term]) -> list[tuple[Term, tuple[float, ...]]]:
         terms: list[tuple[Term, tuple[float, ...]]] = [
             (term, tuple(self.model.derivative(item.name) for item in term.parameters))

@@ -1,0 +1,249 @@
+"""Trajectories and sensitivities of a segment, all samples at once.
+
+The discretized equations x[k+1] = F_k(x[k]) (one Runge-Kutta or Euler step per sample) are solved
+for all k together by Newton's method: F_k and its exact derivative Phi_k come from whole arrays,
+and the correction from the block-bidiagonal system
+
+    dx[k+1] - Phi_k dx[k] = F_k(x[k]) - x[k+1]
+
+as one banded triangular solve. Started from the last iterate plus what its sensitivities promise,
+one or two rounds reach the solution to rounding, the same as stepping through time does. The
+sensitivities S[k+1] = Phi_k S[k] + Gamma_k are one more such solve with many right-hand sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.linalg.lapack import dtbtrs
+
+from gsapp.identification.maximum_likelihood.kernels import Drive, Kernel
+from gsapp.quantities import FloatArray
+
+Integration = Literal["rk4", "euler"]
+_ROUNDS = 12
+_SETTLED = 1e-7
+"""A Newton correction smaller than this (of 1, or of the state) leaves an error of its square."""
+_BEYOND = 1e4
+"""States beyond this (SI, radians) have left all bounds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drives:
+    """Drives of one segment: at the samples, and halfway between them (inputs averaged)."""
+
+    samples: Drive
+    halfway: Drive
+
+    @property
+    def before(self) -> Drive:
+        """Return the drive at the start of every step."""
+        return self.samples.part(slice(0, -1))
+
+    @property
+    def after(self) -> Drive:
+        """Return the drive at the end of every step."""
+        return self.samples.part(slice(1, None))
+
+
+def drives_of(
+    kernel: Kernel,
+    states: FloatArray,
+    inputs: FloatArray,
+    by_path: FloatArray | None,
+    values: FloatArray,
+) -> Drives:
+    """Return the drives for measured states (9, n) and inputs (8, n), straight between samples."""
+
+    def halfway(row: FloatArray) -> FloatArray:
+        middle: FloatArray = 0.5 * (row[..., 1:] + row[..., :-1])
+        return middle
+
+    between = None if by_path is None else halfway(by_path)
+    return Drives(
+        samples=kernel.drive(states, inputs, by_path, values),
+        halfway=kernel.drive(halfway(states), halfway(inputs), between, values),
+    )
+
+
+def _times(A: FloatArray, B: FloatArray) -> FloatArray:
+    """Return the products A_k B_k of matrices with time last: (i, j, n), (j, m, n) -> (i, m, n)."""
+    rows, inner, count = A.shape
+    if rows * inner <= 12:
+        out = np.empty((rows, B.shape[1], count))
+        part = np.empty(B.shape[1:])
+        for i in range(rows):
+            np.multiply(A[i, 0], B[0], out=out[i])
+            for j in range(1, inner):
+                np.multiply(A[i, j], B[j], out=part)
+                out[i] += part
+        return out
+    first = np.ascontiguousarray(A.transpose(2, 0, 1))
+    second = np.ascontiguousarray(B.transpose(2, 0, 1))
+    return np.ascontiguousarray((first @ second).transpose(1, 2, 0))
+
+
+class Engine:
+    """Steps, trajectories and sensitivities with one kernel.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    integration : {"rk4", "euler"}
+    """
+
+    def __init__(self, kernel: Kernel, integration: Integration) -> None:
+        self.kernel = kernel
+        self._integration = integration
+
+    # --- one step -------------------------------------------------------------------------------
+
+    def _step(self, drives: Drives, x: FloatArray, h: float, values: FloatArray) -> FloatArray:
+        """Return F_k(x_k) for x of shape (n_states, n - 1)."""
+        rates = self.kernel.rates
+        k1 = rates(drives.before, x, values)
+        if self._integration == "euler":
+            return x + h * k1
+        k2 = rates(drives.halfway, x + 0.5 * h * k1, values)
+        k3 = rates(drives.halfway, x + 0.5 * h * k2, values)
+        k4 = rates(drives.after, x + h * k3, values)
+        stepped: FloatArray = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        return stepped
+
+    def _step_slopes(
+        self, drives: Drives, x: FloatArray, h: float, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return F_k and Phi_k, shape (n_states, n_states, n - 1)."""
+        slopes = self.kernel.slopes
+        k1, a1 = slopes(drives.before, x, values)
+        unit = np.eye(len(x))[:, :, None]
+        if self._integration == "euler":
+            return x + h * k1, unit + h * a1
+        k2, a2 = slopes(drives.halfway, x + 0.5 * h * k1, values)
+        k3, a3 = slopes(drives.halfway, x + 0.5 * h * k2, values)
+        k4, a4 = slopes(drives.after, x + h * k3, values)
+        d2 = a2 + 0.5 * h * _times(a2, a1)
+        d3 = a3 + 0.5 * h * _times(a3, d2)
+        d4 = a4 + h * _times(a4, d3)
+        return (
+            x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4),
+            unit + h / 6.0 * (a1 + 2.0 * (d2 + d3) + d4),
+        )
+
+    def _step_gradients(
+        self, drives: Drives, x: FloatArray, h: float, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return Phi_k and Gamma_k, shape (n_states, n_free, n - 1)."""
+        gradients = self.kernel.gradients
+        k1, a1, g1 = gradients(drives.before, x, values)
+        unit = np.eye(len(x))[:, :, None]
+        if self._integration == "euler":
+            return unit + h * a1, h * g1
+        k2, a2, g2 = gradients(drives.halfway, x + 0.5 * h * k1, values)
+        k3, a3, g3 = gradients(drives.halfway, x + 0.5 * h * k2, values)
+        _, a4, g4 = gradients(drives.after, x + h * k3, values)
+        size = len(x)
+        first = np.concatenate((a1, g1), axis=1)
+        second = _times(a2, 0.5 * h * first)
+        second[:, :size] += a2
+        second[:, size:] += g2
+        third = _times(a3, 0.5 * h * second)
+        third[:, :size] += a3
+        third[:, size:] += g3
+        total = _times(a4, h * third)
+        total[:, :size] += a4
+        total[:, size:] += g4
+        second += third
+        second *= 2.0
+        total += first
+        total += second
+        total *= h / 6.0
+        return unit + total[:, :size], total[:, size:]
+
+    # --- trajectories ---------------------------------------------------------------------------
+
+    def trajectory(
+        self, drives: Drives, h: float, values: FloatArray, start: FloatArray, guess: FloatArray
+    ) -> FloatArray | None:
+        """Return the states at all samples, shape (n_states, n); None where the model diverges.
+
+        Parameters
+        ----------
+        start : ndarray, shape (n_states,)
+            At the first sample.
+        guess : ndarray, shape (n_states, n)
+        """
+        x = guess.copy()
+        with np.errstate(all="ignore"):
+            for _ in range(_ROUNDS):
+                stepped, Phi = self._step_slopes(drives, x[:, :-1], h, values)
+                gap = np.empty((1, x.shape[1], x.shape[0]))
+                gap[0, 0] = start - x[:, 0]
+                gap[0, 1:] = (stepped - x[:, 1:]).T
+                change = _solve(Phi, gap)[0].T
+                x += change
+                size = np.abs(x)
+                if not size.max() < _BEYOND:
+                    break
+                if (np.abs(change) <= _SETTLED * np.maximum(size, 1.0)).all():
+                    return x
+            return self._in_sequence(drives, h, values, start)
+
+    def _in_sequence(
+        self, drives: Drives, h: float, values: FloatArray, start: FloatArray
+    ) -> FloatArray | None:
+        """Return the trajectory stepped through time: for motions on which Newton fails."""
+        count = drives.samples.states.shape[1]
+        x = np.empty((start.size, count))
+        x[:, 0] = start
+        for k in range(count - 1):
+            one = Drives(
+                samples=drives.samples.part(slice(k, k + 2)),
+                halfway=drives.halfway.part(slice(k, k + 1)),
+            )
+            x[:, k + 1 : k + 2] = self._step(one, x[:, k : k + 1], h, values)
+            if not np.abs(x[:, k + 1]).max() < _BEYOND:
+                return None
+        return x
+
+    def sensitivities(
+        self, drives: Drives, h: float, values: FloatArray, x: FloatArray, by_start: FloatArray
+    ) -> FloatArray:
+        """Return the derivatives of the states, shape (n_states, n_free + n_start, n).
+
+        Parameters
+        ----------
+        by_start : ndarray, shape (n_states, n_start)
+            Derivatives of the first sample by the free initial states.
+        """
+        Phi, Gamma = self._step_gradients(drives, x[:, :-1], h, values)
+        size, free, steps = Gamma.shape
+        columns = np.zeros((free + by_start.shape[1], steps + 1, size))
+        columns[free:, 0] = by_start.T
+        columns[:free, 1:] = Gamma.transpose(1, 2, 0)
+        return np.ascontiguousarray(_solve(Phi, columns).transpose(2, 0, 1))
+
+
+def _solve(Phi: FloatArray, columns: FloatArray) -> FloatArray:
+    """Solve d[0] = b[0], d[k+1] - Phi_k d[k] = b[k+1].
+
+    Parameters
+    ----------
+    Phi : ndarray, shape (n_states, n_states, n - 1)
+    columns : ndarray, shape (m, n, n_states)
+        Right-hand sides; overwritten.
+    """
+    size, _, steps = Phi.shape
+    band = np.zeros((steps + 1, size, 2 * size))
+    for i in range(size):
+        for j in range(size):
+            band[:-1, j, size + i - j] = -Phi[i, j]
+    m, count, _ = columns.shape
+    flat = columns.reshape(m, count * size).T
+    # LAPACK's columns are this array's rows: no copies.
+    solved, _ = dtbtrs(
+        band.reshape(count * size, 2 * size).T, flat, uplo="L", diag="U", overwrite_b=1
+    )
+    return np.asarray(solved.T.reshape(m, count, size))

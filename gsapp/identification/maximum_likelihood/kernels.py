@@ -1,0 +1,230 @@
+"""The equations of a segment as the engine needs them: active states only, all samples at once.
+
+A *kernel* gives rates and responses with their derivatives by the active states and the free
+parameters. `GeneralKernel` runs on `FlightModel` and knows every effect; those of
+`gsapp.identification.maximum_likelihood.lean` are written out for the linear build-up and several
+times faster. Time is the last axis here, so that every operation runs along the samples.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.sensors import OutputModel
+from gsapp.quantities import FloatArray
+
+IntArray = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drive:
+    """What drives the equations at a row of instants.
+
+    Attributes
+    ----------
+    states : ndarray, shape (9, n)
+        Measured polar states; the rows of active ones are ignored.
+    inputs : ndarray, shape (8, n)
+    by_path : ndarray, shape (3, n_path, n), or None
+        Derivatives of de, da, dr by the free parameters of control paths.
+    table : ndarray, shape (n_rows, n)
+        What a kernel works out beforehand.
+    """
+
+    states: FloatArray
+    inputs: FloatArray
+    by_path: FloatArray | None
+    table: FloatArray
+
+    def part(self, which: slice) -> Drive:
+        """Return a row of these instants."""
+        return Drive(
+            states=self.states[:, which],
+            inputs=self.inputs[:, which],
+            by_path=None if self.by_path is None else self.by_path[:, :, which],
+            table=self.table[:, which],
+        )
+
+
+class Kernel(ABC):
+    """Rates and responses of the active states.
+
+    Attributes
+    ----------
+    state_names : tuple of str
+        Active states, those of terms last.
+    responses : tuple of str
+    free : tuple of str
+        Free parameters of the equations and of control paths: the columns of derivatives.
+    """
+
+    state_names: tuple[str, ...]
+    responses: tuple[str, ...]
+    free: tuple[str, ...]
+
+    @abstractmethod
+    def drive(
+        self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
+    ) -> Drive:
+        """Return the drive for measured states (9, n) and inputs (8, n)."""
+
+    @abstractmethod
+    def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the rates of the active states x, shape (n_states, n).
+
+        `values` are all parameters of the flight model, in its order.
+        """
+
+    @abstractmethod
+    def slopes(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rates and their derivatives by the states, shape (n_states, n_states, n)."""
+
+    @abstractmethod
+    def gradients(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return rates, derivatives by states, and by `free`, shape (n_states, n_free, n)."""
+
+    @abstractmethod
+    def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the responses, shape (n_responses, n)."""
+
+    @abstractmethod
+    def output_sensitivities(
+        self, drive: Drive, x: FloatArray, values: FloatArray, S: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the responses and their total derivatives.
+
+        Parameters
+        ----------
+        S : ndarray, shape (n_states, m, n)
+            Derivatives of the states; the first n_free columns are those by `free`.
+
+        Returns
+        -------
+        y : ndarray, shape (n_responses, n)
+        dy : ndarray, shape (n_responses, m, n)
+        """
+
+
+class GeneralKernel(Kernel):
+    """Any states, any effects: the chain rule of `FlightModel` and `OutputModel`.
+
+    Parameters
+    ----------
+    model : FlightModel
+    states : sequence of str
+        Active polar states; the states of terms are always active.
+    responses : sequence of str
+    free : sequence of str
+        Of ``model.parameter_names``.
+    path_free : sequence of str
+        Free parameters of control paths, whose derivatives come with the drive.
+    """
+
+    def __init__(
+        self,
+        model: FlightModel,
+        states: Sequence[str],
+        responses: Sequence[str],
+        free: Sequence[str],
+        path_free: Sequence[str] = (),
+    ) -> None:
+        self.model = model
+        self.responses = tuple(responses)
+        self.free = (*free, *path_free)
+        self._own = tuple(free)
+        self.state_names = (*states, *model.state_names[len(POLAR_STATES) :])
+        self._active = [model.state_names.index(name) for name in self.state_names]
+        self._surfaces = len(model.state_names) + np.array(
+            [INPUTS.index(name) for name in ("de", "da", "dr")]
+        )
+        self._outputs = OutputModel(model, self.responses)
+
+    def drive(
+        self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
+    ) -> Drive:
+        """Return the drive; nothing is worked out beforehand."""
+        del values
+        table = np.empty((0, states.shape[1]))
+        return Drive(states=states, inputs=inputs, by_path=by_path, table=table)
+
+    def _state(self, drive: Drive, x: FloatArray) -> list[Any]:
+        state: list[Any] = [*drive.states, *([None] * (len(self.model.state_names) - 9))]
+        for place, row in zip(self._active, x, strict=True):
+            state[place] = row
+        return state
+
+    def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the rates of the active states."""
+        found = self.model.rates(self._state(drive, x), tuple(drive.inputs), values)
+        out = np.empty_like(x)
+        for row, place in enumerate(self._active):
+            out[row] = found[place]
+        return out
+
+    def slopes(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rates and their derivatives by the active states."""
+        f, f_x, _ = self._differentiate(drive, x, values, ())
+        return f, f_x
+
+    def gradients(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return rates with derivatives by states and free parameters."""
+        return self._differentiate(drive, x, values, self._own)
+
+    def _differentiate(
+        self, drive: Drive, x: FloatArray, values: FloatArray, free: tuple[str, ...]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        state = self._state(drive, x)
+        inputs = tuple(drive.inputs)
+        found = self.model.differentiate(state, inputs, values, free=free)
+        rows = found.rates[:, self._active]
+        f_x = rows[:, :, self._active].transpose(1, 2, 0)
+        first = len(self.model.state_names) + len(INPUTS)
+        f_p = rows[:, :, first:].transpose(1, 2, 0)
+        if drive.by_path is not None:
+            by_surface = rows[:, :, self._surfaces]
+            through = np.einsum("nis,spn->ipn", by_surface, drive.by_path)
+            f_p = np.concatenate((f_p, through), axis=1)
+        return self.rates(drive, x, values), np.ascontiguousarray(f_x), np.ascontiguousarray(f_p)
+
+    def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the responses."""
+        found = self._outputs.values(self._state(drive, x), tuple(drive.inputs), values)
+        out = np.empty((len(self.responses), x.shape[1]))
+        for row, one in enumerate(found):
+            out[row] = one
+        return out
+
+    def output_sensitivities(
+        self, drive: Drive, x: FloatArray, values: FloatArray, S: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the responses and their total derivatives."""
+        y, slopes, _ = self._outputs.jacobian(
+            self._state(drive, x), tuple(drive.inputs), values, free=self._own
+        )
+        by_state = slopes[:, :, self._active]
+        # Batches of small matrices, contiguous: (n, r, i) @ (n, i, m).
+        total = np.ascontiguousarray(by_state) @ np.ascontiguousarray(S.transpose(2, 0, 1))
+        own = len(self._own)
+        first = len(self.model.state_names) + len(INPUTS)
+        total[:, :, :own] += slopes[:, :, first:]
+        dy = np.ascontiguousarray(total.transpose(1, 2, 0))
+        if drive.by_path is not None:
+            by_surface = slopes[:, :, self._surfaces]
+            dy[:, own : len(self.free)] += np.einsum("nrs,spn->rpn", by_surface, drive.by_path)
+        return np.ascontiguousarray(y.T), dy

@@ -1,0 +1,675 @@
+"""Kernels written out for the two usual cases: alpha, q and beta, p, r with everything else measured.
+
+The same equations as `GeneralKernel` runs on, with only the active columns, and what does not
+depend on the active states worked out beforehand. Coefficients are the linear build-up plus any
+static effect on them. `lean_kernel` says whether a case is covered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.propulsion import thrust as thrust_of
+from gsapp.dynamics.terms import Term
+from gsapp.identification.axes import COEFFICIENTS, Axis
+from gsapp.identification.maximum_likelihood.kernels import Drive, Kernel
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import GRAVITY
+
+_ROW = {name: row for row, name in enumerate(POLAR_STATES)}
+_INPUT = {name: row for row, name in enumerate(INPUTS)}
+_STATES: dict[Axis, tuple[str, ...]] = {"lon": ("alpha", "q"), "lat": ("beta", "p", "r")}
+_HATS = {"p_hat": "p", "q_hat": "q", "r_hat": "r"}
+_UNREADABLE = frozenset(("alpha_dot_hat", "beta_dot_hat"))
+# Target of an effect: the coefficient that it acts through, and its sign.
+_THROUGH: dict[Axis, dict[str, tuple[str, float]]] = {
+    "lon": {
+        **{name: (name, 1.0) for name in COEFFICIENTS["lon"]},
+        "CZ": ("CN", -1.0),
+        "CX": ("CA", -1.0),
+        "M": ("Cm", 1.0),
+    },
+    "lat": {
+        **{name: (name, 1.0) for name in COEFFICIENTS["lat"]},
+        "L": ("Cl", 1.0),
+        "N": ("Cn", 1.0),
+    },
+}
+
+
+class _Extra(NamedTuple):
+    """An effect on a coefficient: its term, parameters (places), free columns, and its sign."""
+
+    term: Term
+    places: slice
+    columns: tuple[tuple[int, int], ...]
+    sign: float
+    moment: bool
+
+
+class _Coefficient:
+    """One coefficient: bias and linear terms, then effects."""
+
+    def __init__(self, name: str, model: FlightModel, free: Sequence[str], suffixes: int) -> None:
+        first = model.parameter_names.index(f"{name}_0")
+        self.places = slice(first, first + suffixes)
+        own = model.parameter_names[self.places]
+        self.rows = [row for row, one in enumerate(own) if one in free]
+        self.all_rows = len(self.rows) == suffixes
+        start = free.index(own[self.rows[0]]) if self.rows else 0
+        self.columns = slice(start, start + len(self.rows))
+        self.extras: list[_Extra] = []
+
+    def rows_of(self, basis: FloatArray) -> FloatArray:
+        """Return the derivatives by the free linear parameters."""
+        return basis if self.all_rows else basis[self.rows]
+
+
+class _Slope(NamedTuple):
+    """A coefficient with its derivatives by the states (rows) and by effect parameters."""
+
+    value: FloatArray
+    by_state: list[FloatArray | float]
+    by_extra: list[tuple[int, FloatArray]]
+
+
+class _Lean(Kernel):
+    """What both cases share."""
+
+    axis: Axis
+    surfaces: tuple[str, ...]
+
+    def __init__(self, model: FlightModel, responses: Sequence[str], free: Sequence[str]) -> None:
+        self.model = model
+        self.state_names = _STATES[self.axis]
+        self.responses = tuple(responses)
+        self.free = tuple(free)
+        self._coefficients = {
+            name: _Coefficient(name, model, self.free, 1 + len(self.state_names) + self._inputs())
+            for name in COEFFICIENTS[self.axis]
+        }
+        for term, places in model.terms:
+            through = _THROUGH[self.axis].get(term.target)
+            if through is None or term.id.startswith("linear."):
+                continue
+            names = model.parameter_names[places]
+            columns = tuple(
+                (row, self.free.index(name)) for row, name in enumerate(names) if name in self.free
+            )
+            name, sign = through
+            moment = term.target in ("L", "M", "N")
+            self._coefficients[name].extras.append(_Extra(term, places, columns, sign, moment))
+        aircraft = model.aircraft
+        self._aircraft = aircraft
+        self._area = aircraft.geometry.wing_area
+        self._span, self._chord = aircraft.geometry.span, aircraft.geometry.chord
+
+    def _inputs(self) -> int:
+        return len(self.surfaces)
+
+    # --- coefficients ---------------------------------------------------------------------------
+
+    def _read(self, name: str, drive: Drive, x: FloatArray) -> FloatArray:
+        if name in self.state_names:
+            return x[self.state_names.index(name)]
+        if name in _HATS:
+            length = self._chord if name == "q_hat" else self._span
+            found: FloatArray = (
+                self._read(_HATS[name], drive, x) * (0.5 * length) / drive.states[_ROW["V"]]
+            )
+            return found
+        if name in _ROW:
+            return drive.states[_ROW[name]]
+        if name in _INPUT:
+            return drive.inputs[_INPUT[name]]
+        return drive.table[0] if name == "thrust" else drive.table[1]
+
+    def _by_state(self, name: str, drive: Drive) -> tuple[int, FloatArray | float] | None:
+        if name in self.state_names:
+            return self.state_names.index(name), 1.0
+        if name in _HATS and _HATS[name] in self.state_names:
+            length = self._chord if name == "q_hat" else self._span
+            return self.state_names.index(_HATS[name]), 0.5 * length / drive.states[_ROW["V"]]
+        return None
+
+    def _factor(self, extra: _Extra, drive: Drive) -> FloatArray | float:
+        if not extra.moment:
+            return extra.sign
+        length = self._chord if self.axis == "lon" else self._span
+        factor: FloatArray = extra.sign / (drive.table[1] * (self._area * length))
+        return factor
+
+    def _value(
+        self, name: str, basis: FloatArray, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> FloatArray:
+        one = self._coefficients[name]
+        total: FloatArray = values[one.places] @ basis
+        for extra in one.extras:
+            reads = tuple(self._read(read, drive, x) for read in extra.term.reads)
+            added = extra.term.value(reads, (), tuple(values[extra.places]))
+            total = total + self._factor(extra, drive) * added
+        return total
+
+    def _slope(
+        self,
+        name: str,
+        basis: FloatArray,
+        scales: Sequence[FloatArray | float],
+        drive: Drive,
+        x: FloatArray,
+        values: FloatArray,
+    ) -> _Slope:
+        """Return a coefficient with derivatives; `scales` is what each state's row is times it."""
+        one = self._coefficients[name]
+        slopes = values[one.places]
+        by_state: list[FloatArray | float] = [
+            slopes[1 + row] * scale for row, scale in enumerate(scales)
+        ]
+        by_extra: list[tuple[int, FloatArray]] = []
+        for extra in one.extras:
+            reads = tuple(self._read(read, drive, x) for read in extra.term.reads)
+            jacobian = extra.term.jacobian(reads, (), tuple(values[extra.places]))
+            factor = self._factor(extra, drive)
+            for read, slope in zip(extra.term.reads, jacobian.reads, strict=True):
+                found = self._by_state(read, drive)
+                if found is not None:
+                    by_state[found[0]] = by_state[found[0]] + factor * slope * found[1]
+            for row, column in extra.columns:
+                by_extra.append((column, factor * jacobian.parameters[row] + 0.0 * x[0]))
+        return _Slope(self._value(name, basis, drive, x, values), by_state, by_extra)
+
+    def _total(
+        self, name: str, slope: _Slope, basis: FloatArray, S: FloatArray
+    ) -> FloatArray:
+        """Return the total derivatives of a coefficient, shape (m, n)."""
+        total = slope.by_state[0] * S[0]
+        for row in range(1, len(S)):
+            total += slope.by_state[row] * S[row]
+        one = self._coefficients[name]
+        if one.rows:
+            total[one.columns] += one.rows_of(basis)
+        for column, added in slope.by_extra:
+            total[column] += added
+        return np.asarray(total)
+
+    def _spread(
+        self, out: FloatArray, name: str, slope: _Slope, basis: FloatArray, factor: FloatArray
+    ) -> None:
+        """Add factor times the derivatives of a coefficient by its parameters to a row of rates."""
+        one = self._coefficients[name]
+        if one.rows:
+            out[one.columns] += factor * one.rows_of(basis)
+        for column, added in slope.by_extra:
+            out[column] += factor * added
+
+    # --- drives ---------------------------------------------------------------------------------
+
+    def _common(self, states: FloatArray, inputs: FloatArray) -> tuple[FloatArray, ...]:
+        """Return thrust, dynamic pressure, and thrust that yaws."""
+        V, rho = states[0], inputs[_INPUT["rho"]]
+        thrust = np.asarray(thrust_of(self._aircraft, inputs[_INPUT["throttle"]], rho, V))
+        lever = inputs[_INPUT["throttle_difference"]]
+        return thrust, 0.5 * rho * V * V, np.asarray(thrust_of(self._aircraft, lever, rho, V))
+
+
+class LongitudinalKernel(_Lean):
+    """States alpha and q.
+
+    alpha' = q + cos a (A - c CN) - sin a (B - c CA),  q' = d Cm + E
+    """
+
+    axis: Axis = "lon"
+    surfaces = ("de",)
+
+    def drive(
+        self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
+    ) -> Drive:
+        """Return the drive with A, B, c, d, E and factors of the responses worked out."""
+        del values
+        V, _, beta, p, _, r, phi, theta, _ = states
+        thrust, qbar, _ = self._common(states, inputs)
+        mass, body = inputs[_INPUT["mass"]], self._aircraft.mass
+        height = sum(z for _, _, z in self._aircraft.propulsion.position)
+        height /= max(len(self._aircraft.propulsion.position), 1)
+        cos_b, tan_b = np.cos(beta), np.tan(beta)
+        per_speed = 1.0 / (V * cos_b)
+        upward = GRAVITY * np.cos(theta) * np.cos(phi)
+        qS = qbar * self._area
+        table = np.array(
+            [
+                thrust,
+                qbar,
+                upward * per_speed - tan_b * p,
+                (thrust / mass - GRAVITY * np.sin(theta)) * per_speed + tan_b * r,
+                qS / mass * per_speed,
+                qS * (self._chord / body.iyy),
+                (height * thrust - (body.ixx - body.izz) * p * r - body.ixz * (p * p - r * r))
+                / body.iyy,
+                0.5 * self._chord / V,
+                qS / mass,
+                V * cos_b,
+                thrust / mass,
+            ]
+        )
+        return Drive(states=states, inputs=inputs, by_path=by_path, table=table)
+
+    def _basis(self, drive: Drive, x: FloatArray) -> FloatArray:
+        basis = np.empty((4, x.shape[1]))
+        basis[0] = 1.0
+        basis[1] = x[0]
+        np.multiply(x[1], drive.table[7], out=basis[2])
+        basis[3] = drive.inputs[0]
+        return basis
+
+    def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return alpha' and q'."""
+        basis = self._basis(drive, x)
+        CN, CA, Cm = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lon"])
+        A, B, c, d, E = drive.table[2:7]
+        f = np.empty_like(x)
+        f[0] = x[1] + np.cos(x[0]) * (A - c * CN) - np.sin(x[0]) * (B - c * CA)
+        f[1] = d * Cm + E
+        return f
+
+    def slopes(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return alpha', q' and their derivatives by alpha and q."""
+        basis = self._basis(drive, x)
+        return self._with_slopes(drive, x, basis, values)[:2]
+
+    def _with_slopes(
+        self, drive: Drive, x: FloatArray, basis: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, list[_Slope]]:
+        scales = (1.0, drive.table[7])
+        three = [
+            self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]
+        ]
+        CN, CA, Cm = three
+        A, B, c, d, E = drive.table[2:7]
+        cos_a, sin_a = np.cos(x[0]), np.sin(x[0])
+        up, forward = A - c * CN.value, B - c * CA.value
+        f = np.empty_like(x)
+        f[0] = x[1] + cos_a * up - sin_a * forward
+        f[1] = d * Cm.value + E
+        by_CN, by_CA = -c * cos_a, c * sin_a
+        f_x = np.empty((2, 2, x.shape[1]))
+        f_x[0, 0] = by_CN * CN.by_state[0] + by_CA * CA.by_state[0] - sin_a * up - cos_a * forward
+        f_x[0, 1] = by_CN * CN.by_state[1] + by_CA * CA.by_state[1]
+        f_x[0, 1] += 1.0
+        f_x[1, 0] = d * Cm.by_state[0]
+        f_x[1, 1] = d * Cm.by_state[1]
+        return f, f_x, by_CN, by_CA, three
+
+    def gradients(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return alpha', q' with derivatives by states and free parameters."""
+        basis = self._basis(drive, x)
+        f, f_x, by_CN, by_CA, (CN, CA, Cm) = self._with_slopes(drive, x, basis, values)
+        f_p = np.zeros((2, len(self.free), x.shape[1]))
+        self._spread(f_p[0], "CN", CN, basis, by_CN)
+        self._spread(f_p[0], "CA", CA, basis, by_CA)
+        self._spread(f_p[1], "Cm", Cm, basis, drive.table[5])
+        return f, f_x, f_p
+
+    def _shown(self, drive: Drive, x: FloatArray, CN: FloatArray, CA: FloatArray,
+               q_dot: FloatArray) -> FloatArray:  # fmt: skip
+        """Return the responses from the coefficients."""
+        sensors = self._aircraft.sensors
+        p, r, q = drive.states[3], drive.states[5], x[1]
+        per_mass, _, pull = drive.table[8:11]
+        y = np.empty((len(self.responses), x.shape[1]))
+        for row, name in enumerate(self.responses):
+            if name == "alpha":
+                u, w = self._flow(drive, x)
+                y[row] = sensors.alpha_vane.upwash * np.arctan2(w, u)
+            elif name == "q":
+                y[row] = q
+            else:
+                ahead, _, below = sensors.accelerometer.position
+                if name == "an":
+                    y[row] = per_mass * CN - (p * r - q_dot) * ahead + (p * p + q * q) * below
+                else:
+                    y[row] = (
+                        pull - per_mass * CA - (q * q + r * r) * ahead + (p * r + q_dot) * below
+                    )
+        return y
+
+    def _flow(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        ahead, right, below = self._aircraft.sensors.alpha_vane.position
+        p, r, speed = drive.states[3], drive.states[5], drive.table[9]
+        return (
+            speed * np.cos(x[0]) + x[1] * below - r * right,
+            speed * np.sin(x[0]) + p * right - x[1] * ahead,
+        )
+
+    def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the responses."""
+        basis = self._basis(drive, x)
+        CN, CA, Cm = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lon"])
+        return self._shown(drive, x, CN, CA, drive.table[5] * Cm + drive.table[6])
+
+    def output_sensitivities(
+        self, drive: Drive, x: FloatArray, values: FloatArray, S: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the responses and their total derivatives."""
+        basis = self._basis(drive, x)
+        scales = (1.0, drive.table[7])
+        CN, CA, Cm = (
+            self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]
+        )
+        y = self._shown(drive, x, CN.value, CA.value, drive.table[5] * Cm.value + drive.table[6])
+        dy = np.empty((len(self.responses), *S.shape[1:]))
+        ahead, _, below = self._aircraft.sensors.accelerometer.position
+        d, per_mass, q = drive.table[5], drive.table[8], x[1]
+        d_Cm = None
+        if not {"an", "ax"}.isdisjoint(self.responses):
+            d_Cm = self._total("Cm", Cm, basis, S)
+        for row, name in enumerate(self.responses):
+            if name == "alpha":
+                self._vane_sensitivity(drive, x, S, dy[row])
+            elif name == "q":
+                dy[row] = S[1]
+            elif name == "an":
+                np.multiply(self._total("CN", CN, basis, S), per_mass, out=dy[row])
+                dy[row] += (d * ahead) * d_Cm
+                dy[row] += (2.0 * below * q) * S[1]
+            else:
+                np.multiply(self._total("CA", CA, basis, S), -per_mass, out=dy[row])
+                dy[row] += (d * below) * d_Cm
+                dy[row] -= (2.0 * ahead * q) * S[1]
+        return y, dy
+
+    def _vane_sensitivity(
+        self, drive: Drive, x: FloatArray, S: FloatArray, out: FloatArray
+    ) -> None:
+        vane = self._aircraft.sensors.alpha_vane
+        u, w = self._flow(drive, x)
+        scale = vane.upwash / (u * u + w * w)
+        speed = drive.table[9]
+        by_alpha = scale * speed * (u * np.cos(x[0]) + w * np.sin(x[0]))
+        by_q = -scale * (u * vane.position[0] + w * vane.position[2])
+        np.multiply(by_alpha, S[0], out=out)
+        out += by_q * S[1]
+
+
+class LateralKernel(_Lean):
+    """States beta, p and r.
+
+    beta' = p sin a - r cos a + cos b (c CY + G) - sin b F,
+    p' = d1 Cl + d2 Cn + q (e1 p + e2 r) + E1,  r' = d2 Cl + d3 Cn + q (e3 p + e4 r) + E3
+    """
+
+    axis: Axis = "lat"
+    surfaces = ("da", "dr")
+
+    def drive(
+        self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
+    ) -> Drive:
+        """Return the drive with everything that does not depend on beta, p, r worked out."""
+        V, alpha, _, _, q, _, phi, theta, _ = states
+        thrust, qbar, spread = self._common(states, inputs)
+        mass, body = inputs[_INPUT["mass"]], self._aircraft.mass
+        engines = self._aircraft.propulsion.position
+        sideways = sum(abs(y) for _, y, _ in engines) / max(len(engines), 1)
+        sin_a, cos_a, cos_t = np.sin(alpha), np.cos(alpha), np.cos(theta)
+        qS = qbar * self._area
+        lon = np.array([np.ones_like(V), alpha, q * (0.5 * self._chord) / V, inputs[0]])
+        names = self.model.parameter_names
+        CN, CA = (
+            values[names.index(f"{name}_0") : names.index(f"{name}_0") + 4] @ lon
+            for name in ("CN", "CA")
+        )
+        forward = (thrust - qS * CA) / mass - GRAVITY * np.sin(theta)
+        downward = GRAVITY * cos_t * np.cos(phi) - qS * CN / mass
+        determinant = body.ixx * body.izz - body.ixz**2
+        moment = qS * (self._span / determinant)
+        yaw = sideways * spread / determinant
+        table = np.array(
+            [
+                thrust,
+                qbar,
+                sin_a,
+                cos_a,
+                qS / (mass * V),
+                GRAVITY * cos_t * np.sin(phi) / V,
+                (cos_a * forward + sin_a * downward) / V,
+                moment * body.izz,
+                moment * body.ixz,
+                moment * body.ixx,
+                q * ((body.izz + body.ixx - body.iyy) * body.ixz / determinant),
+                q * (-(body.izz * (body.izz - body.iyy) + body.ixz**2) / determinant),
+                q * ((body.ixz**2 - body.ixx * (body.iyy - body.ixx)) / determinant),
+                q * (-body.ixz * (body.izz - body.iyy + body.ixx) / determinant),
+                yaw * body.ixz,
+                yaw * body.ixx,
+                0.5 * self._span / V,
+                qS / mass,
+                V * cos_a,
+            ]
+        )
+        return Drive(states=states, inputs=inputs, by_path=by_path, table=table)
+
+    def _basis(self, drive: Drive, x: FloatArray) -> FloatArray:
+        basis = np.empty((6, x.shape[1]))
+        basis[0] = 1.0
+        basis[1] = x[0]
+        np.multiply(x[1:], drive.table[16], out=basis[2:4])
+        basis[4:] = drive.inputs[1:3]
+        return basis
+
+    def _spin(
+        self, drive: Drive, x: FloatArray, Cl: FloatArray, Cn: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        d1, d2, d3, e1, e2, e3, e4, E1, E3 = drive.table[7:16]
+        return (
+            d1 * Cl + d2 * Cn + e1 * x[1] + e2 * x[2] + E1,
+            d2 * Cl + d3 * Cn + e3 * x[1] + e4 * x[2] + E3,
+        )
+
+    def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return beta', p', r'."""
+        basis = self._basis(drive, x)
+        CY, Cl, Cn = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lat"])
+        sin_a, cos_a, c, G, F = drive.table[2:7]
+        f = np.empty_like(x)
+        f[0] = x[1] * sin_a - x[2] * cos_a + np.cos(x[0]) * (c * CY + G) - np.sin(x[0]) * F
+        f[1], f[2] = self._spin(drive, x, Cl, Cn)
+        return f
+
+    def slopes(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the rates and their derivatives by the states."""
+        basis = self._basis(drive, x)
+        return self._with_slopes(drive, x, basis, values)[:2]
+
+    def _with_slopes(
+        self, drive: Drive, x: FloatArray, basis: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, list[_Slope]]:
+        half = drive.table[16]
+        three = [
+            self._slope(name, basis, (1.0, half, half), drive, x, values)
+            for name in COEFFICIENTS["lat"]
+        ]
+        CY, Cl, Cn = three
+        sin_a, cos_a, c, G, F = drive.table[2:7]
+        d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
+        cos_b, sin_b = np.cos(x[0]), np.sin(x[0])
+        side = c * CY.value + G
+        f = np.empty_like(x)
+        f[0] = x[1] * sin_a - x[2] * cos_a + cos_b * side - sin_b * F
+        f[1], f[2] = self._spin(drive, x, Cl.value, Cn.value)
+        by_CY = c * cos_b
+        f_x = np.empty((3, 3, x.shape[1]))
+        f_x[0, 0] = by_CY * CY.by_state[0] - sin_b * side - cos_b * F
+        f_x[0, 1] = by_CY * CY.by_state[1] + sin_a
+        f_x[0, 2] = by_CY * CY.by_state[2] - cos_a
+        for column in range(3):
+            l_x, n_x = Cl.by_state[column], Cn.by_state[column]
+            f_x[1, column] = d1 * l_x + d2 * n_x
+            f_x[2, column] = d2 * l_x + d3 * n_x
+        f_x[1, 1] += e1
+        f_x[1, 2] += e2
+        f_x[2, 1] += e3
+        f_x[2, 2] += e4
+        return f, f_x, by_CY, three
+
+    def gradients(
+        self, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the rates with derivatives by states and free parameters."""
+        basis = self._basis(drive, x)
+        f, f_x, by_CY, (CY, Cl, Cn) = self._with_slopes(drive, x, basis, values)
+        f_p = np.zeros((3, len(self.free), x.shape[1]))
+        d1, d2, d3 = drive.table[7:10]
+        self._spread(f_p[0], "CY", CY, basis, by_CY)
+        self._spread(f_p[1], "Cl", Cl, basis, d1)
+        self._spread(f_p[1], "Cn", Cn, basis, d2)
+        self._spread(f_p[2], "Cl", Cl, basis, d2)
+        self._spread(f_p[2], "Cn", Cn, basis, d3)
+        return f, f_x, f_p
+
+    def _flow(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        ahead, right, below = self._aircraft.sensors.beta_vane.position
+        return (
+            drive.table[18] * np.cos(x[0]) + drive.states[_ROW["q"]] * below - x[2] * right,
+            drive.states[0] * np.sin(x[0]) + x[2] * ahead - x[1] * below,
+        )
+
+    def _shown(
+        self, drive: Drive, x: FloatArray, CY: FloatArray, spin: tuple[FloatArray, FloatArray]
+    ) -> FloatArray:
+        sensors = self._aircraft.sensors
+        q = drive.states[_ROW["q"]]
+        _, p, r = x
+        y = np.empty((len(self.responses), x.shape[1]))
+        for row, name in enumerate(self.responses):
+            if name == "beta":
+                u, v = self._flow(drive, x)
+                y[row] = sensors.beta_vane.upwash * np.arctan2(v, u)
+            elif name == "ay":
+                ahead, right, below = sensors.accelerometer.position
+                y[row] = (
+                    drive.table[17] * CY
+                    + (p * q + spin[1]) * ahead
+                    - (p * p + r * r) * right
+                    + (q * r - spin[0]) * below
+                )
+            else:
+                y[row] = p if name == "p" else r
+        return y
+
+    def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the responses."""
+        basis = self._basis(drive, x)
+        CY, Cl, Cn = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lat"])
+        return self._shown(drive, x, CY, self._spin(drive, x, Cl, Cn))
+
+    def output_sensitivities(
+        self, drive: Drive, x: FloatArray, values: FloatArray, S: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the responses and their total derivatives."""
+        basis = self._basis(drive, x)
+        half = drive.table[16]
+        CY, Cl, Cn = (
+            self._slope(name, basis, (1.0, half, half), drive, x, values)
+            for name in COEFFICIENTS["lat"]
+        )
+        y = self._shown(drive, x, CY.value, self._spin(drive, x, Cl.value, Cn.value))
+        dy = np.empty((len(self.responses), *S.shape[1:]))
+        for row, name in enumerate(self.responses):
+            if name == "beta":
+                self._vane_sensitivity(drive, x, S, dy[row])
+            elif name == "ay":
+                ahead, right, below = self._aircraft.sensors.accelerometer.position
+                d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
+                q = drive.states[_ROW["q"]]
+                np.multiply(self._total("CY", CY, basis, S), drive.table[17], out=dy[row])
+                dy[row] += (ahead * d2 - below * d1) * self._total("Cl", Cl, basis, S)
+                dy[row] += (ahead * d3 - below * d2) * self._total("Cn", Cn, basis, S)
+                by_p = ahead * (q + e3) - below * e1 - 2.0 * right * x[1]
+                by_r = ahead * e4 + below * (q - e2) - 2.0 * right * x[2]
+                dy[row] += by_p * S[1]
+                dy[row] += by_r * S[2]
+            else:
+                dy[row] = S[1] if name == "p" else S[2]
+        return y, dy
+
+    def _vane_sensitivity(
+        self, drive: Drive, x: FloatArray, S: FloatArray, out: FloatArray
+    ) -> None:
+        vane = self._aircraft.sensors.beta_vane
+        ahead, right, below = vane.position
+        u, v = self._flow(drive, x)
+        scale = vane.upwash / (u * u + v * v)
+        cos_b, sin_b = np.cos(x[0]), np.sin(x[0])
+        np.multiply(
+            scale * (u * drive.states[0] * cos_b + v * drive.table[18] * sin_b), S[0], out=out
+        )
+        out += (scale * u * -below) * S[1]
+        out += (scale * (u * ahead + v * right)) * S[2]
+
+
+def lean_kernel(
+    model: FlightModel,
+    axis: Axis,
+    states: Sequence[str],
+    responses: Sequence[str],
+    free: Sequence[str],
+) -> Kernel | None:
+    """Return the kernel written out for a case; None where only the general one covers it.
+
+    Parameters
+    ----------
+    model : FlightModel
+    axis : {"lon", "lat", "both"}
+    states, responses : sequence of str
+        Active ones.
+    free : sequence of str
+        Free parameters of the equations, in the order of ``model.parameter_names``.
+    """
+    if axis == "both" or tuple(states) != _STATES[axis] or len(model.state_names) > 9:
+        return None
+    shown = {"lon": ("alpha", "q", "an", "ax"), "lat": ("beta", "p", "r", "ay")}[axis]
+    if not set(responses) <= set(shown) or not _covered(model, axis, free):
+        return None
+    if not _instruments_covered(model.aircraft, axis):
+        return None
+    return (LongitudinalKernel if axis == "lon" else LateralKernel)(model, responses, free)
+
+
+def _instruments_covered(aircraft: Aircraft, axis: Axis) -> bool:
+    if axis == "lon":
+        # Off the plane of symmetry the accelerometer feels p' and r'.
+        return aircraft.sensors.accelerometer.position[1] == 0.0
+    return aircraft.sensors.beta_vane.kind == "fixed"
+
+
+def _covered(model: FlightModel, axis: Axis, free: Sequence[str]) -> bool:
+    own = {f"linear.{name}" for name in COEFFICIENTS[axis]}
+    for term, places in model.terms:
+        names = model.parameter_names[places]
+        if term.id in own:
+            continue
+        if not set(names).isdisjoint(free) and term.target not in _THROUGH[axis]:
+            return False
+        if term.id.startswith("linear."):
+            continue
+        if term.states or not _UNREADABLE.isdisjoint(term.reads):
+            return False
+        if term.target not in _THROUGH[axis] and not _without_effect(term.target, axis):
+            return False
+    return True
+
+
+def _without_effect(target: str, axis: Axis) -> bool:
+    """Return whether an effect on this target leaves the active states and responses alone."""
+    return target in (("CY", "Cl", "Cn", "Y", "L", "N") if axis == "lon" else ("Cm", "M"))
