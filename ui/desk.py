@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from gsapp.flight.loading import load_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
-from gsapp.session import Alarm, History, Session, SessionSnapshot
+from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.virtual.process import AircraftProcess, free_port
@@ -23,12 +23,11 @@ from ui.flight.picture import FlightPicture
 from ui.flight.reading import PictureTaker, bar_facts
 from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
+from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
 from ui.recording import RunningRecorder, launch, prepare_folder, running_recorders
 from ui.settings import SettingsStore, flights_path
 from ui.work import Progress, Work
 
-_TICK_MS = 5
-"""Between looks for new samples: with the recorder's own delay well below 20 ms to the screen."""
 _BUDGET = 0.006
 _CATCH_UP_BUDGET = 0.04
 """Seconds of a tick for new samples; the longer one while what was recorded before is read."""
@@ -92,9 +91,10 @@ class Desk(QObject):
         self._finished = False
         self._problem = ""
         self._remarked = False
+        self._pace = Pace(SOONEST_LIVE)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(_TICK_MS)
+        self._timer.setInterval(LOOK_MS)
         self._timer.timeout.connect(self.tick)
 
     # What is open
@@ -273,6 +273,7 @@ class Desk(QObject):
         self._finished = self._remarked = False
         self._problem = ""
         self._seen = None
+        self._pace = Pace(SOONEST_LIVE if session.replaying is None else SOONEST_REPLAY)
         self._moved_at = time.monotonic()
         session.update(_BUDGET)
         self._snapshot = session.snapshot()
@@ -358,20 +359,39 @@ class Desk(QObject):
         session = self.session
         if session is None:
             return
+        now = time.monotonic()
+        tells = now - self._told_at >= _TELL_SECONDS
+        paints = self._pace.allows(now)
+        hurries = self._hurries(session)
+        if not (tells or hurries or (paints and (session.has_news or self._is_behind(session)))):
+            return
         behind = session.replaying is None and not session.feed.caught_up
         session.update(_CATCH_UP_BUDGET if behind else _BUDGET)
-        now = time.monotonic()
-        seen = (session.now, session.history.revision)
-        if seen != self._seen:
-            self._seen = seen
+        if paints and self._is_behind(session):
+            self._seen = (session.now, session.history.revision)
             self._moved_at = self._painted_at = now
             self.painted.emit(session.now)
         elif now - self._painted_at >= _IDLE_PAINT_SECONDS:
             self._painted_at = now
             self.painted.emit(self._idle_time(now))
-        if now - self._told_at >= _TELL_SECONDS:
+        if paints and (self._painted_at == now or session.replaying is not None):
+            # A replay always has news; they come with the frames, not with the looks.
+            self._pace.took(now, time.monotonic())
+        if tells:
             self._told_at = now
             self._tell(session)
+
+    @staticmethod
+    def _hurries(session: Session) -> bool:
+        """Return whether the record is being read as fast as it goes, whatever is painted."""
+        replay = session.replaying
+        if replay is None:
+            return not session.feed.caught_up
+        return not replay.complete or (replay.playing and replay.speed == MAX_SPEED)
+
+    def _is_behind(self, session: Session) -> bool:
+        """Return whether the charts do not show yet what the session has taken in."""
+        return (session.now, session.history.revision) != self._seen
 
     def _idle_time(self, now: float) -> float | None:
         """Return the flight time to paint up to while nothing comes: it goes on, so that values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from heapq import merge
 from pathlib import Path
@@ -47,6 +48,8 @@ class RawTail:
         self._frames = FrameFile(self.folder / FRAMES_FILE)
         self._lines = LineFile(self.folder / LINES_FILE)
         self._pieces = ResidueFile(self.folder / RESIDUE_FILE)
+        self._paths = [str(file.path) for file in (self._frames, self._lines, self._pieces)]
+        self._polled: list[int] = []  # sizes of these at the last poll
 
     @property
     def position(self) -> RawPosition:
@@ -84,12 +87,23 @@ class RawTail:
                     file.read(sizes[-1])
                 elif len(file.records) < limit:
                     file.read(sizes[-1], blocks=1)
+            self._polled = sizes
             bound = self._bound(
                 frames_grew=frames.size() != sizes[0], lines_grew=lines.size() != sizes[1]
             )
             merged = self._merged(limit, bound)
             if merged or all(file.exhausted for file in self._files):
                 return merged
+
+    def has_grown(self) -> bool:
+        """Return whether a poll would find more than the last one did.
+
+        Nothing is read: this may be asked every few milliseconds.
+        """
+        return (
+            any(file.records or not file.exhausted for file in self._files)
+            or [_size(path) for path in self._paths] != self._polled
+        )
 
     def _bound(self, *, frames_grew: bool, lines_grew: bool) -> dict[Kind, int]:
         """Return up to which stamp the records of each kind are complete.
@@ -124,6 +138,13 @@ class RawTail:
 
     def _file_of(self, kind: Kind) -> RawFile:
         return next(file for file in self._files if file.kind == kind)
+
+
+def _size(path: str) -> int:
+    try:
+        return os.stat(path).st_size  # noqa: PTH116 - a Path takes six times as long
+    except OSError:
+        return 0
 
 
 def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[RawRecord]:
