@@ -1,0 +1,1 @@
+"""Linear models: from derivatives, by least squares, by subspace and prediction error."""

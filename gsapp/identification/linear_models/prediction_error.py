@@ -1,0 +1,200 @@
+"""Prediction error method: a state-space model refined until its predictions fit best.
+
+All entries of A, B, C, D, K and the starts of the records are free (Ljung, System Identification,
+chapter 7). Changes of the state's coordinates alter nothing, so the steps are those of Levenberg
+and Marquardt, which do not move along such directions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from gsapp.identification.linear_models.records import DiscreteModel, Record
+from gsapp.quantities import FloatArray
+
+MOST_ROUNDS = 40
+SETTLED = 1e-5
+"""Relative fall of the cost below which it counts as converged."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PredictionErrorResult:
+    """A refined model.
+
+    Attributes
+    ----------
+    model : DiscreteModel
+    starts : tuple of ndarray, shape (n_states,)
+    cost_before, cost : float
+        Mean square of the scaled prediction errors.
+    rounds : int
+    converged : bool
+    """
+
+    model: DiscreteModel
+    starts: tuple[FloatArray, ...]
+    cost_before: float
+    cost: float
+    rounds: int
+    converged: bool
+
+
+def prediction_error(
+    records: Sequence[Record],
+    model: DiscreteModel,
+    starts: Sequence[FloatArray],
+    *,
+    innovations: bool = False,
+) -> PredictionErrorResult:
+    """Refine a model.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    model : DiscreteModel
+        Where to start from, such as `gsapp.identification.linear_models.subspace.subspace` gives.
+    starts : sequence of ndarray
+        State at the first sample of each record.
+    innovations : bool
+        Whether K is free, for noise that enters the states. Without it the simulated outputs are
+        fitted, which is what a model that is to simulate needs.
+
+    Returns
+    -------
+    PredictionErrorResult
+        Stable, and no worse than the start.
+    """
+    weight = 1.0 / np.maximum(_output_scale(records), 1e-300)
+    current, own_starts = model, [np.array(one) for one in starts]
+    cost = before = _cost(records, current, own_starts, weight)
+    damping, rounds, converged = 1e-3, 0, False
+    while rounds < MOST_ROUNDS and not converged:
+        rounds += 1
+        normal, gradient = _normal_equations(records, current, own_starts, weight, innovations)
+        scale = np.sqrt(np.maximum(normal.diagonal(), 1e-12 * normal.diagonal().max()))
+        scaled, slope = normal / scale[:, None] / scale, gradient / scale
+        improved = False
+        for _ in range(8):
+            step = linalg.solve(
+                scaled + damping * np.eye(len(scaled)), slope, assume_a="pos"
+            ) / scale  # fmt: skip
+            trial, trial_starts = _moved(current, own_starts, step, innovations)
+            value = _cost(records, trial, trial_starts, weight)
+            if value < cost:
+                converged = cost - value < SETTLED * cost
+                current, own_starts, cost = trial, trial_starts, value
+                damping, improved = max(damping / 5.0, 1e-9), True
+                break
+            damping *= 5.0
+        if not improved:
+            converged = True
+    return PredictionErrorResult(
+        model=current, starts=tuple(own_starts), cost_before=before, cost=cost,
+        rounds=rounds, converged=converged,
+    )  # fmt: skip
+
+
+def _output_scale(records: Sequence[Record]) -> FloatArray:
+    outputs = np.vstack([record.outputs for record in records])
+    return np.asarray(outputs.std(axis=0), dtype=np.float64)
+
+
+def _cost(
+    records: Sequence[Record],
+    model: DiscreteModel,
+    starts: Sequence[FloatArray],
+    weight: FloatArray,
+) -> float:
+    """Return the mean square of the scaled errors; infinite for an unstable predictor."""
+    closed = model.A - model.K @ model.C
+    if max(np.abs(np.linalg.eigvals(closed)).max(), np.abs(np.linalg.eigvals(model.A)).max()) >= 1:
+        return float("inf")
+    total, count = 0.0, 0
+    for record, start in zip(records, starts, strict=True):
+        error = (record.outputs - model.predict(record, start)) * weight
+        total += float(np.sum(error * error))
+        count += error.size
+    return total / count
+
+
+def _sizes(model: DiscreteModel, innovations: bool) -> tuple[int, ...]:
+    n, m, p = model.order, model.B.shape[1], model.C.shape[0]
+    return n * n, n * m, p * n, p * m, n * p if innovations else 0
+
+
+def _moved(
+    model: DiscreteModel, starts: Sequence[FloatArray], step: FloatArray, innovations: bool
+) -> tuple[DiscreteModel, list[FloatArray]]:
+    parts = np.split(step, np.cumsum(_sizes(model, innovations)))
+    A, B, C, D, K = (part.reshape(-1) for part in parts[:5])
+    moved = replace(
+        model,
+        A=model.A + A.reshape(model.A.shape),
+        B=model.B + B.reshape(model.B.shape),
+        C=model.C + C.reshape(model.C.shape),
+        D=model.D + D.reshape(model.D.shape),
+        K=model.K + K.reshape(model.K.shape) if innovations else model.K,
+    )
+    shifts = parts[5].reshape(len(starts), model.order)
+    return moved, [start + shift for start, shift in zip(starts, shifts, strict=True)]
+
+
+def _normal_equations(
+    records: Sequence[Record],
+    model: DiscreteModel,
+    starts: Sequence[FloatArray],
+    weight: FloatArray,
+    innovations: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the Gauss-Newton matrix and right side over all free entries."""
+    n, m, p = model.order, model.B.shape[1], model.C.shape[0]
+    sizes = _sizes(model, innovations)
+    shared = sum(sizes)
+    first = np.concatenate(([0], np.cumsum(sizes)))
+    closed = model.A - model.K @ model.C
+    normal = np.zeros((shared + n * len(records),) * 2)
+    gradient = np.zeros(normal.shape[0])
+    rows = np.arange(n)
+    for number, (record, start) in enumerate(zip(records, starts, strict=True)):
+        count = len(record)
+        slopes = np.zeros((n, shared + n))
+        slopes[:, shared:] = np.eye(n)
+        state = start
+        table = np.empty((count, p, shared + n))
+        errors = np.empty((count, p))
+        held = model.K  # errors feed back through the gain
+        for k in range(count):
+            u = record.inputs[k]
+            predicted = model.C @ state + model.D @ u
+            error = record.outputs[k] - predicted
+            errors[k] = error
+            row = model.C @ slopes
+            for out in range(p):
+                row[out, first[2] + out * n : first[2] + (out + 1) * n] += state
+                row[out, first[3] + out * m : first[3] + (out + 1) * m] += u
+            table[k] = row
+            slopes = closed @ slopes
+            if innovations:
+                # C and D act on the state through the error, too.
+                for out in range(p):
+                    slopes[:, first[2] + out * n : first[2] + (out + 1) * n] -= np.outer(
+                        held[:, out], state
+                    )
+                    slopes[:, first[3] + out * m : first[3] + (out + 1) * m] -= np.outer(
+                        held[:, out], u
+                    )
+            for index in rows:
+                slopes[index, first[0] + index * n : first[0] + (index + 1) * n] += state
+                slopes[index, first[1] + index * m : first[1] + (index + 1) * m] += u
+                if innovations:
+                    slopes[index, first[4] + index * p : first[4] + (index + 1) * p] += error
+            state = model.A @ state + model.B @ u + model.K @ error
+        flat = (table * weight[:, None]).reshape(count * p, -1)
+        own = np.r_[0:shared, shared + number * n : shared + (number + 1) * n]
+        normal[np.ix_(own, own)] += flat.T @ flat
+        gradient[own] += flat.T @ (errors * weight).ravel()
+    return normal, gradient

@@ -1,0 +1,173 @@
+"""Subspace identification: a model of given or found order in one step, without iteration.
+
+The past-and-future scheme of Van Overschee and De Moor (N4SID, 1994), with the weights of
+canonical variates: future outputs are projected along future inputs onto the past; the singular
+values of that projection tell the order, its left singular vectors the observability matrix.
+B, D and the starts of the records then follow by linear least squares on the simulated outputs
+(Ljung, System Identification, section 10.6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from gsapp.foundation import FlightError
+from gsapp.identification.linear_models.records import DiscreteModel, Record
+from gsapp.quantities import FloatArray
+
+LONGEST_ORDER = 40
+_RIDGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SubspaceResult:
+    """A model and what its order was chosen from.
+
+    Attributes
+    ----------
+    model : DiscreteModel
+    singular_values : ndarray
+        Of the weighted projection, largest first: canonical correlations of past and future.
+    order : int
+    starts : tuple of ndarray, shape (n_states,)
+        State at the first sample of each record.
+    """
+
+    model: DiscreteModel
+    singular_values: FloatArray
+    order: int
+    starts: tuple[FloatArray, ...]
+
+
+def subspace(
+    records: Sequence[Record], dt: float, *, order: int | None = None, horizon: int | None = None
+) -> SubspaceResult:
+    """Identify a discrete model.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Stretches of one aircraft; columns of the block Hankel matrices never span two.
+    dt : float
+        Sample time, s.
+    order : int, optional
+        Number of states; found from the singular values by an information criterion otherwise.
+    horizon : int, optional
+        Samples of past, and of future; by default as long as the records allow, at most 0.4 s
+        worth of samples and at least what the order needs.
+
+    Raises
+    ------
+    FlightError
+        If the records are too short for the order asked for.
+    """
+    m, p = records[0].inputs.shape[1], records[0].outputs.shape[1]
+    block = horizon or max(round(0.4 / dt), -(-(order or 4) // p) + 2)
+    usable = [one for one in records if len(one) >= 4 * block]
+    columns = sum(len(one) - 2 * block + 1 for one in usable)
+    if columns < 2 * block * (m + p) + 10:
+        samples = sum(len(one) for one in records)
+        raise FlightError(
+            f"{samples} samples are too few for a subspace model with a horizon of {block} "
+            "samples; give longer maneuvers, more of them, or a lower order"
+        )
+    U = np.hstack([_hankel(one.inputs, 2 * block) for one in usable])
+    Y = np.hstack([_hankel(one.outputs, 2 * block) for one in usable])
+    past = np.vstack([U[: m * block], Y[: p * block]])
+    future_u, future_y = U[m * block :], Y[p * block :]
+    # LQ of everything: projections are then products of small triangles.
+    stacked = np.vstack([future_u, past, future_y])
+    triangle = linalg.qr(stacked.T, mode="r", overwrite_a=True)[0][: stacked.shape[0]].T
+    nu, nw = future_u.shape[0], past.shape[0]
+    R22 = triangle[nu : nu + nw, nu : nu + nw]
+    R32 = triangle[nu + nw :, nu : nu + nw]
+    R33 = triangle[nu + nw :, nu + nw :]
+    # Future outputs with future inputs taken out: signal from the past, and noise.
+    oblique = R32 @ linalg.pinv(R22) @ R22
+    spread = oblique @ oblique.T + R33 @ R33.T
+    weight = linalg.cholesky(spread + _RIDGE * np.trace(spread) / len(spread) * np.eye(len(spread)),
+                             lower=True)  # fmt: skip
+    left, singular, _ = linalg.svd(linalg.solve_triangular(weight, oblique, lower=True))
+    chosen = _order(singular, columns, m, p) if order is None else order
+    if chosen > p * (block - 1) or chosen > LONGEST_ORDER:
+        raise FlightError(
+            f"order {chosen} is too high for a horizon of {block} samples; ask for at most "
+            f"{min(p * (block - 1), LONGEST_ORDER)}"
+        )
+    observability = weight @ (left[:, :chosen] * np.sqrt(singular[:chosen]))
+    C = observability[:p]
+    A = linalg.lstsq(observability[:-p], observability[p:])[0]
+    A = _stable(A)
+    B, D, starts = inputs_and_starts(records, A, C)
+    model = DiscreteModel(A=A, B=B, C=C, D=D, K=np.zeros((chosen, p)), dt=dt)
+    return SubspaceResult(model=model, singular_values=singular, order=chosen, starts=starts)
+
+
+def inputs_and_starts(
+    records: Sequence[Record], A: FloatArray, C: FloatArray
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
+    """Return B, D and the start of each record that fit the outputs best, given A and C.
+
+    The simulated outputs are linear in all three.
+    """
+    n, p = A.shape[0], C.shape[0]
+    m = records[0].inputs.shape[1]
+    shared = n * m + p * m
+    normal = np.zeros((shared + n * len(records),) * 2)
+    right = np.zeros(shared + n * len(records))
+    for number, record in enumerate(records):
+        count = len(record)
+        # State responses to each input entering each state, and to each start.
+        states = np.zeros((n, n * m + n))
+        states[:, n * m :] = np.eye(n)
+        table = np.zeros((count, p, shared + n))
+        drive = np.zeros((n, n * m + n))
+        for k in range(count):
+            table[k, :, : n * m] = C @ states[:, : n * m]
+            table[k, :, shared:] = C @ states[:, n * m :]
+            for row in range(n):
+                drive[row, row * m : (row + 1) * m] = record.inputs[k]
+            states = A @ states + drive
+        for row in range(p):
+            table[:, row, n * m + row * m : n * m + (row + 1) * m] = record.inputs
+        flat = table.reshape(count * p, -1)
+        own = np.r_[0:shared, shared + number * n : shared + (number + 1) * n]
+        normal[np.ix_(own, own)] += flat.T @ flat
+        right[own] += flat.T @ record.outputs.ravel()
+    scale = np.sqrt(np.maximum(normal.diagonal(), 1e-300))
+    solved = linalg.lstsq(normal / scale[:, None] / scale, right / scale, cond=1e-12)[0] / scale
+    B = solved[: n * m].reshape(n, m)
+    D = solved[n * m : shared].reshape(p, m)
+    starts = tuple(solved[shared + k * n : shared + (k + 1) * n] for k in range(len(records)))
+    return B, D, starts
+
+
+def _hankel(samples: FloatArray, rows: int) -> FloatArray:
+    """Return block rows of successive samples, shape (rows * width, n - rows + 1)."""
+    windows = np.lib.stride_tricks.sliding_window_view(samples, rows, axis=0)
+    # (columns, width, rows) to (rows, width, columns)
+    return np.ascontiguousarray(windows.transpose(2, 1, 0)).reshape(-1, windows.shape[0])
+
+
+def _order(singular: FloatArray, columns: int, m: int, p: int) -> int:
+    """Return the order of least information loss (Bauer's criterion on canonical correlations)."""
+    costs = []
+    for n in range(1, min(len(singular), LONGEST_ORDER)):
+        parameters = 2 * n * p + m * (n + p)
+        costs.append(singular[n] ** 2 + parameters * np.log(columns) / columns)
+    return int(np.argmin(costs)) + 1
+
+
+def _stable(A: FloatArray) -> FloatArray:
+    """Pull poles on or outside the unit circle just inside."""
+    values, vectors = np.linalg.eig(A)
+    outside = np.abs(values) >= 1.0
+    if not outside.any():
+        return A
+    values = np.where(outside, values / np.abs(values) * 0.9995, values)
+    pulled: FloatArray = np.real(vectors @ np.diag(values) @ np.linalg.inv(vectors))
+    return pulled

@@ -1,0 +1,175 @@
+"""Appendix A both ways: against the published matrices, and against exact linearization."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.linearization import linearize
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.trim import trim
+from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.identification.linear_models.appendix_a import (
+    Condition,
+    lateral_derivatives,
+    lateral_model,
+    longitudinal_derivatives,
+    longitudinal_model,
+)
+from gsapp.identification.linear_models.files import (
+    load_linear_model,
+    published_errors,
+    save_linear_model,
+)
+
+B777 = load_aircraft("b777")
+FOOT = 0.3048
+
+# Notes, section 5: what the published ML model means per radian at sea level.
+LONGITUDINAL = {
+    "CL_alpha+CD1": 4.43, "CL_de": 0.379, "Cm_alpha": -0.339, "Cm_q": -23.0, "Cm_de": -1.104,
+    "CL_q": -5.08, "CD_de": -0.649, "CD_alpha-CL1": 0.079,
+}  # fmt: skip
+LATERAL = {
+    "Cl_beta": -0.324, "Cl_p": -1.056, "Cl_r": 0.474, "Cl_da": 0.395, "Cl_dr": 0.0127,
+    "Cn_beta": 0.121, "Cn_p": -0.121, "Cn_r": -0.350, "Cn_da": 0.0073, "Cn_dr": -0.0661,
+    "CY_beta": 0.832, "CY_p": -1.69, "CY_r": -2.16, "CY_da": 0.363, "CY_dr": -0.408,
+}  # fmt: skip
+
+
+def published(name: str) -> tuple[Condition, object]:
+    """Return a published model with its condition: stability axes, mass of table 3.2.2."""
+    file = load_linear_model(name)
+    assert file.speed is not None
+    condition = Condition(U1=file.speed, mass=B777.mass.mass, stability_axes=True)
+    return condition, file.model()
+
+
+def test_published_longitudinal_matrix_means_the_noted_derivatives() -> None:
+    """(7.3.11) through appendix A gives the values of the notes within their rounding."""
+    condition, model = published("seanor-ml-longitudinal")
+    found = longitudinal_derivatives(B777, condition, model)
+    for name, value in LONGITUDINAL.items():
+        assert found[name] == pytest.approx(value, rel=6e-3, abs=6e-4), name
+
+
+def test_published_lateral_matrix_means_the_noted_derivatives() -> None:
+    """(7.3.13) through appendix A gives the values of the notes within their rounding."""
+    condition, model = published("seanor-ml-lateral")
+    found = lateral_derivatives(B777, condition, model)
+    for name, value in LATERAL.items():
+        assert found[name] == pytest.approx(value, rel=6e-3, abs=6e-4), name
+
+
+def test_published_matrices_come_back_after_both_ways() -> None:
+    """Matrices to derivatives to matrices: every entry that appendix A can give."""
+    condition, model = published("seanor-ml-lateral")
+    back = lateral_model(B777, condition, lateral_derivatives(B777, condition, model))
+    assert np.allclose(back.A[:3, :3], model.A[:3, :3], rtol=1e-12)
+    assert np.allclose(back.B, model.B, rtol=1e-12)
+    # The published outputs are U1 times the state rows within their rounding.
+    assert np.allclose(back.C[0], model.C[0], rtol=2e-3)
+    assert np.allclose(back.D[0], model.D[0], rtol=2e-3)
+    condition, model = published("seanor-ml-longitudinal")
+    means = longitudinal_derivatives(B777, condition, model)
+    renamed = {
+        "CN_alpha": means["CL_alpha+CD1"], "CN_q": means["CL_q"], "CN_de": means["CL_de"],
+        "CA_alpha": means["CD_alpha-CL1"], "CA_de": means["CD_de"], "CL1": 0.0,
+        **{name: means[name] for name in ("Cm_alpha", "Cm_q", "Cm_de")},
+    }  # fmt: skip
+    back = longitudinal_model(B777, condition, renamed)
+    assert np.allclose(back.A, model.A, rtol=2e-3, atol=1e-9)
+    assert np.allclose(back.B, model.B, rtol=1e-12)
+    assert np.allclose(back.C[0], model.C[0], rtol=2e-3, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("seanor-ml-longitudinal", {"short period": -4.178 + 3.002j}),
+        ("seanor-ml-lateral", {"roll": -12.36, "dutch roll": -0.462 + 5.399j, "spiral": -0.101}),
+        ("seanor-bls-longitudinal", {"short period, slow": -1.049, "short period, fast": -9.116}),
+        ("seanor-bls-lateral", {"roll": -7.016, "dutch roll": -3.833 + 3.098j}),
+    ],
+)
+def test_modes_of_the_published_models(name: str, expected: dict[str, complex]) -> None:
+    """The poles of the notes, section 5, to their last digit."""
+    found = {mode.name: mode.pole for mode in load_linear_model(name).model().modes()}
+    for mode, pole in expected.items():
+        assert found[mode] == pytest.approx(pole, abs=2.5e-3), mode
+
+
+@pytest.mark.parametrize("speed", [27.0, 32.0])
+def test_appendix_a_agrees_with_exact_linearization(speed: float) -> None:
+    """Body axes, gyro rates: our derivatives through appendix A give the exact A and B."""
+    model = load_model("b777")
+    flight_model = FlightModel(B777, model)
+    level = trim(flight_model, V=speed)
+    steady = flight_model.totals(level.state, level.inputs)
+    alpha1 = level.polar.alpha
+    CN, CA = steady.coefficients["CN"], steady.coefficients["CA"]
+    slope = -steady.thrust / (B777.propulsion.zero_thrust_speed - speed)
+    condition = Condition(
+        U1=speed, mass=B777.mass.mass, alpha1=alpha1, thrust_slope=slope * math.cos(alpha1)
+    )
+    derivatives = {name: model.derivative(name) for name in model.derivatives}
+    derivatives["CL1"] = CN * math.cos(alpha1) - CA * math.sin(alpha1)
+    derivatives["CD1"] = CA * math.cos(alpha1) + CN * math.sin(alpha1)
+    lateral = lateral_model(B777, condition, derivatives)
+    exact = linearize(
+        flight_model, level, states=lateral.states, inputs=lateral.inputs,
+        outputs=("ay", "beta", "p", "r", "phi"),
+    )  # fmt: skip
+    scale = np.abs(exact.A).max(axis=1, keepdims=True)
+    # Thrust and drag times beta, which the appendix leaves out, are 0.1 of the CY_beta row.
+    assert np.all(np.abs(lateral.A[1:] - exact.A[1:]) < 1e-9 * scale[1:])
+    assert np.allclose(lateral.A[0, 1:], exact.A[0, 1:], rtol=2e-3, atol=1e-3)
+    assert abs(lateral.A[0, 0] - exact.A[0, 0]) < 0.1 * abs(exact.A[0, 0])
+    assert np.allclose(lateral.B, exact.B, rtol=1e-9)
+    longitudinal = longitudinal_model(B777, condition, derivatives)
+    exact = linearize(flight_model, level, states=longitudinal.states, inputs=("de",))
+    rows = [longitudinal.states.index(name) for name in ("alpha", "q", "theta")]
+    both = (longitudinal.A[np.ix_(rows, rows)], exact.A[np.ix_(rows, rows)])
+    assert np.allclose(*both, rtol=5e-3, atol=2e-2)
+    assert np.allclose(longitudinal.B, exact.B, rtol=5e-3, atol=5e-2)
+
+
+def test_derivatives_go_through_and_come_back() -> None:
+    """The shipped model's derivatives survive both ways exactly."""
+    model = load_model("b777")
+    given = {name: model.derivative(name) for name in model.derivatives}
+    condition = Condition(U1=31.0, mass=21.0, alpha1=0.06)
+    back = lateral_derivatives(B777, condition, lateral_model(B777, condition, given))
+    for name, value in back.items():
+        assert value == pytest.approx(given[name], abs=1e-12), name
+    means = longitudinal_derivatives(B777, condition, longitudinal_model(B777, condition, given))
+    for name in ("Cm_alpha", "Cm_q", "Cm_de"):
+        assert means[name] == pytest.approx(given[name], rel=1e-12)
+
+
+def test_linear_model_file_goes_to_disk_and_back(tmp_path: Path) -> None:
+    """SI on disk; a wrong matrix and an unknown name are told."""
+    model = load_linear_model("seanor-bls-lateral").model()
+    path = save_linear_model(model, tmp_path / "model.toml", name="mine")
+    back = load_linear_model(path).model()
+    assert back.states == model.states
+    for key in "ABCD":
+        assert np.allclose(getattr(back, key), getattr(model, key), rtol=1e-12)
+    path.write_text(path.read_text(encoding="utf-8").replace("de [", "dee [").replace(
+        "[[3.0547", "[[3.0547, 7.0"), encoding="utf-8")  # fmt: skip
+    with pytest.raises(FileProblemsError):
+        load_linear_model(path)
+    with pytest.raises(UnknownNameError, match="seanor-ml-lateral"):
+        load_linear_model("seanor-ml-laterl")
+
+
+def test_error_tables_of_the_source_are_complete() -> None:
+    """Seven variables, three models."""
+    table = published_errors()
+    assert set(table) == {"an", "alpha", "q", "ay", "beta", "p", "r"}
+    assert table["r"].ml == 35.84
