@@ -38,6 +38,7 @@ _STILL = 2.5 * DEGREE
 _ACTIVE_FRAMES = 4
 _ACTIVE_WITHIN = 16
 _STILL_FRAMES = 40
+_STILL_AT_END = 6
 _CLIMBED = 12.0
 """Above the ground it stood on, m: more than static pressure wanders."""
 _STANDING_FRAMES = 8
@@ -71,6 +72,7 @@ class AirborneWatch:
         self.judged_by = "nothing"
         self.standing: bool | None = None
         self._first = True
+        self._still_since = math.nan
         self._rolling = _ROLLING * flying_speed(aircraft)
 
     def add(self, time: float, means: FloatArray) -> None:
@@ -93,11 +95,26 @@ class AirborneWatch:
             flies, self.judged_by = self._motion.flies, self._motion.told_by
             self.standing = None
             if self._speed.distrusted:
-                self.judged_by += ", for the airspeed stays low while the aircraft turns"
+                self.judged_by += (
+                    " (the airspeed stays below flying speed while the aircraft rolls and pitches)"
+                )
+        by_motion = self.standing is None
+        self._still_since = time - (self._motion.still - 1) * FRAME if by_motion else math.nan
         if flies != self.airborne:
             self.airborne = flies
-            self.since = -math.inf if self._first else time
+            # Stillness is believed late, and was there long before.
+            self.since = time if flies or not by_motion else self._still_since
+            if self._first:
+                self.since = -math.inf
         self._first = False
+
+    @property
+    def landing(self) -> float | None:
+        """Return when a landing seems to have been, s, that the record's end left undecided."""
+        long_enough = self._motion.still >= _STILL_AT_END and self._motion.low
+        if self.airborne and self.standing is None and self.since > -math.inf and long_enough:
+            return self._still_since
+        return None
 
 
 class _SpeedJudge:
@@ -117,9 +134,11 @@ class _SpeedJudge:
     def add(self, speed: float, *, moving: bool) -> None:
         if not math.isfinite(speed):
             return
-        if speed > self._flying_speed:
+        if self.distrusted:
+            return
+        if self.flies:
             self._contradicted = 0
-        elif moving and speed < 0.5 * self._flying_speed:
+        elif moving:
             self._contradicted += 1
         wanted = speed > (_DOWN if self.flies else _UP) * self._flying_speed
         self._against = 0 if wanted == self.flies else self._against + 1
@@ -132,9 +151,10 @@ class _MotionJudge:
 
     def __init__(self) -> None:
         self._active: deque[bool] = deque(maxlen=_ACTIVE_WITHIN)
-        self._still = 0
         self._standing: list[float] = []
         self._ground: float | None = None
+        self.still = 0
+        self.low = True
         self.flies = False
         self.told_by = "nothing"
 
@@ -149,13 +169,14 @@ class _MotionJudge:
         known = [rate for rate in rates if math.isfinite(rate)]
         self._active.append(max(known, default=0.0) > _TURNING)
         if not known and not math.isfinite(altitude):
-            if not self._still and self.told_by == "nothing":
+            if not self.still and self.told_by == "nothing":
                 # Nothing tells flight from ground: all counts as flown.
                 self.flies = True
             return
         turning = max(known, default=0.0)
-        self._still = self._still + 1 if turning < _STILL else 0
+        self.still = self.still + 1 if turning < _STILL else 0
         height = self._height(altitude, turning)
+        self.low = height is None or height < _NEAR_GROUND
         self.told_by = (
             " and ".join(
                 name
@@ -167,7 +188,7 @@ class _MotionJudge:
         if not self.flies:
             climbed = height is not None and height > _CLIMBED
             self.flies = climbed or sum(self._active) >= _ACTIVE_FRAMES
-        elif self._still >= _STILL_FRAMES and (height is None or height < _NEAR_GROUND):
+        elif self.still >= _STILL_FRAMES and self.low:
             self.flies = False
             self._active.clear()
 

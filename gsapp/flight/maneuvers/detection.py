@@ -40,7 +40,7 @@ SLOWEST_RATE: Final = 8.0
 _SETTLED = 6.0
 """Seconds after take-off in which the pilot is busy with flying."""
 _BEFORE_LANDING = 4.0
-"""Seconds before landing is recognized that belong to flare and touch-down."""
+"""Seconds before a landing that belong to flare and touch-down."""
 _CLOSED = 1.3
 """Seconds without a quick move after which an input is over, if the surfaces are back."""
 _CLOSED_AWAY = 2.6
@@ -59,6 +59,13 @@ _FEWEST_STEERING_FRAMES = 20
 _ALSO_MOVED = 0.25
 """An input this large beside the largest, both as shares of travel, belongs to the maneuver."""
 _ANSWERED = 8.0
+"""Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
+_ABRUPT, _STEPPED = 0.35, 0.6
+"""Share of its excursion that an input covers within `LOOK_BACK` at least; and if stepped."""
+_LARGE = 3.0
+"""Amplitude over the threshold of a quick move that nobody steers with."""
+_FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
+"""Seconds without a stick after a doublet or 3-2-1-1, and after any other shape."""
 
 
 @dataclass(slots=True)
@@ -191,6 +198,9 @@ class ManeuverDetector:
             All maneuvers, in order of time.
         """
         self._end_stretch()
+        landing = self._watch.landing
+        if landing is not None:
+            self._landed(landing)
         return self.maneuvers
 
     @property
@@ -262,7 +272,7 @@ class ManeuverDetector:
         was_airborne = self._watch.airborne
         self._watch.add(float(times[0]), means)
         if was_airborne and not self._watch.airborne:
-            self._landed(float(times[0]))
+            self._landed(self._watch.since)
         self._frames.append((times, rows))
         self._measure_noise(rows)
         self._look(times, peaks, moves)
@@ -418,7 +428,8 @@ class ManeuverDetector:
             t_input_end=end,
             t_end=min(max(taken_over, end), end + _FREE_ANSWER),
         )
-        if not _deliberate(inputs[0], passage.t_end - end):
+        threshold = self._thresholds[SURFACES.index(inputs[0].surface)]
+        if not _deliberate(inputs[0], passage.t_end - end, threshold):
             return None
         answered = answer(passage, self._setting, [one.surface for one in inputs])
         if answered and max(answered.values()) < _ANSWERED:
@@ -426,17 +437,19 @@ class ManeuverDetector:
         return described(str(len(self._found) + 1), passage, self._setting, inputs)
 
 
-def _deliberate(main: SurfaceInput, free: float) -> bool:
+def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
     """Return whether an input looks like one made on purpose.
 
-    The less its shape tells, the calmer it must be before and after.
+    The less its shape tells, the calmer it must be before and after. Large steps to both sides
+    leave no doubt even if the pilot takes over at once.
     """
-    if main.kind == "retrim" or not main.returned:
+    if main.kind == "retrim" or main.abruptness < _ABRUPT:
         return False
-    telling = main.kind in ("doublet", "3-2-1-1")
-    return main.unrest < (0.6 if telling else 0.35) * main.amplitude and free > (
-        0.4 if telling else 1.0
-    )
+    if main.kind not in ("doublet", "3-2-1-1"):
+        return main.returned and main.unrest < 0.35 * main.amplitude and free > _FREE_IF_ODD
+    if main.abruptness > _STEPPED and main.amplitude > _LARGE * threshold:
+        return main.unrest < 0.6 * main.amplitude
+    return main.returned and main.unrest < 0.6 * main.amplitude and free > _FREE_IF_CLEAR
 
 
 def moved_inputs(

@@ -277,10 +277,11 @@ def _missing(passage: Passage, surfaces: Sequence[str]) -> list[Defect]:
     found = []
     if total < _LEAST_SAMPLES:
         found.append(Defect(severity="fatal", text=f"{total} samples are too few for an estimate"))
+    absent = []
     for name in names:
         samples = passage.samples(name, start, stop)
         if not samples.size:
-            found.append(Defect(severity="small", text=f"{name} was not measured"))
+            absent.append(name)
         elif samples.size < 0.9 * total:
             share = 100.0 * (1.0 - samples.size / total)
             found.append(Defect(severity="small", text=f"{share:.0f} % of {name} is missing"))
@@ -288,6 +289,8 @@ def _missing(passage: Passage, surfaces: Sequence[str]) -> list[Defect]:
             found.append(
                 Defect(severity="large", text=f"{name} stood still: its sensor looks stuck")
             )
+    if absent:
+        found.append(Defect(severity="small", text=f"not measured: {', '.join(absent)}"))
     return found
 
 

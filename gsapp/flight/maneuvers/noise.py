@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsapp.flight.maneuvers.signals import COLUMN, RATES, SIGNALS
+from gsapp.flight.maneuvers.signals import COLUMN, RATES, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
 
 WINDOW = 2.0
@@ -142,15 +142,15 @@ class NoiseMeter:
 
     def _measure(self) -> NoiseFloor:
         if self._turning:
-            running, engines = self._turning, True
+            running, told = self._turning, " with the engines running"
         else:
-            running, engines = _engines_running(self._ground)
+            running = _shaking(self._ground)
+            told = " while the gyros shook" if len(running) < len(self._ground) else ""
         if len(running) >= _FEWEST_ON_GROUND:
             length = WINDOW * len(running)
-            told = "with the engines running before take-off" if engines else "before take-off"
             return NoiseFloor(
-                std=_named(_quantile(np.array(running), 0.5)),
-                source=f"{length:.0f} s {told}",
+                std=_named(_on_the_ground(np.array(running))),
+                source=f"{length:.0f} s before take-off{told}",
                 seconds=length,
             )
         windows = self._air or [*self._ground, *(noise for noise, _ in self._recent)]
@@ -164,18 +164,23 @@ class NoiseMeter:
         )
 
 
-def _engines_running(windows: list[FloatArray]) -> tuple[list[FloatArray], bool]:
-    """Return the windows in which the gyros shake as they do with engines, and if they do."""
+def _shaking(windows: list[FloatArray]) -> list[FloatArray]:
+    """Return the windows in which the gyros shake as they do with engines; all if they never do."""
     if not windows:
-        return [], False
+        return []
     rates = np.array(windows)[:, _RATE_COLUMNS]
     known = np.isfinite(rates)
     shaking = np.where(known, rates, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     level = float(np.quantile(shaking, 0.75))
-    if not level > 0.0:
-        return windows, False
-    running = [window for window, size in zip(windows, shaking, strict=True) if size >= 0.4 * level]
-    return running, len(running) < len(windows)
+    return [window for window, size in zip(windows, shaking, strict=True) if size >= 0.4 * level]
+
+
+def _on_the_ground(windows: FloatArray) -> FloatArray:
+    """Return the noise on the ground: engines always shake, surfaces move in the range check."""
+    found = _quantile(windows, 0.5)
+    calm = [COLUMN[name] for name in SURFACES]
+    found[calm] = _quantile(windows[:, calm], 0.2)
+    return found
 
 
 def _quantile(windows: FloatArray, share: float) -> FloatArray:

@@ -40,6 +40,9 @@ class SurfaceInput:
         Side (+1, -1) and duration (s) of each excursion.
     unrest : float
         Peak-to-peak in the stretch before, rad.
+    abruptness : float
+        The most it went within `LOOK_BACK`, as a share of its largest excursion: steering
+        builds up, an input steps.
     kind : str
         See `kind_of`.
     """
@@ -52,6 +55,7 @@ class SurfaceInput:
     after: float
     runs: tuple[tuple[int, float], ...]
     unrest: float
+    abruptness: float
     kind: str
 
     @property
@@ -125,8 +129,15 @@ def measure(
         after=after,
         runs=tuple(runs),
         unrest=float(np.ptp(level[calm])),
+        abruptness=_quickest(at, inside) / largest,
         kind=kind_of(runs),
     )
+
+
+def _quickest(times: FloatArray, level: FloatArray) -> float:
+    """Return the most that a level changes within `LOOK_BACK`."""
+    earlier = np.searchsorted(times, times - LOOK_BACK - 1e-9)
+    return float(np.max(np.abs(level - level[earlier])))
 
 
 def _runs(
