@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy import linalg
 
 from gsapp.identification.linear_models.records import DiscreteModel, Record
 from gsapp.quantities import FloatArray
+
+IndexArray = npt.NDArray[np.int64]
 
 MOST_ROUNDS = 40
 SETTLED = 1e-5
@@ -143,6 +147,33 @@ def _moved(
     return moved, [start + shift for start, shift in zip(starts, shifts, strict=True)]
 
 
+class _Places(NamedTuple):
+    """Where the entries of each matrix stand: rows and columns of a table of slopes.
+
+    An entry (i, j) of A, B or K moves state i as x, u or e number j does; one of C or D moves
+    output i.
+    """
+
+    A: tuple[IndexArray, IndexArray]
+    B: tuple[IndexArray, IndexArray]
+    C: tuple[IndexArray, IndexArray]
+    D: tuple[IndexArray, IndexArray]
+    K: tuple[IndexArray, IndexArray]
+
+    @classmethod
+    def of(cls, model: DiscreteModel, innovations: bool) -> _Places:
+        n, m, p = model.order, model.B.shape[1], model.C.shape[0]
+        sizes = _sizes(model, innovations)
+        first = np.concatenate(([0], np.cumsum(sizes)))
+        shapes = ((n, n), (n, m), (p, n), (p, m), (n if innovations else 0, p))
+        return cls(
+            *(
+                (np.repeat(np.arange(rows), columns), start + np.arange(rows * columns))
+                for (rows, columns), start in zip(shapes, first[:5], strict=True)
+            )
+        )
+
+
 def _normal_equations(
     records: Sequence[Record],
     model: DiscreteModel,
@@ -151,47 +182,34 @@ def _normal_equations(
     innovations: bool,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the Gauss-Newton matrix and right side over all free entries."""
-    n, m, p = model.order, model.B.shape[1], model.C.shape[0]
-    sizes = _sizes(model, innovations)
-    shared = sum(sizes)
-    first = np.concatenate(([0], np.cumsum(sizes)))
+    n, p = model.order, model.C.shape[0]
+    shared = sum(_sizes(model, innovations))
+    places = _Places.of(model, innovations)
     closed = model.A - model.K @ model.C
     normal = np.zeros((shared + n * len(records),) * 2)
     gradient = np.zeros(normal.shape[0])
-    rows = np.arange(n)
     for number, (record, start) in enumerate(zip(records, starts, strict=True)):
         count = len(record)
         slopes = np.zeros((n, shared + n))
         slopes[:, shared:] = np.eye(n)
+        direct = np.zeros((p, shared + n))
         state = start
         table = np.empty((count, p, shared + n))
         errors = np.empty((count, p))
-        held = model.K  # errors feed back through the gain
         for k in range(count):
             u = record.inputs[k]
-            predicted = model.C @ state + model.D @ u
-            error = record.outputs[k] - predicted
+            error = record.outputs[k] - model.C @ state - model.D @ u
+            direct[places.C] = np.tile(state, p)
+            direct[places.D] = np.tile(u, p)
             errors[k] = error
-            row = model.C @ slopes
-            for out in range(p):
-                row[out, first[2] + out * n : first[2] + (out + 1) * n] += state
-                row[out, first[3] + out * m : first[3] + (out + 1) * m] += u
-            table[k] = row
+            table[k] = model.C @ slopes + direct
             slopes = closed @ slopes
+            slopes[places.A] += np.tile(state, n)
+            slopes[places.B] += np.tile(u, n)
             if innovations:
                 # C and D act on the state through the error, too.
-                for out in range(p):
-                    slopes[:, first[2] + out * n : first[2] + (out + 1) * n] -= np.outer(
-                        held[:, out], state
-                    )
-                    slopes[:, first[3] + out * m : first[3] + (out + 1) * m] -= np.outer(
-                        held[:, out], u
-                    )
-            for index in rows:
-                slopes[index, first[0] + index * n : first[0] + (index + 1) * n] += state
-                slopes[index, first[1] + index * m : first[1] + (index + 1) * m] += u
-                if innovations:
-                    slopes[index, first[4] + index * p : first[4] + (index + 1) * p] += error
+                slopes -= model.K @ direct
+                slopes[places.K] += np.tile(error, n)
             state = model.A @ state + model.B @ u + model.K @ error
         flat = (table * weight[:, None]).reshape(count * p, -1)
         own = np.r_[0:shared, shared + number * n : shared + (number + 1) * n]
