@@ -89,7 +89,7 @@ def test_slopes_of_the_prediction_errors_are_exact() -> None:
     data = records(truth, rng, maneuvers=2, noise=0.02, count=80)
     model = DiscreteModel(
         A=truth.A, B=truth.B, C=truth.C, D=truth.D + 0.01, dt=DT,
-        K=0.003 * rng.standard_normal((3, 4)),
+        K=0.0005 * rng.standard_normal((3, 4)),
     )  # fmt: skip
     starts = [0.01 * rng.standard_normal(3) for _ in data]
     weight = np.array([1.0, 2.0, 0.5, 1.5])
