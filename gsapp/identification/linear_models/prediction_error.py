@@ -186,6 +186,7 @@ def _normal_equations(
     shared = sum(_sizes(model, innovations))
     places = _Places.of(model, innovations)
     closed = model.A - model.K @ model.C
+    feedback = bool(model.K.any())
     normal = np.zeros((shared + n * len(records),) * 2)
     gradient = np.zeros(normal.shape[0])
     for number, (record, start) in enumerate(zip(records, starts, strict=True)):
@@ -206,9 +207,10 @@ def _normal_equations(
             slopes = closed @ slopes
             slopes[places.A] += np.tile(state, n)
             slopes[places.B] += np.tile(u, n)
-            if innovations:
+            if feedback:
                 # C and D act on the state through the error, too.
                 slopes -= model.K @ direct
+            if innovations:
                 slopes[places.K] += np.tile(error, n)
             state = model.A @ state + model.B @ u + model.K @ error
         flat = (table * weight[:, None]).reshape(count * p, -1)
