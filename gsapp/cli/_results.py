@@ -11,6 +11,13 @@ def on_screen(json: Path | None) -> bool:
     return json is not None and str(json) == "-"
 
 
+def result_text(result: object) -> str:
+    """Return a result as JSON: SI units, absent = null."""
+    import json
+
+    return json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
 def write_result(json: Path, text: str) -> None:
     """Write the result of a command for programs; ``-`` is the screen.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,7 +30,14 @@ _QUIET = 1.0
 """Seconds without a new sample, after the aircraft is done, that end the live part."""
 
 
-def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> None:
+def run(
+    *,
+    headless: bool,
+    out: Path,
+    seed: int,
+    speed: float | None = None,
+    json: Path | None = None,
+) -> None:
     """Fly, record, watch, replay and sum up a short virtual flight.
 
     Parameters
@@ -43,6 +50,9 @@ def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> 
         Same seed, same flight.
     speed : float, optional
         Times real time; by default 1 with a window, 4 without.
+    json : Path, optional
+        Where to write for programs what `gsapp replay` would, and where everything lies; ``-``
+        for the screen, which then shows nothing else.
 
     Raises
     ------
@@ -51,12 +61,13 @@ def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> 
     """
     from rich.console import Console
 
+    from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.recorder_control import start_recorder
     from gsapp.telemetry.virtual.process import AircraftProcess, free_port
     from ui.display import NoDisplayError, require_display
 
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, stderr=on_screen(json))
     if not headless:
         try:
             require_display()
@@ -87,7 +98,9 @@ def run(*, headless: bool, out: Path, seed: int, speed: float | None = None) -> 
         if aircraft is not None:
             aircraft.stop()
         recorder.stop()
-    _replay(folder, out, live, console)
+    result = _replay(folder, out, live, console)
+    if json is not None:
+        write_result(json, result_text(result))
 
 
 def _unused(path: Path) -> Path:
@@ -124,8 +137,10 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
     return session
 
 
-def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> None:
+def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
+    """Replay the record, compare, sum up and draw; return the result for programs."""
     from gsapp.cli.replay import sum_up
+    from gsapp.flight.summary import summarize
     from gsapp.report.strip_figure import strip_figure
     from gsapp.session import MAX_SPEED, Session
     from gsapp.session.session import run_through
@@ -138,6 +153,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     if not len(flight.block):
         raise FlightError(f"nothing was recorded in {folder}; see {folder}/virtual-aircraft.log")
     console.print(f"4. Replayed {flight.duration:.0f} s of flight in {seconds:.1f} s.")
+    compared = None
     if live is not None:
         live.finish()
         compared = _same_as_live(live, session)
@@ -151,6 +167,13 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     sum_up(session, console, summary)
     session.close()
     console.print(f"5. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}")
+    return {
+        "flight": str(folder),
+        "summary": str(summary),
+        "picture": str(picture),
+        "channels_as_live": compared,
+        **summarize(flight),
+    }
 
 
 def _same_as_live(live: Session, replayed: Session) -> int:

@@ -79,6 +79,8 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.aircraft import load_aircraft
+    from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.telemetry.virtual.settings import FlightSettings
 
     console = Console(stderr=True)
@@ -94,6 +96,7 @@ def run(
         attitude=attitude,
         position=position,
     )
+    warn_of_aircraft(console, load_aircraft(aircraft))
     if out is not None:
         write_folder(settings, out, truth=truth, console=console)
     elif to is not None:

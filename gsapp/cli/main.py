@@ -76,6 +76,7 @@ def demo(
         Optional[float],  # noqa: UP045
         typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without"),
     ] = None,
+    json: JsonFile = None,
 ) -> None:
     """Do the whole job on a virtual flight: stream, record, draw, replay, sum up.
 
@@ -83,7 +84,7 @@ def demo(
     """
     from gsapp.cli import demo as command
 
-    command.run(headless=headless, out=out, seed=seed, speed=speed)
+    command.run(headless=headless, out=out, seed=seed, speed=speed, json=json)
 
 
 @app.command()
@@ -231,6 +232,7 @@ def import_(
         Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
     ],
     channel_map: MapName = None,
+    json: JsonFile = None,
 ) -> None:
     """Make a flight folder from the log of another program.
 
@@ -238,7 +240,7 @@ def import_(
     """
     from gsapp.cli import import_ as command
 
-    command.run(file=file, channel_map=channel_map, out=out)
+    command.run(file=file, channel_map=channel_map, out=out, json=json)
 
 
 @app.command()
@@ -251,6 +253,7 @@ def export(
         Literal["us", "si", "base"],
         typer.Option(help="Units: us ft/s, deg, g; si m/s, deg, g; base m/s, rad, m/s^2"),
     ] = "us",
+    json: JsonFile = None,
 ) -> None:
     """Write a flight for other programs.
 
@@ -258,7 +261,7 @@ def export(
     """
     from gsapp.cli import export as command
 
-    command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units)
+    command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units, json=json)
 
 
 TableFile = Annotated[

@@ -44,6 +44,7 @@ def run(
 
     from rich.console import Console
 
+    from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.address import parse_link
@@ -51,18 +52,21 @@ def run(
     from gsapp.telemetry.recorder_process import record, stop_on_signals
 
     console = Console(stderr=on_screen(json))
+
+    def say(words: str) -> None:
+        console.print(words, highlight=False, markup=False, soft_wrap=True)
+
     stop = threading.Event()
     stop_on_signals(stop)
-    teller = _Teller(
-        lambda words: console.print(words, highlight=False, markup=False, soft_wrap=True),
-        f"Recording {link} into {out}; Ctrl-C ends it.",
-    )
+    teller = _Teller(say, f"Recording {link} into {out}; Ctrl-C ends it.")
     parse_link(link)  # before anything is made
     options = {} if speed is None else {"speed": speed}
     with new_flight(out):
-        prepare_flight(
-            out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link
-        )
+        folder = prepare_flight(
+            out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
+            tell=say,
+        )  # fmt: skip
+        warn_of_aircraft(console, folder.aircraft())
         status = record(link, out, heartbeat=heartbeat, stop=stop, on_status=teller.tell, **options)
     seconds = (status.updated_us - status.started_us) / 1e6
     console.print(

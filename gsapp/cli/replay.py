@@ -45,12 +45,14 @@ def run(
     times = speed_of(speed)
     from rich.console import Console
 
+    from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._results import on_screen
     from gsapp.session.session import Session
 
     console = Console(stderr=on_screen(json))
     session = Session.replay(flight, channel_map=channel_map, speed=times)
     try:
+        warn_of_aircraft(console, session.aircraft)
         _play(session, console)
         sum_up(session, console, json)
     finally:
@@ -70,12 +72,12 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
     json : Path or None
         See `run`.
     """
-    from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.flight.summary import summarize
 
     whole = session.flight()
     if json is not None:
-        write_result(json, _text(summarize(whole)))
+        write_result(json, result_text(summarize(whole)))
     if not on_screen(json):
         from gsapp.cli._flight_text import describe
 
@@ -131,12 +133,6 @@ def _play(session: Session, console: Console) -> None:
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(f"replaying {escape(session.name)}", total=1.0)
         run_through(session, lambda share: progress.update(task, completed=share))
-
-
-def _text(summary: object) -> str:
-    import json
-
-    return json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _print_alarms(session: Session, console: Console) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from calibration import certificate_files, load_certificates
@@ -11,6 +13,8 @@ from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
+
+log = logging.getLogger(__name__)
 
 
 def prepare_flight(
@@ -22,6 +26,7 @@ def prepare_flight(
     calibration: str | Path | None = None,
     source: str = "",
     notes: str = "",
+    tell: Callable[[str], object] = log.warning,
 ) -> FlightFolder:
     """Make a flight folder that holds what its record is to be read with.
 
@@ -42,6 +47,8 @@ def prepare_flight(
         LINK that the flight comes over.
     notes : str
         For people.
+    tell : callable
+        Takes a sentence for each thing asked for that differs from what the flight began with.
 
     Raises
     ------
@@ -52,6 +59,7 @@ def prepare_flight(
     if aircraft_file is not None:
         load_aircraft(aircraft_file)
     map_file = None if channel_map is None else CHANNEL_MAPS.find(channel_map)
+    asked = bool(calibration)
     if map_file is not None:
         named = load_channel_map(map_file).certificates
         calibration = named if calibration is None else calibration
@@ -67,10 +75,48 @@ def prepare_flight(
             notes=notes,
         ),
     )
-    if aircraft_file is not None and not folder.aircraft_file.exists():
+    if aircraft_file is not None and _lacks(
+        folder, "aircraft", [folder.aircraft_file], [aircraft_file], aircraft_file.stem, tell
+    ):
         folder.keep_aircraft(aircraft_file)
-    if map_file is not None and not folder.channel_map_file.exists():
+    if map_file is not None and _lacks(
+        folder, "channel map", [folder.channel_map_file], [map_file], map_file.stem, tell
+    ):
         folder.keep_channel_map(map_file)
-    if calibration and not folder.certificate_files():
-        folder.keep_certificates(certificate_files(calibration))
+    if calibration:
+        files = certificate_files(calibration)
+        # The set that a map names was not asked for by anybody.
+        listen = tell if asked else _say_nothing
+        kept = folder.certificate_files()
+        if _lacks(folder, "certificates", kept, files, str(calibration), listen):
+            folder.keep_certificates(files)
     return folder
+
+
+def _lacks(
+    folder: FlightFolder,
+    what: str,
+    kept: Iterable[Path],
+    wanted: Iterable[Path],
+    asked: str,
+    tell: Callable[[str], object],
+) -> bool:
+    """Return whether the folder holds no copy yet; tell if the one it holds is another."""
+    held = sorted(path.read_bytes() for path in kept if path.is_file())
+    if held and held != sorted(path.read_bytes() for path in wanted):
+        tell(_kept(folder, what, asked))
+    return not held
+
+
+def _say_nothing(_sentence: str) -> None:
+    """Tell nobody."""
+
+
+def _kept(folder: FlightFolder, what: str, asked: str) -> str:
+    known = folder.info()
+    began = {"aircraft": known.aircraft, "channel map": known.channel_map} if known else {}
+    name = f" '{began[what]}'" if began.get(what) and began[what] != asked else ""
+    return (
+        f"{folder.path} keeps the {what}{name} that the flight began with: '{asked}' differs from "
+        "it and is not used; record into a new folder to read the flight with it"
+    )

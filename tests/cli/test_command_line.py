@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from gsapp.cli import fly, replay
+from gsapp.decoding.dialect import dialect
+from gsapp.flight.preparing import prepare_flight
+from gsapp.foundation import UnknownNameError
 
 HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavlink", "rich")
 
@@ -41,6 +47,25 @@ def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
     done = gsapp(*call)
     assert done.returncode == 2
     assert "Usage:" in done.stderr
+
+
+def test_suspicious_numbers_of_an_aircraft_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the commands that read its file: the inertias of the source are those of no fuselage."""
+    doubt = "B777: ixx + iyy - izz says that the mass lies"
+    with pytest.raises(UnknownNameError, match="absent"):
+        fly.run(out=tmp_path / "x", plan="absent")
+    assert capsys.readouterr().err.count(doubt) == 1
+    folder = prepare_flight(tmp_path / "flight", aircraft="b777", channel_map="b777")
+    frame = dialect().MAVLink(None, srcSystem=1).heartbeat_encode(1, 3, 0, 0, 4)
+    packed = frame.pack(dialect().MAVLink(None, srcSystem=1))
+    folder.tlog_file.write_bytes(struct.pack(">Q", 1_760_000_000_000_000) + packed)
+    replay.run(flight=folder.path)
+    assert capsys.readouterr().out.count(doubt) == 1
+    again = str(tmp_path / "again")
+    recorded = gsapp("record", str(folder.path), "--aircraft", "b777", "--out", again)
+    assert recorded.stdout.count(doubt) == 1
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,17 @@ from pathlib import Path
 
 def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "gsapp.cli", "demo", "--headless", "--speed", "25", "--out", "demo"],
+        [sys.executable, "-m", "gsapp.cli", "demo", "--headless", "--speed", "25", "--out", "demo",
+         "--json", "result.json"],
         capture_output=True, text=True, cwd=tmp_path, timeout=240,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "the same, to the last bit, as seen live" in done.stdout
     summary = json.loads((tmp_path / "demo" / "flight.json").read_text())
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert {name: result[name] for name in summary} == summary
+    assert Path(result["picture"]).name == "flight.png"
+    assert result["channels_as_live"] == len(summary["channels"])
     assert summary["frames"]["good"] > 20_000
     assert summary["frames"]["damaged"] == 0
     # What the virtual aircraft really does: take-off near 73 ft/s, level near 100 ft/s.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -432,6 +433,26 @@ def test_export_of_a_folder(box_folder, tmp_path, to, capsys):
     assert np.array_equal(back.block.times, flight.block.times)
     for name in flight.block.channels:
         assert np.array_equal(back.block[name], flight.block[name], equal_nan=True), name
+
+
+def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path, capsys):
+    """The same numbers as a replay, with what was written where; alone on the screen with -."""
+    table = tmp_path / "f.csv"
+    export.run(flight=box_folder.path, to="csv", out=table, json=Path("-"))
+    written = json.loads(capsys.readouterr().out)
+    assert (written["file"], written["format"]) == (str(table), "csv")
+    assert written["units"]["time"] == "s"
+    assert written["units"]["alpha"] == "deg"
+    flight = load_flight(box_folder.path)
+    assert written["rows"] == len(flight.block)
+    assert {name: written[name] for name in summarize(flight)} == summarize(flight)
+    import_.run(file=table, out=tmp_path / "new", json=tmp_path / "import.json")
+    assert "written to" in capsys.readouterr().out
+    imported = json.loads((tmp_path / "import.json").read_text(encoding="utf-8"))
+    assert imported["flight"] == str(tmp_path / "new")
+    assert imported["channels"]["alpha"]["count"] == int(
+        np.count_nonzero(~np.isnan(flight.block["alpha"]))
+    )
 
 
 def test_export_refuses_before_it_reads(tmp_path, box_folder):

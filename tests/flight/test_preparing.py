@@ -34,6 +34,28 @@ def test_a_flight_keeps_what_it_began_with(tmp_path: Path) -> None:
     assert again.aircraft_file.exists()
 
 
+def test_what_is_not_taken_is_told(tmp_path: Path) -> None:
+    """Another map, aircraft or set of certificates than at the beginning; the same is no news."""
+    said: list[str] = []
+    folder = tmp_path / "a"
+    prepare_flight(folder, aircraft="b777", channel_map="b777", tell=said.append)
+    prepare_flight(folder, aircraft="b777", channel_map="b777", tell=said.append)
+    assert said == []
+    own = tmp_path / "own.toml"
+    own.write_text((folder / "aircraft.toml").read_text(encoding="utf-8") + "# mine\n")
+    certificates = tmp_path / "set"
+    certificates.mkdir()
+    first = next(iter(sorted((folder / "calibration").iterdir())))
+    (certificates / first.name).write_bytes(first.read_bytes())
+    prepare_flight(
+        folder, aircraft=own, channel_map="px4", calibration=certificates, tell=said.append
+    )
+    assert len(said) == 3
+    assert "keeps the aircraft 'b777' that the flight began with: 'own' differs" in said[0]
+    assert "keeps the channel map 'b777' that the flight began with: 'px4' differs" in said[1]
+    assert "keeps the certificates that the flight began with" in said[2]
+
+
 def test_nothing_is_made_when_a_file_holds_mistakes(tmp_path: Path) -> None:
     wrong = tmp_path / "aircraft.toml"
     wrong.write_text("[geometry]\nspan = '2 kg'\n")

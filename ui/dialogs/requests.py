@@ -198,6 +198,8 @@ def check_folder(parent: str, name: str) -> Verdict:
     target = place / name.strip()
     if target.exists():
         return Verdict(
-            sentence=f"This flight exists: the recording goes on in it. {room}.", state="caution"
+            sentence="This flight exists: the recording goes on in it, with the map, aircraft and "
+            f"calibration that it began with. {room}.",
+            state="caution",
         )
     return Verdict(sentence=f"Recorded in {target}. {room}.", state="good")
