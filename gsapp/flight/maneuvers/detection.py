@@ -56,7 +56,7 @@ _OVER_NOISE, _OVER_STEERING = 7.0, 3.0
 _STEERING_SHARE = 0.8
 _STEERING_FRAMES = 240
 _FEWEST_STEERING_FRAMES = 20
-_ALSO_MOVED = 0.25
+ALSO_MOVED: Final = 0.25
 """An input this large beside the largest, both as shares of travel, belongs to the maneuver."""
 _ANSWERED = 8.0
 """Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
@@ -475,7 +475,7 @@ def moved_inputs(
             found.append(one)
     sizes = {one.surface: one.amplitude / setting.half_travel(one.surface) for one in found}
     largest = max(sizes.values(), default=0.0)
-    found = [one for one in found if sizes[one.surface] >= _ALSO_MOVED * largest]
+    found = [one for one in found if sizes[one.surface] >= ALSO_MOVED * largest]
     return sorted(found, key=lambda one: -sizes[one.surface])
 
 

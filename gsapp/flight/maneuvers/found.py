@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
+from gsapp.foundation import FlightError
+
 Grade = Literal["A", "B", "C", "D"]
 
 GRADES: Final[Mapping[Grade, str]] = {
@@ -49,6 +51,8 @@ class FoundManeuver:
         When the first surface began to move and when the last one was back, s.
     amplitudes : mapping of str to float
         Amplitude of each input, rad.
+    note : str
+        What a person wrote beside it.
     """
 
     id: str
@@ -64,6 +68,7 @@ class FoundManeuver:
     t_input: float = math.nan
     t_input_end: float = math.nan
     amplitudes: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return the fixed fields for programs: SI units, absent = None."""
@@ -80,6 +85,69 @@ class FoundManeuver:
             "alpha": _number(self.alpha),
         }
 
+    def to_record(self) -> dict[str, Any]:
+        """Return everything, for storing; `from_record` reads it back."""
+        return {
+            **self.to_json(),
+            "t_start": self.t_start,
+            "t_end": self.t_end,
+            "t_input": _number(self.t_input),
+            "t_input_end": _number(self.t_input_end),
+            "amplitudes": dict(self.amplitudes),
+            "note": self.note,
+        }
+
+    @staticmethod
+    def from_record(record: object) -> FoundManeuver:
+        """Return the maneuver that `to_record` made, or that a program wrote with less.
+
+        Raises
+        ------
+        FlightError
+            If it is none.
+        """
+        if not isinstance(record, dict):
+            raise FlightError("a stored maneuver is no JSON object; find the maneuvers anew")
+        try:
+            grade = str(record["grade"])
+            if grade not in GRADES:
+                raise ValueError(f"there is no grade {grade}")
+            found = FoundManeuver(
+                id=str(record["id"]),
+                t_start=float(record["t_start"]),
+                t_end=float(record["t_end"]),
+                inputs=tuple(str(name) for name in record["inputs"]),
+                kind=str(record["kind"]),
+                amplitude=_optional(record.get("amplitude")),
+                grade=grade,  # type: ignore[arg-type]  # checked above
+                reasons=tuple(str(text) for text in record.get("reasons", ())),
+                V=_optional(record.get("V")),
+                alpha=_optional(record.get("alpha")),
+                t_input=_or_nan(record.get("t_input")),
+                t_input_end=_or_nan(record.get("t_input_end")),
+                amplitudes={
+                    str(name): float(size) for name, size in record.get("amplitudes", {}).items()
+                },
+                note=str(record.get("note", "")),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise FlightError(
+                f"a stored maneuver cannot be read ({error}); find the maneuvers anew"
+            ) from error
+        if not found.t_start < found.t_end:
+            raise FlightError(
+                f"the stored maneuver {found.id} ends before it begins; find the maneuvers anew"
+            )
+        return found
+
 
 def _number(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else value
+
+
+def _optional(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _or_nan(value: Any) -> float:
+    return math.nan if value is None else float(value)

@@ -134,6 +134,47 @@ def measure(
     )
 
 
+def plain_input(surface: str, times: FloatArray, samples: FloatArray) -> SurfaceInput | None:
+    """Measure how a surface moved in a stretch about which nothing is known.
+
+    Its first and last tenth stand for the trim.
+
+    Returns
+    -------
+    SurfaceInput or None
+        None where there are too few samples, or they are all alike.
+    """
+    there = np.isfinite(samples)
+    times, samples = times[there], samples[there]
+    if times.size < 8:
+        return None
+    level = smoothed(samples, float(np.median(np.diff(times))))
+    edge = max(level.size // 10, 2)
+    before, after = float(np.median(level[:edge])), float(np.median(level[-edge:]))
+    away = level - np.linspace(before, after, level.size)
+    largest = float(np.max(np.abs(away)))
+    if not largest > 0.0:
+        return None
+    runs, edges = _runs(times, away, _ASIDE * largest)
+    if not runs:
+        return None
+    t_start, t_end = _ends(times, level, edges, before, after, _BEGUN * largest)
+    both = len({side for side, _ in runs}) == 2
+    kind = kind_of(runs)
+    return SurfaceInput(
+        surface=surface,
+        t_start=t_start,
+        t_end=t_end,
+        amplitude=0.5 * float(np.ptp(away)) if both else largest,
+        before=before,
+        after=after,
+        runs=tuple(runs),
+        unrest=float(np.ptp(level[:edge])),
+        abruptness=_quickest(times, level) / largest,
+        kind="multistep" if kind == "retrim" else kind,
+    )
+
+
 def _quickest(times: FloatArray, level: FloatArray) -> float:
     """Return the most that a level changes within `LOOK_BACK`."""
     earlier = np.searchsorted(times, times - LOOK_BACK - 1e-9)

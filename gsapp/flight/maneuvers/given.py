@@ -1,0 +1,259 @@
+"""The maneuvers of a flight: found, or named by hand, or the whole of a short record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.flight import Flight
+from gsapp.flight.maneuvers.detection import (
+    ALSO_MOVED,
+    check_flight,
+    described,
+    detect,
+    moved_inputs,
+)
+from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.flight.maneuvers.grading import Passage, Setting
+from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, plain_input
+from gsapp.flight.maneuvers.signals import COLUMN, SURFACES, signals_of
+from gsapp.foundation import FlightError
+from gsapp.quantities.constants import DEGREE
+
+SHORT: Final = 60.0
+"""A flight shorter than this, s, with one maneuver at most is that maneuver, whole."""
+
+_MOVED_OVER_NOISE, _MOVED_SHARE = 6.0, 0.015
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """A stretch of one flight, s of flight time; the first flight is number 1."""
+
+    flight: int
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightManeuvers:
+    """The maneuvers of a flight and what they were judged by.
+
+    Attributes
+    ----------
+    maneuvers : tuple of FoundManeuver
+    noise : NoiseFloor
+    judged_by : str
+        What told whether it flew, in words.
+    remarks : tuple of str
+        Sentences for the crew: stuck surfaces, a record taken whole.
+    """
+
+    maneuvers: tuple[FoundManeuver, ...]
+    noise: NoiseFloor
+    judged_by: str
+    remarks: tuple[str, ...] = ()
+
+
+def parse_windows(texts: Sequence[str], flights: int = 1) -> tuple[Window, ...]:
+    """Read ``START:STOP`` or ``K:START:STOP``.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        As given with ``--maneuver``.
+    flights : int
+        How many flights there are; with more than one, each text must say which it means.
+
+    Raises
+    ------
+    FlightError
+        If one cannot be read, or names a flight that is not there.
+    """
+    return tuple(_window(text, flights) for text in texts)
+
+
+def _window(text: str, flights: int) -> Window:
+    parts = text.strip().split(":")
+    usage = "write START:STOP in seconds, as 139.5:146, or K:START:STOP for the K-th flight"
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (2, 3) or not all(math.isfinite(number) for number in numbers):
+        raise FlightError(f"the maneuver '{text}' cannot be read; {usage}")
+    start, stop = numbers[-2:]
+    if not start < stop:
+        raise FlightError(f"the maneuver '{text}' ends before it begins; {usage}")
+    if len(numbers) == 2:
+        if flights > 1:
+            raise FlightError(
+                f"the maneuver '{text}' does not say which of the {flights} flights it belongs to; "
+                f"write 1:{text} for the first one"
+            )
+        return Window(flight=1, start=start, stop=stop)
+    if numbers[0] != int(numbers[0]) or not 1 <= numbers[0] <= flights:
+        counted = "there is 1 flight" if flights == 1 else f"there are {flights} flights"
+        raise FlightError(f"the maneuver '{text}' names flight {parts[0]}, but {counted}")
+    return Window(flight=int(numbers[0]), start=start, stop=stop)
+
+
+class Assessor:
+    """Looks at any stretch of one flight as at a maneuver: which inputs moved, how good it is.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+    noise : NoiseFloor
+        From the detection.
+    """
+
+    def __init__(self, flight: Flight, aircraft: Aircraft, noise: NoiseFloor) -> None:
+        self._flight = flight
+        self._setting = Setting(aircraft=aircraft, noise=noise)
+        self._times = flight.block.times
+        self._rows = signals_of(flight.block)
+
+    def assess(self, name: str, start: float, stop: float) -> FoundManeuver:
+        """Return the stretch from start to stop (s) as a maneuver, graded.
+
+        Raises
+        ------
+        FlightError
+            If it lies outside the flight.
+        """
+        low, high = np.searchsorted(self._times, (start - 1e-9, stop + 1e-9))
+        if high - low < 2:
+            raise FlightError(
+                f"the flight '{self._flight.name}' has no samples from {start:g} to {stop:g} s; "
+                f"it runs from {self._times[0]:.2f} to {self._times[-1]:.2f} s"
+            )
+        times, rows = self._times[low:high], self._rows[low:high]
+        inputs = self._inputs(low, high)
+        begin, end = float(times[0]), float(times[-1])
+        passage = Passage(
+            times=times,
+            rows=rows,
+            t_input=min((one.t_start for one in inputs), default=begin),
+            t_input_end=max((one.t_end for one in inputs), default=end),
+            t_end=end,
+        )
+        found = described(name, passage, self._setting, inputs)
+        return replace(found, t_start=begin, t_end=end)
+
+    def _inputs(self, low: int, high: int) -> list[SurfaceInput]:
+        times, rows = self._times[low:high], self._rows[low:high]
+        plain = []
+        for surface in SURFACES:
+            samples = rows[:, COLUMN[surface]]
+            one = plain_input(surface, times, samples)
+            least = max(
+                _MOVED_OVER_NOISE * self._setting.noise.of(surface),
+                _MOVED_SHARE * self._setting.half_travel(surface),
+            )
+            if one is not None and one.amplitude > least:
+                plain.append(one)
+        sizes = {
+            one.surface: one.amplitude / self._setting.half_travel(one.surface) for one in plain
+        }
+        largest = max(sizes.values(), default=0.0)
+        plain = [one for one in plain if sizes[one.surface] >= ALSO_MOVED * largest]
+        return sorted(
+            (self._better(one, low, high) for one in plain), key=lambda one: -sizes[one.surface]
+        )
+
+    def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:
+        """Return the input measured against its trim, where the stretch shows one."""
+        moves = {one.surface: (one.t_start + LOOK_BACK, one.t_end)}
+        measured = moved_inputs(self._times[low:high], self._rows[low:high], moves, self._setting)
+        return measured[0] if measured and measured[0].kind != "retrim" else one
+
+
+def survey(
+    flight: Flight,
+    aircraft: Aircraft,
+    *,
+    given: Sequence[str] = (),
+    number: int = 1,
+    flights: int = 1,
+) -> FlightManeuvers:
+    """Return the maneuvers of a flight with all that is worth saying.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+        As that flight flew it.
+    given : sequence of str
+        ``START:STOP`` or ``K:START:STOP``, s. Those for this flight take the place of what would
+        be found; which inputs moved is seen from the samples.
+    number, flights : int
+        Which flight of how many this is, for ``K``. A flight that no text names is searched.
+
+    Raises
+    ------
+    FlightError
+        If no surface was measured, or a text cannot be read or lies outside the flight.
+    """
+    windows = [one for one in parse_windows(given, flights) if one.flight == number]
+    check_flight(flight)
+    detector = detect(flight, aircraft)
+    found = detector.finish()
+    remarks = list(surface_remarks(flight))
+    assessor = Assessor(flight, aircraft, detector.noise)
+    if windows:
+        found = tuple(
+            assessor.assess(str(place), window.start, window.stop)
+            for place, window in enumerate(windows, start=1)
+        )
+    elif flight.duration < SHORT and len(found) <= 1:
+        times = flight.block.times
+        whole = assessor.assess("1", float(times[0]), float(times[-1]))
+        # Where the detection saw the input, it knows its inputs and shape better.
+        found = (replace(found[0], t_start=whole.t_start, t_end=whole.t_end) if found else whole,)
+        remarks.append(f"the record of {flight.duration:.1f} s is taken as one maneuver, whole")
+    return FlightManeuvers(
+        maneuvers=found,
+        noise=detector.noise,
+        judged_by=detector.judged_by,
+        remarks=tuple(remarks),
+    )
+
+
+def maneuvers_of(
+    flight: Flight,
+    aircraft: Aircraft,
+    given: Sequence[str] = (),
+    *,
+    number: int = 1,
+    flights: int = 1,
+) -> tuple[FoundManeuver, ...]:
+    """Return the maneuvers of a flight: given, or found, or the whole of a short record.
+
+    See `survey`.
+    """
+    return survey(flight, aircraft, given=given, number=number, flights=flights).maneuvers
+
+
+def surface_remarks(flight: Flight) -> tuple[str, ...]:
+    """Return sentences about surfaces that were not measured or never moved."""
+    rows = signals_of(flight.block)
+    found = []
+    for surface in SURFACES:
+        samples = rows[:, COLUMN[surface]]
+        samples = samples[np.isfinite(samples)]
+        if not samples.size:
+            found.append(f"{surface} was not measured: its inputs cannot be seen")
+        elif samples.size > 100 and not float(np.ptp(samples)) > 0.0:
+            found.append(
+                f"{surface} stands still at {samples[0] / DEGREE:.2f} deg in every sample: its "
+                "sensor looks stuck or unplugged"
+            )
+    return tuple(found)
