@@ -7,9 +7,11 @@ sample does not count, W the weight matrix of the responses, shape (n_responses,
 """
 
 from gsapp.identification.statistics.bounds import (
+    Part,
     colored_covariance,
     cramer_rao,
     information,
+    joint_covariance,
     noise_covariance,
     sandwich,
     score_covariance,
@@ -24,12 +26,14 @@ from gsapp.identification.statistics.whiteness import Whiteness, whiteness
 
 __all__ = [
     "Identifiability",
+    "Part",
     "Verdict",
     "Whiteness",
     "colored_covariance",
     "cramer_rao",
     "identifiability",
     "information",
+    "joint_covariance",
     "noise_covariance",
     "response_fit",
     "sandwich",

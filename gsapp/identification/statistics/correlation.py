@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
 
 from gsapp.quantities import FloatArray
 
-FEWEST_LAGS, MOST_LAGS = 50, 100
+BoolArray = npt.NDArray[np.bool_]
+ComplexArray = npt.NDArray[np.complex128]
+
+MOST_LAGS = 100
 """Notes, section 7: with 50 to 100 lags the corrected bound is right within 10 %."""
 
 
 def usual_lags(samples: int) -> int:
-    """Return how many lags to take for so many samples: a tenth, from 50 to 100 if they allow.
-
-    A short record cannot tell 50 lags of its correlation; it gets a quarter of its samples.
-    """
-    return max(1, min(max(FEWEST_LAGS, samples // 10), MOST_LAGS, samples // 4))
+    """Return how many lags to take for so many samples: 100, or a quarter of a short record."""
+    return max(1, min(MOST_LAGS, samples // 4))
 
 
 class Layout:
@@ -32,6 +33,13 @@ class Layout:
         Stretches of contiguous samples; None is one.
     lags : int
         Zeros after each segment.
+
+    Attributes
+    ----------
+    length : int
+        Of the row.
+    whole : bool
+        Whether there is but one segment.
     """
 
     def __init__(self, count: int, segments: Sequence[slice] | None, lags: int) -> None:
@@ -44,14 +52,15 @@ class Layout:
             if last > first:
                 self._pieces.append((slice(first, last), slice(start, start + last - first)))
                 start += last - first + lags
+        self.whole = len(self._pieces) == 1
         self.length = next_fast_len(max(start, 2 * lags + 1), real=True)
 
-    def spectrum(self, columns: FloatArray) -> FloatArray:
+    def spectrum(self, columns: FloatArray) -> ComplexArray:
         """Return the transform of columns (n, ...) in the layout, shape (n_frequencies, ...)."""
         laid = np.zeros((self.length, *columns.shape[1:]))
         for source, target in self._pieces:
             laid[target] = columns[source]
-        found: FloatArray = rfft(laid, axis=0)
+        found: ComplexArray = rfft(laid, axis=0)
         return found
 
     def lagged_sums(self, columns: FloatArray) -> FloatArray:
@@ -67,38 +76,59 @@ class Layout:
             The middle one is that of lag 0.
         """
         spectra = self.spectrum(columns)
-        cross = spectra.conj()[:, :, None] * spectra[:, None, :]
+        return self.lags_of(spectra.conj()[:, :, None] * spectra[:, None, :])
+
+    def lags_of(self, cross: ComplexArray) -> FloatArray:
+        """Return the lagged sums that belong to a cross spectrum (n_frequencies, m, m)."""
         sums = irfft(cross, n=self.length, axis=0)
         found: FloatArray = np.concatenate((sums[-self.lags :], sums[: self.lags + 1]))
         return found
 
-    def spectrum_of_lags(self, lagged: FloatArray) -> FloatArray:
+    def weighted_adjoint(self, spectra: ComplexArray) -> ComplexArray:
+        """Return what, multiplied by a flattened spectrum, gives the sum over time of x_i y_j.
+
+        Parameters
+        ----------
+        spectra : ndarray, shape (n_frequencies, m, p)
+
+        Returns
+        -------
+        ndarray, shape (p, n_frequencies m)
+        """
+        adjoint = spectra.conj()
+        # The spectrum of a real row: all frequencies but the ends count twice.
+        adjoint *= 1.0 / self.length
+        adjoint[1 : (self.length + 1) // 2] *= 2.0
+        return np.ascontiguousarray(adjoint.reshape(-1, spectra.shape[2]).T)
+
+    def per_pair(self, counted: BoolArray) -> FloatArray:
+        """Return the factors that turn sums over pairs into autocovariances, as `lagged_sums`."""
+        count = len(counted)
+        if self.whole and counted.all():
+            return np.full((2 * self.lags + 1, 1, 1), 1.0 / count)
+        pairs = np.rint(self.lagged_sums(counted.astype(np.float64)))
+        shrink = 1.0 - np.abs(np.arange(-self.lags, self.lags + 1)) / count
+        factors: FloatArray = shrink[:, None, None] / np.maximum(pairs, 1.0)
+        return factors
+
+    def spectrum_of_lags(self, lagged: FloatArray) -> ComplexArray:
         """Return sum_j D_j exp(i w j) for D of shape (2 lags + 1, m, m)."""
         row = np.zeros((self.length, *lagged.shape[1:]))
         row[: self.lags + 1] = lagged[self.lags :]
         row[-self.lags :] = lagged[: self.lags]
-        found: FloatArray = rfft(row, axis=0).conj()
+        found: ComplexArray = rfft(row, axis=0).conj()
         return found
 
 
-def autocovariance(
-    v: FloatArray, lags: int, segments: Sequence[slice] | None = None
-) -> tuple[FloatArray, Layout]:
-    """Return C_j of residuals for j = -lags ... lags, shape (2 lags + 1, m, m), and the layout.
+def autocovariance(v: FloatArray, layout: Layout) -> FloatArray:
+    """Return C_j of residuals for j = -lags ... lags, shape (2 lags + 1, m, m).
 
     C_j = (1/nt) sum_k v_k v_(k+j)' where all samples count. Where some do not, the mean over the
     pairs that count takes its place, times 1 - |j|/nt, which is the same for a full record.
     """
-    count = len(v)
-    layout = Layout(count, segments, lags)
     counted = np.isfinite(v)
-    clean = np.where(counted, v, 0.0)
-    sums = layout.lagged_sums(clean)
-    if counted.all() and segments is None:
-        return sums / count, layout
-    pairs = np.rint(layout.lagged_sums(counted.astype(np.float64)))
-    shrink = 1.0 - np.abs(np.arange(-lags, lags + 1)) / count
-    return sums / np.maximum(pairs, 1.0) * shrink[:, None, None], layout
+    sums = layout.lagged_sums(np.where(counted, v, 0.0))
+    return sums * layout.per_pair(counted)
 
 
 def bartlett(lags: int) -> FloatArray:

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from gsapp.identification.statistics.correlation import autocovariance, bartlett, usual_lags
+from gsapp.identification.statistics.correlation import (
+    Layout,
+    autocovariance,
+    bartlett,
+    usual_lags,
+)
 from gsapp.quantities import FloatArray
 
 PORTMANTEAU_LAGS = 20
@@ -63,7 +68,8 @@ def whiteness(
     """
     lags = usual_lags(len(v))
     centered = v - _means(v)
-    C, layout = autocovariance(centered, lags, segments)
+    layout = Layout(len(v), segments, lags)
+    C = autocovariance(centered, layout)
     counted = np.isfinite(v)
     pairs = np.rint(layout.lagged_sums(counted.astype(np.float64)))
     taper = bartlett(lags)
