@@ -7,15 +7,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsapp.dynamics.buildup import reads_of
+from gsapp.dynamics.buildup import LONGITUDINAL_READS, reads_of
 from gsapp.identification.coefficients import REGRESSORS, Coefficients
+from gsapp.identification.equation_error.instruments import simulated
 from gsapp.identification.equation_error.regression import (
     Equation,
     Regression,
+    Stretch,
     collinear_columns,
 )
 from gsapp.identification.results import DerivativeEstimate, ResponseFit
 from gsapp.identification.smoothing import runs
+from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
@@ -29,6 +32,9 @@ WORDS = {
     "da": "aileron",
     "dr": "rudder",
 }
+_SURFACES = ("de", "da", "dr")
+InstrumentCache = dict[tuple[int, int, int, bool], FloatArray | None]
+"""By maneuver, first and last sample, and whether longitudinal."""
 _LEAST_ANGLE = 0.1 * DEGREE
 _LEAST_RATE = 0.3 * DEGREE
 """Standard deviations below which nothing has moved, rad and rad/s."""
@@ -60,6 +66,7 @@ def form(
     names: Sequence[str],
     fixed: Mapping[str, float],
     found: Sequence[Coefficients],
+    cache: InstrumentCache,
 ) -> Formed:
     """Stack the maneuvers into one equation for a coefficient.
 
@@ -72,6 +79,8 @@ def form(
         Derivatives held.
     found : sequence of Coefficients
         Smoothed alike.
+    cache : dict
+        Instruments made already, by stretch; to be handed on from coefficient to coefficient.
     """
     suffixes = [name.partition("_")[2] for name in names]
     needed = [suffix for suffix in suffixes if suffix != "0"]
@@ -85,7 +94,7 @@ def form(
     if len(lacking) == len(found):
         return Formed(equation=None, unearned=_without(names, found, lacking[0]))
     used = [one for index, one in enumerate(found) if index not in lacking]
-    stacked = _stack(coefficient, names, fixed, used)
+    stacked = _stack(coefficient, names, fixed, used, cache)
     length = stacked.y.size * stacked.dt
     if length < _SHORTEST or stacked.y.size < 3 * len(names):
         why = (
@@ -117,21 +126,7 @@ def form(
 
 def explain(equation: Equation, solution: Regression) -> ResponseFit:
     """Return how well the solution follows the smoothed coefficient."""
-    measured = equation.y
-    computed = measured - solution.residuals
-    squares = float(solution.residuals @ solution.residuals)
-    about = measured - measured.mean()
-    size = measured.size
-    width = float(np.ptp(measured))
-    rms = float(np.sqrt(squares / size))
-    spread = float(np.sqrt(measured @ measured / size) + np.sqrt(computed @ computed / size))
-    return ResponseFit(
-        rms=rms,
-        rms_over_range_pct=100.0 * rms / width if width > 0.0 else float("nan"),
-        r2=1.0 - squares / float(about @ about) if width > 0.0 else float("nan"),
-        theil=rms / spread if spread > 0.0 else float("nan"),
-        samples=size * equation.stride,
-    )
+    return response_fit(equation.y, equation.y - solution.residuals)
 
 
 def _lacking(coefficient: str, needed: Sequence[str], one: Coefficients) -> str:
@@ -165,16 +160,20 @@ def _stack(
     names: Sequence[str],
     fixed: Mapping[str, float],
     used: Sequence[Coefficients],
+    cache: InstrumentCache,
 ) -> Equation:
     reads = reads_of(coefficient)
+    suffixes = [name.partition("_")[2] for name in names]
     smoothing = used[0].smoother
     stride = smoothing.stride
+    moving = [suffix for suffix in reads if suffix not in _SURFACES]
     ys: list[FloatArray] = []
     Xs: list[FloatArray] = []
-    segments: list[slice] = []
+    Zs: list[FloatArray] = []
+    stretches: list[Stretch] = []
     noise = np.zeros((len(names), len(names)))
     at = 0
-    for one in used:
+    for number, one in enumerate(used):
         columns = dict(zip(reads, one.smoothed(tuple(reads.values())).T, strict=True))
         columns["0"] = np.ones(one.times.size)
         y = one.values[:, one.column(coefficient)]
@@ -182,32 +181,57 @@ def _stack(
             head, _, suffix = name.partition("_")
             if head == coefficient and value != 0.0:
                 y = y - value * columns[suffix]
-        suffixes = [name.partition("_")[2] for name in names]
-        X = np.column_stack([columns[suffix] for suffix in suffixes])
         good = one.counts(coefficient)
         for suffix in suffixes:
             if suffix != "0":
                 good = good & one.known[reads[suffix]]
         rows = 0
+        segments = []
         for part in runs(good):
             taken = slice(part.start, part.stop, stride)
+            Xs.append(np.column_stack([columns[suffix][taken] for suffix in suffixes]))
             ys.append(y[taken])
-            Xs.append(X[taken])
-            segments.append(slice(at + rows, at + rows + ys[-1].size))
+            key = (number, part.start, part.stop, reads is LONGITUDINAL_READS)
+            if key not in cache:
+                cache[key] = simulated(
+                    np.column_stack([columns[suffix][taken] for suffix in moving]),
+                    np.column_stack(
+                        [columns[suffix][taken] for suffix in reads if suffix in _SURFACES]
+                    ),
+                )
+            Zs.append(_instruments(Xs[-1], suffixes, moving, cache[key]))
+            segments.append(slice(rows, rows + ys[-1].size))
             rows += ys[-1].size
+        if rows:
+            stretches.append(Stretch(rows=slice(at, at + rows), segments=tuple(segments)))
         at += rows
-        places = [REGRESSORS.index(reads[s]) if s != "0" else -1 for s in suffixes]
+        places = [REGRESSORS.index(reads[suffix]) if suffix != "0" else -1 for suffix in suffixes]
         own = np.pad(one.noise, (0, 1))  # nothing for the bias, the last row and column
         noise += rows * own[np.ix_(places, places)]
+    empty = np.empty((0, len(names)))
     return Equation(
         y=np.concatenate(ys) if ys else np.empty(0),
-        X=np.concatenate(Xs) if Xs else np.empty((0, len(names))),
+        X=np.concatenate(Xs) if Xs else empty,
+        Z=np.concatenate(Zs) if Zs else empty,
         names=tuple(names),
-        segments=tuple(segments),
+        stretches=tuple(stretches),
         dt=stride * smoothing.dt,
         stride=stride,
-        noise=noise,
+        noise=noise / max(at, 1),
     )
+
+
+def _instruments(
+    X: FloatArray, suffixes: Sequence[str], moving: Sequence[str], found: FloatArray | None
+) -> FloatArray:
+    """Return the regressors with their states replaced by what the surfaces make of them."""
+    if found is None:
+        return X
+    out = X.copy()
+    for column, suffix in enumerate(suffixes):
+        if suffix in moving:
+            out[:, column] = found[:, moving.index(suffix)]
+    return out
 
 
 def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, DerivativeEstimate]:
@@ -218,7 +242,7 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
         if suffix == "0":
             continue
         spread = float(np.std(stacked.X[:, index]))
-        noise = float(np.sqrt(stacked.noise[index, index] / len(stacked.X)))
+        noise = float(np.sqrt(stacked.noise[index, index]))
         least = _LEAST_ANGLE
         if suffix in ("p", "q", "r"):
             # From p b/2V back to p: the ratio is the same for all samples, but for the speed.

@@ -11,8 +11,8 @@ from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import COEFFICIENTS, Axis, axis_derivatives, free_derivatives
 from gsapp.identification.coefficients import Coefficients, reconstruct
-from gsapp.identification.equation_error.equations import explain, form
-from gsapp.identification.equation_error.regression import Regression, solve
+from gsapp.identification.equation_error.equations import InstrumentCache, explain, form
+from gsapp.identification.equation_error.regression import Equation, Regression, solve
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
@@ -74,24 +74,26 @@ def estimate(
     warnings = [remark for one in found for remark in one.remarks]
     blocks: list[Regression] = []
     fits: dict[str, ResponseFit] = {}
+    cache: InstrumentCache = {}
     for coefficient in COEFFICIENTS[axis]:
         names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient))]
         names = [name for name in names if name in wanted and name not in fixed]
         if not names:
             continue
-        formed = form(coefficient, names, fixed, found)
+        formed = form(coefficient, names, fixed, found, cache)
         derivatives.update(formed.unearned)
         warnings += formed.remarks
         if formed.equation is None:
             continue
-        solution = solve(formed.equation)
+        solution, remark = _solved(formed.equation)
+        warnings += remark
         blocks.append(solution)
         fits[coefficient] = explain(formed.equation, solution)
         for index, name in enumerate(solution.names):
             if name not in formed.unearned:
                 derivatives[name] = DerivativeEstimate(
                     value=float(solution.values[index]),
-                    std=float(np.sqrt(solution.covariance[index, index])),
+                    std=float(solution.std[index]),
                     cramer_rao=float(np.sqrt(solution.white[index, index])),
                 )
     names_free, covariance = _joined(blocks, derivatives)
@@ -108,6 +110,26 @@ def estimate(
         warnings=tuple(dict.fromkeys(warnings)),
         message="solved directly" if names_free else "no derivative could be estimated",
     )
+
+
+def _solved(equation: Equation) -> tuple[Regression, list[str]]:
+    """Solve with instruments where they are strong enough, else by least squares."""
+    plain = solve(equation.by_least_squares)
+    if (equation.Z == equation.X).all():
+        return plain, []
+    better = solve(equation)
+    growth = float(np.median(better.std / np.maximum(plain.std, 1e-300)))
+    if growth > _WEAK or not np.isfinite(better.covariance).all():
+        name = equation.names[0].partition("_")[0]
+        return plain, [
+            f"the surfaces explain too little of the motion behind {name} (gusts?) to make up for "
+            "noise in its regressors; slopes may come out small"
+        ]
+    return better, []
+
+
+_WEAK = 1.7
+"""Growth of the bounds at which instruments cost more than the noise that they avoid."""
 
 
 def coefficients_of(

@@ -1,22 +1,46 @@
-"""Linear regression of one coefficient, with bounds that believe in colored residuals."""
+"""Linear regression of one coefficient that noise in its regressors does not bend.
+
+Least squares shrinks a slope by the share of noise in its regressor (0.1 deg of white vane noise
+costs nothing, colored noise of that size 4 % of CN_alpha). White noise can be measured at high
+frequencies and taken out of X'X. Colored noise cannot; but no noise of the instruments is in the
+motion that the surfaces alone explain: states simulated from the surface deflections by a model
+of a few states fitted to the record. With these as instruments, Z'X takes the place of X'X.
+
+With P = Z (Z'Z)^-1 Z'X the estimate is that of a regression on P, so its bounds are those of
+`gsapp.identification.statistics`, colored residuals believed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.ndimage import convolve1d
 
+from gsapp.identification.statistics import Part, joint_covariance
 from gsapp.quantities import FloatArray
 
-_LONGEST_CORRELATION = 1.0
+_LONGEST_CORRELATION = 2.0
 """Of the residuals, s: how far their autocovariance is followed."""
 _LEAST_OVER_NOISE = 3.0
 """What the other regressors leave of one, over the noise in it: below, it is noise."""
 _LARGEST_INFLATION = 1e7
 """Of a variance by collinearity, where there is no noise to compare with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stretch:
+    """The rows of one maneuver in an equation.
+
+    Attributes
+    ----------
+    rows : slice
+    segments : tuple of slice
+        Unbroken stretches, counted from the first row of the maneuver.
+    """
+
+    rows: slice
+    segments: tuple[slice, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,23 +51,26 @@ class Equation:
     ----------
     y : ndarray, shape (n,)
     X : ndarray, shape (n, k)
-        Both filtered alike.
+        Filtered as y.
+    Z : ndarray, shape (n, k)
+        Instruments; X itself for least squares.
     names : tuple of str
         Of the columns.
-    segments : tuple of slice
-        Unbroken stretches of rows.
+    stretches : tuple of Stretch
+        One for each maneuver.
     dt : float
         Between rows, s.
     stride : int
         Samples of the record for each row.
     noise : ndarray, shape (k, k)
-        What measurement noise adds to X'X.
+        Covariance, per row, of white measurement noise in the columns of X.
     """
 
     y: FloatArray
     X: FloatArray
+    Z: FloatArray
     names: tuple[str, ...]
-    segments: tuple[slice, ...]
+    stretches: tuple[Stretch, ...]
     dt: float
     stride: int
     noise: FloatArray
@@ -51,15 +78,18 @@ class Equation:
     def of(self, columns: Sequence[int]) -> Equation:
         """Return the equation with these columns only."""
         chosen = list(columns)
-        return Equation(
-            y=self.y,
+        return replace(
+            self,
             X=self.X[:, chosen],
+            Z=self.Z[:, chosen],
             names=tuple(self.names[index] for index in chosen),
-            segments=self.segments,
-            dt=self.dt,
-            stride=self.stride,
             noise=self.noise[np.ix_(chosen, chosen)],
         )
+
+    @property
+    def by_least_squares(self) -> Equation:
+        """Return the equation with its own regressors for instruments."""
+        return replace(self, Z=self.X)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,74 +113,86 @@ class Regression:
     white: FloatArray
     residuals: FloatArray
 
+    @property
+    def std(self) -> FloatArray:
+        """Return the bounds, shape (k,)."""
+        found: FloatArray = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return found
+
+
+def values_of(
+    equation: Equation, weights: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the parameters, shape (k,), and P, shape (n, k), of the equation.
+
+    Parameters
+    ----------
+    equation : Equation
+    weights : ndarray, shape (n,), optional
+        One over the standard deviation of each row.
+    """
+    X, Z, y = equation.X, equation.Z, equation.y
+    rows = float(len(y))
+    if weights is not None:
+        X, Z, y = X * weights[:, None], Z * weights[:, None], y * weights
+        rows = float(weights @ weights)
+    # Only a column that is its own instrument has the noise of X in Z'X.
+    own = (equation.Z == equation.X).all(axis=0)
+    noise = np.where(own[:, None] & own, equation.noise, 0.0) * rows
+    scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", Z, Z), 1e-300))
+    basis, corner = np.linalg.qr(Z / scale)
+    mixed = basis.T @ X - np.linalg.solve(corner.T, noise / scale[:, None])
+    found = np.linalg.solve(mixed, basis.T @ y)
+    return np.asarray(found, dtype=np.float64), np.asarray(basis @ mixed, dtype=np.float64)
+
 
 def solve(equation: Equation) -> Regression:
-    """Solve by least squares, the noise of the regressors taken out of X'X.
-
-    Noise in a regressor makes X'X too large and its slope too small. What is known of it is
-    subtracted (errors in variables).
-    """
-    X, y = equation.X, equation.y
-    scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", X, X), 1e-300))
-    scaled = X / scale
-    information = scaled.T @ scaled - equation.noise / scale[:, None] / scale
-    factor = cho_factor(information)
-    values = cho_solve(factor, scaled.T @ y)
-    residuals = y - scaled @ values
-    inverse = cho_solve(factor, np.eye(len(scale)))
-    middle, white = _middle(scaled, residuals, equation)
-    unscale = 1.0 / scale
-    covariance = inverse @ middle @ inverse * unscale[:, None] * unscale
+    """Solve an equation; maneuvers count by the size of their own residuals."""
+    theta, projected = values_of(equation)
+    residuals = equation.y - equation.X @ theta
+    sizes = _sizes(residuals, equation.stretches)
+    if len(sizes) > 1 and sizes.min() > 0.0:
+        weights = np.concatenate(
+            [
+                np.full(stretch.rows.stop - stretch.rows.start, 1.0 / size)
+                for stretch, size in zip(equation.stretches, sizes, strict=True)
+            ]
+        )
+        theta, projected = values_of(equation, weights)
+        projected = projected / weights[:, None]
+        residuals = equation.y - equation.X @ theta
+        sizes = _sizes(residuals, equation.stretches)
+    width = theta.size
+    scale = np.maximum(np.linalg.norm(projected, axis=0), 1e-300)
+    floor = max(float(sizes.max()), 1e-300) * 1e-9
+    parts = []
+    information = np.zeros((width, width))
+    for stretch, size in zip(equation.stretches, sizes, strict=True):
+        S = projected[stretch.rows, None, :] / scale
+        W = np.array([[1.0 / max(float(size), floor) ** 2]])
+        parts.append(Part(S=S, v=residuals[stretch.rows, None], W=W, segments=stretch.segments))
+        information += W[0, 0] * S[:, 0].T @ S[:, 0]
+    covariance = joint_covariance(parts, width, lags=_lags(equation))
+    white = np.linalg.pinv(information, hermitian=True) / equation.stride
+    unscale = 1.0 / scale[:, None] / scale
     return Regression(
         names=equation.names,
-        values=values * unscale,
-        covariance=covariance,
-        white=white * inverse * unscale[:, None] * unscale,
+        values=theta,
+        covariance=covariance * unscale,
+        white=white * unscale,
         residuals=residuals,
     )
 
 
-def _middle(
-    scaled: FloatArray, residuals: FloatArray, equation: Equation
-) -> tuple[FloatArray, float]:
-    """Return X' C X for the autocovariance C of the residuals, and their variance per sample.
-
-    Bartlett taper (notes, section 7); the variance that the fit itself has taken out of the
-    residuals is put back.
-    """
-    count, width = scaled.shape
-    covariances = autocovariance(residuals, equation.segments, _lags(equation))
-    taper = 1.0 - np.arange(covariances.size) / covariances.size
-    kernel = np.concatenate(((taper * covariances)[:0:-1], taper * covariances))
-    spread = np.empty_like(scaled)
-    for part in equation.segments:
-        spread[part] = convolve1d(scaled[part], kernel, axis=0, mode="constant")
-    middle = scaled.T @ spread
-    middle = 0.5 * (middle + middle.T)
-    if not covariances[0] > 0.0:
-        return middle, 0.0
-    taken = float(np.trace(middle)) / covariances[0]
-    taken = min(max(taken, float(width)), 0.8 * count)
-    grown = count / (count - taken)
-    return middle * grown, float(covariances[0]) * grown / equation.stride
+def _sizes(residuals: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
+    return np.array([np.sqrt(np.mean(residuals[one.rows] ** 2)) for one in stretches])
 
 
 def _lags(equation: Equation) -> int:
-    longest = max((part.stop - part.start for part in equation.segments), default=1)
+    longest = max(
+        (part.stop - part.start for one in equation.stretches for part in one.segments), default=1
+    )
     return max(1, min(round(_LONGEST_CORRELATION / equation.dt), longest // 4))
-
-
-def autocovariance(residuals: FloatArray, segments: Sequence[slice], lags: int) -> FloatArray:
-    """Return C_0 ... C_lags of a residual, products within segments only, over all samples."""
-    total = np.zeros(lags + 1)
-    for part in segments:
-        piece = residuals[part]
-        size = min(lags + 1, piece.size)
-        padded = 2 ** int(np.ceil(np.log2(2 * piece.size)))
-        power = np.abs(np.fft.rfft(piece, padded)) ** 2
-        total[:size] += np.fft.irfft(power, padded)[:size]
-    found: FloatArray = total / max(residuals.size, 1)
-    return found
 
 
 def collinear_columns(equation: Equation) -> dict[str, tuple[str, ...]]:
@@ -162,12 +204,11 @@ def collinear_columns(equation: Equation) -> dict[str, tuple[str, ...]]:
     X = equation.X
     scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", X, X), 1e-300))
     scaled = X / scale
-    noise = equation.noise / scale[:, None] / scale
+    noise = len(X) * equation.noise / scale[:, None] / scale
     left = list(range(len(scale)))
     found: dict[str, tuple[str, ...]] = {}
     while len(left) > 1:
-        information = scaled[:, left].T @ scaled[:, left]
-        inverse = np.linalg.pinv(information, rcond=1e-14, hermitian=True)
+        inverse = np.linalg.pinv(scaled[:, left].T @ scaled[:, left], rcond=1e-14, hermitian=True)
         alone = 1.0 / np.maximum(np.diag(inverse), 1e-300)
         weights = inverse / np.diag(inverse)
         own = np.einsum("ij,ik,kj->j", weights, noise[np.ix_(left, left)], weights)
