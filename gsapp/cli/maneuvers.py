@@ -1,0 +1,129 @@
+"""``gsapp maneuvers``: the maneuvers of a flight, found and graded."""
+
+from __future__ import annotations
+
+import json as json_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.flight.flight import Flight
+    from gsapp.flight.maneuvers import FlightManeuvers
+
+_COLORS = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
+
+
+def run(
+    *,
+    flight: Path,
+    aircraft: str | None = None,
+    channel_map: str | None = None,
+    json: Path | None = None,
+    catalog: Path | None = None,
+) -> None:
+    """Find the maneuvers of a flight and print them.
+
+    Parameters
+    ----------
+    flight : Path
+        Folder or file.
+    aircraft : str, optional
+        Name or path; by default that in the flight folder, else ``b777``.
+    channel_map : str, optional
+        Name or path.
+    json : Path, optional
+        Where to write the list for programs; ``-`` for the screen.
+    catalog : Path, optional
+        A catalog to store the flight and its maneuvers in; made if it does not exist.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight cannot be read, has no surface, or a file cannot be written.
+    """
+    from rich.console import Console
+
+    from gsapp.aircraft import load_aircraft
+    from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._results import on_screen, write_result
+    from gsapp.flight.catalog import Catalog, store_maneuvers
+    from gsapp.flight.loading import load_flight
+    from gsapp.flight.maneuvers import survey
+    from gsapp.flight.setting import Setting
+
+    console = Console(stderr=on_screen(json))
+    with console.status(f"reading {flight.name}"):
+        loaded = load_flight(flight, channel_map=channel_map, aircraft=aircraft)
+        flown = Setting.find(flight, aircraft=aircraft).aircraft or load_aircraft("b777")
+    with console.status("looking for maneuvers"):
+        found = survey(loaded, flown)
+    if catalog is not None:
+        with Catalog(catalog) as store:
+            store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
+    if json is not None:
+        content = [maneuver.to_json() for maneuver in found.maneuvers]
+        text = json_module.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+        write_result(json, text + "\n")
+    if not on_screen(json):
+        warn_of_aircraft(console, flown)
+        _describe(console, loaded, found)
+        for path in (json, catalog):
+            if path is not None:
+                console.print(f"written to {path}", highlight=False, soft_wrap=True)
+
+
+def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gsapp.flight.maneuvers import GRADES
+    from gsapp.quantities.constants import DEGREE, FOOT
+
+    count = len(found.maneuvers)
+    table = Table(
+        title=f"{escape(flight.name)}: {count} maneuver{'' if count == 1 else 's'}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", "V [ft/s]"):
+        right = heading.endswith("]")
+        table.add_column(heading, justify="right" if right else "left", no_wrap=True)
+    table.add_column("alpha [deg]", justify="right", no_wrap=True)
+    table.add_column("grade", no_wrap=True)
+    table.add_column("why", ratio=1)
+    for one in found.maneuvers:
+        table.add_row(
+            escape(one.id),
+            f"{one.t_start:.2f}",
+            f"{one.t_end:.2f}",
+            "+".join(one.inputs) or "none",
+            one.kind,
+            _shown(one.amplitude, DEGREE),
+            _shown(one.V, FOOT),
+            _shown(one.alpha, DEGREE),
+            f"[{_COLORS[one.grade]}]{one.grade}[/]",
+            escape("; ".join(one.reasons)),
+        )
+    console.print(table)
+    told = [
+        *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
+        f"flying is judged by {found.judged_by}; noise from {found.noise.source}",
+    ]
+    for sentence in told:
+        console.print(sentence, style="dim", highlight=False, markup=False, soft_wrap=True)
+    remarks = list(found.remarks)
+    if not found.maneuvers:
+        remarks.append(
+            "no maneuver was found: no input was quick, returned to trim and was answered in the "
+            "air; name one with --maneuver START:STOP where a command takes it"
+        )
+    for sentence in remarks:
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+
+
+def _shown(value: float | None, unit: float) -> str:
+    return "" if value is None else f"{value / unit:.1f}"

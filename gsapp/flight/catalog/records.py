@@ -1,0 +1,163 @@
+"""What goes into a catalog and comes out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gsapp.flight.flight import Flight
+from gsapp.flight.maneuvers.found import FoundManeuver
+
+CONDITION_CHANNELS = (
+    "V",
+    "qbar",
+    "alpha",
+    "beta",
+    "altitude",
+    "density",
+    "temperature",
+    "throttle",
+    "flap",
+    "phi",
+    "theta",
+    "fuel",
+    "mass",
+)
+"""Channels whose values at the start of a maneuver are its conditions."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Condition:
+    """A channel in the second before the input, SI."""
+
+    mean: float
+    least: float
+    most: float
+
+
+def conditions_of(flight: Flight, maneuver: FoundManeuver) -> dict[str, Condition]:
+    """Return the conditions at which a maneuver was flown, by channel.
+
+    Taken between its start and its input; over the whole of it where the input is not known.
+    """
+    stop = maneuver.t_input if maneuver.t_input > maneuver.t_start else maneuver.t_end
+    part = flight.block.between(maneuver.t_start, stop)
+    found = {}
+    for name in CONDITION_CHANNELS:
+        if name not in part:
+            continue
+        samples = part[name]
+        samples = samples[np.isfinite(samples)]
+        if samples.size:
+            found[name] = Condition(
+                mean=float(samples.mean()), least=float(samples.min()), most=float(samples.max())
+            )
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredEstimate:
+    """One derivative of a run.
+
+    Attributes
+    ----------
+    value, std, cramer_rao : float or None
+        Per radian; None where not earned.
+    status : str
+    confounded_with : tuple of str
+    why : str
+    """
+
+    value: float | None
+    std: float | None = None
+    cramer_rao: float | None = None
+    status: str = "estimated"
+    confounded_with: tuple[str, ...] = ()
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One estimation: from which maneuvers, with which settings, what came out.
+
+    Attributes
+    ----------
+    method, axis : str
+    maneuvers : tuple of (str, str)
+        Flight and id of each.
+    estimates : mapping of str to StoredEstimate
+        By derivative.
+    settings, fit : mapping
+        What JSON can hold.
+    model : str or None
+        Name of a stored model.
+    converged : bool
+    iterations : int
+    warnings : tuple of str
+    message : str
+    made_at : str
+        When, ISO 8601; empty for now.
+    id : int or None
+        In the catalog; None before it was stored.
+    """
+
+    method: str
+    axis: str
+    maneuvers: tuple[tuple[str, str], ...]
+    estimates: Mapping[str, StoredEstimate]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    fit: Mapping[str, Any] = field(default_factory=dict)
+    model: str | None = None
+    converged: bool = True
+    iterations: int = 0
+    warnings: tuple[str, ...] = ()
+    message: str = ""
+    made_at: str = ""
+    id: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredManeuver:
+    """A maneuver as a search gives it.
+
+    Attributes
+    ----------
+    flight : str
+    maneuver : FoundManeuver
+        Grade and reasons are the latest ones.
+    conditions : mapping of str to Condition
+    graded_by : str
+    runs : tuple of int
+        Estimations that used it.
+    """
+
+    flight: str
+    maneuver: FoundManeuver
+    conditions: Mapping[str, Condition]
+    graded_by: str
+    runs: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredModel:
+    """A model file with where it came from.
+
+    Attributes
+    ----------
+    name : str
+    content : str
+        The model TOML.
+    parent : str or None
+    evidence : str
+        In words.
+    made_at : str
+    """
+
+    name: str
+    content: str
+    parent: str | None = None
+    evidence: str = ""
+    made_at: str = ""

@@ -1,0 +1,163 @@
+"""The file of a catalog: opening, migrating, reading and writing, whoever else does so."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+from gsapp.flight.catalog import schema
+from gsapp.foundation import FlightError
+
+PATIENCE: Final = 15.0
+"""Seconds to wait for another program that is writing."""
+
+
+class Catalog:
+    """One SQLite file: the maneuvers of a campaign and what was learned from them.
+
+    Several programs may use it at once. A reader never waits; writers take turns.
+
+    Parameters
+    ----------
+    path : Path or str
+        Made if it does not exist.
+
+    Raises
+    ------
+    FlightError
+        If the file is no catalog, damaged, newer than this program, or cannot be used.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        if self.path.is_dir():
+            raise FlightError(f"{self.path} is a folder; name a file for the catalog")
+        if not self.path.parent.is_dir():
+            raise FlightError(
+                f"the catalog {self.path} cannot be made: there is no folder {self.path.parent}"
+            )
+        with self._words():
+            self._connection = sqlite3.connect(
+                self.path, timeout=PATIENCE, isolation_level=None, check_same_thread=True
+            )
+        try:
+            with self._words():
+                self._prepare()
+        except BaseException:
+            self._connection.close()
+            raise
+
+    def close(self) -> None:
+        """Close the file. May be called twice."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def version(self) -> int:
+        """Return the version of the tables in the file."""
+        return int(self.query("PRAGMA user_version")[0][0])
+
+    def query(self, statement: str, values: Sequence[Any] = ()) -> list[sqlite3.Row]:
+        """Return the rows of a query."""
+        with self._words():
+            return list(self._connection.execute(statement, tuple(values)))
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[sqlite3.Connection]:
+        """Give the connection within one transaction: all is written, or nothing.
+
+        Raises
+        ------
+        FlightError
+            If the file cannot be written; nothing is then changed.
+        """
+        with self._words():
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield self._connection
+            except BaseException:
+                # Out of space, SQLite has taken everything back by itself.
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+                raise
+            self._connection.execute("COMMIT")
+
+    # Opening --------------------------------------------------------------------------
+
+    def _prepare(self) -> None:
+        connection = self._connection
+        connection.row_factory = sqlite3.Row
+        connection.execute("PRAGMA foreign_keys = ON")
+        version = self._checked_version()
+        if version < len(schema.MIGRATIONS):
+            self._migrate()
+        # Some network file systems cannot share memory; the journal of old does there. While
+        # another program opens the file, its choice stands.
+        with contextlib.suppress(sqlite3.OperationalError):
+            connection.execute("PRAGMA journal_mode = WAL")
+
+    def _checked_version(self) -> int:
+        """Return the version of a file that this program can use; 0 for an empty one."""
+        connection = self._connection
+        application = connection.execute("PRAGMA application_id").fetchone()[0]
+        version = int(connection.execute("PRAGMA user_version").fetchone()[0])
+        tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        if application != schema.APPLICATION_ID and (application or version or tables):
+            raise FlightError(
+                f"{self.path} is a database of another program and no catalog of maneuvers; name "
+                "another file"
+            )
+        known = len(schema.MIGRATIONS)
+        if version > known:
+            raise FlightError(
+                f"the catalog {self.path} was written by a newer version of this program "
+                f"(tables of version {version}; this one knows up to {known}); update the program"
+            )
+        return version
+
+    def _migrate(self) -> None:
+        with self.writing() as connection:
+            # Another program may have done it while this one waited for its turn.
+            done = self._checked_version()
+            for step in schema.MIGRATIONS[done:]:
+                for statement in step:
+                    connection.execute(statement)
+            connection.execute(f"PRAGMA application_id = {schema.APPLICATION_ID}")
+            connection.execute(f"PRAGMA user_version = {len(schema.MIGRATIONS)}")
+
+    @contextlib.contextmanager
+    def _words(self) -> Iterator[None]:
+        """Turn what SQLite says into a sentence for people."""
+        try:
+            yield
+        except sqlite3.IntegrityError as error:
+            raise FlightError(f"the catalog {self.path} refuses the entry ({error})") from error
+        except sqlite3.OperationalError as error:
+            if "locked" in str(error) or "busy" in str(error):
+                raise FlightError(
+                    f"another program has been writing to the catalog {self.path} for more than "
+                    f"{PATIENCE:.0f} s; close it, or try again"
+                ) from error
+            raise FlightError(
+                f"the catalog {self.path} cannot be used ({error}); check the path, the "
+                "permissions and the space on the disk"
+            ) from error
+        except sqlite3.DatabaseError as error:
+            raise FlightError(
+                f"the catalog {self.path} is damaged or no catalog at all ({error}); bring back a "
+                "copy, or name a new file and store the flights again"
+            ) from error
