@@ -75,7 +75,7 @@ def test_without_noise_the_system_is_found_exactly(axis: str, order: int) -> Non
 
 @pytest.mark.parametrize(("axis", "order"), [("longitudinal", 2), ("lateral", 3)])
 def test_order_is_chosen_from_the_data(axis: str, order: int) -> None:
-    """With 1 % noise the information criterion finds the order of the system."""
+    """With 1 % noise the order of the system is the least that simulates the other half."""
     truth = b777(axis)
     for seed in range(4):
         data = records(truth, np.random.default_rng(seed), maneuvers=6, noise=0.01)

@@ -19,7 +19,9 @@ from gsapp.foundation import FlightError
 from gsapp.identification.linear_models.records import DiscreteModel, Record
 from gsapp.quantities import FloatArray
 
-LONGEST_ORDER = 40
+HIGHEST_ORDER = 40
+MOST_TRIED = 12
+"""Orders tried where none is given."""
 _RIDGE = 1e-9
 
 
@@ -55,56 +57,118 @@ def subspace(
     dt : float
         Sample time, s.
     order : int, optional
-        Number of states; found from the singular values by an information criterion otherwise.
+        Number of states; otherwise `choose_order`.
     horizon : int, optional
-        Samples of past, and of future; by default as long as the records allow, at most 0.4 s
-        worth of samples and at least what the order needs.
+        Samples of past, and of future; by default 0.4 s worth of samples, and at least what the
+        order needs.
 
     Raises
     ------
     FlightError
         If the records are too short for the order asked for.
     """
-    m, p = records[0].inputs.shape[1], records[0].outputs.shape[1]
+    p = records[0].outputs.shape[1]
     block = horizon or max(round(0.4 / dt), -(-(order or 4) // p) + 2)
-    usable = [one for one in records if len(one) >= 4 * block]
-    columns = sum(len(one) - 2 * block + 1 for one in usable)
-    if columns < 2 * block * (m + p) + 10:
-        samples = sum(len(one) for one in records)
+    chosen = choose_order(records, dt, block) if order is None else order
+    highest = min(p * (block - 1), HIGHEST_ORDER)
+    if not 1 <= chosen <= highest:
         raise FlightError(
-            f"{samples} samples are too few for a subspace model with a horizon of {block} "
-            "samples; give longer maneuvers, more of them, or a lower order"
+            f"order {chosen} does not suit a horizon of {block} samples; ask for 1 to {highest}"
         )
-    U = np.hstack([_hankel(one.inputs, 2 * block) for one in usable])
-    Y = np.hstack([_hankel(one.outputs, 2 * block) for one in usable])
-    past = np.vstack([U[: m * block], Y[: p * block]])
-    future_u, future_y = U[m * block :], Y[p * block :]
-    # LQ of everything: projections are then products of small triangles.
-    stacked = np.vstack([future_u, past, future_y])
-    triangle = linalg.qr(stacked.T, mode="r", overwrite_a=True)[0][: stacked.shape[0]].T
-    nu, nw = future_u.shape[0], past.shape[0]
-    R22 = triangle[nu : nu + nw, nu : nu + nw]
-    R32 = triangle[nu + nw :, nu : nu + nw]
-    R33 = triangle[nu + nw :, nu + nw :]
-    # Future outputs with future inputs taken out: signal from the past, and noise.
-    oblique = R32 @ linalg.pinv(R22) @ R22
-    spread = oblique @ oblique.T + R33 @ R33.T
-    weight = linalg.cholesky(spread + _RIDGE * np.trace(spread) / len(spread) * np.eye(len(spread)),
-                             lower=True)  # fmt: skip
-    left, singular, _ = linalg.svd(linalg.solve_triangular(weight, oblique, lower=True))
-    chosen = _order(singular, columns, m, p) if order is None else order
-    if chosen > p * (block - 1) or chosen > LONGEST_ORDER:
-        raise FlightError(
-            f"order {chosen} is too high for a horizon of {block} samples; ask for at most "
-            f"{min(p * (block - 1), LONGEST_ORDER)}"
-        )
-    observability = weight @ (left[:, :chosen] * np.sqrt(singular[:chosen]))
-    C = observability[:p]
-    A = linalg.lstsq(observability[:-p], observability[p:])[0]
-    A = _stable(A)
+    projection = _Projection.of(records, block)
+    A, C = projection.system(chosen)
     B, D, starts = inputs_and_starts(records, A, C)
     model = DiscreteModel(A=A, B=B, C=C, D=D, K=np.zeros((chosen, p)), dt=dt)
-    return SubspaceResult(model=model, singular_values=singular, order=chosen, starts=starts)
+    return SubspaceResult(
+        model=model, singular_values=projection.singular_values, order=chosen, starts=starts
+    )
+
+
+def choose_order(records: Sequence[Record], dt: float, horizon: int) -> int:
+    """Return the least order that simulates maneuvers it was not made from as well as any.
+
+    Each half of the records is simulated, from rest, by models of the other half; an order counts
+    as good as the best if its mean square error is within a twentieth of it. A single record is
+    halved in time.
+    """
+    halves = _halves(records)
+    costs = np.zeros(MOST_TRIED)
+    for one, other in (halves, halves[::-1]):
+        projection = _Projection.of(one, horizon)
+        spread = np.vstack([record.outputs for record in other]).std(axis=0)
+        for order in range(1, MOST_TRIED + 1):
+            A, C = projection.system(order)
+            B, D, _ = inputs_and_starts(one, A, C)
+            gain = np.zeros((order, C.shape[0]))
+            model = DiscreteModel(A=A, B=B, C=C, D=D, K=gain, dt=dt)
+            for record in other:
+                miss = (record.outputs - model.simulate(record.inputs)) / spread
+                costs[order - 1] += float(np.sum(miss**2))
+    return int(np.flatnonzero(costs <= 1.05 * costs.min())[0]) + 1
+
+
+def _halves(records: Sequence[Record]) -> tuple[Sequence[Record], Sequence[Record]]:
+    if len(records) > 1:
+        return records[::2], records[1::2]
+    only, middle = records[0], len(records[0]) // 2
+    return tuple(
+        (Record(inputs=only.inputs[rows], outputs=only.outputs[rows]),)
+        for rows in (slice(0, middle), slice(middle, None))
+    )  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Projection:
+    """The projection of future outputs onto the past, in its singular directions.
+
+    Attributes
+    ----------
+    left : ndarray
+        Left singular vectors times the weight.
+    singular_values : ndarray
+    width : int
+        Number of outputs.
+    """
+
+    left: FloatArray
+    singular_values: FloatArray
+    width: int
+
+    @classmethod
+    def of(cls, records: Sequence[Record], block: int) -> _Projection:
+        m, p = records[0].inputs.shape[1], records[0].outputs.shape[1]
+        usable = [one for one in records if len(one) >= 4 * block]
+        columns = sum(len(one) - 2 * block + 1 for one in usable)
+        if columns < 2 * block * (m + p) + 10:
+            samples = sum(len(one) for one in records)
+            raise FlightError(
+                f"{samples} samples are too few for a subspace model with a horizon of {block} "
+                "samples; give longer maneuvers, more of them, or a lower order"
+            )
+        U = np.hstack([_hankel(one.inputs, 2 * block) for one in usable])
+        Y = np.hstack([_hankel(one.outputs, 2 * block) for one in usable])
+        past = np.vstack([U[: m * block], Y[: p * block]])
+        # LQ of everything: projections are then products of small triangles.
+        stacked = np.vstack([U[m * block :], past, Y[p * block :]])
+        triangle = linalg.qr(stacked.T, mode="r", overwrite_a=True)[0][: stacked.shape[0]].T
+        nu, nw = m * block, past.shape[0]
+        R22 = triangle[nu : nu + nw, nu : nu + nw]
+        R32 = triangle[nu + nw :, nu : nu + nw]
+        R33 = triangle[nu + nw :, nu + nw :]
+        # Future outputs with future inputs taken out: signal from the past, and noise.
+        oblique = R32 @ linalg.pinv(R22) @ R22
+        spread = oblique @ oblique.T + R33 @ R33.T
+        ridge = _RIDGE * np.trace(spread) / len(spread)
+        weight = linalg.cholesky(spread + ridge * np.eye(len(spread)), lower=True)
+        left, singular, _ = linalg.svd(linalg.solve_triangular(weight, oblique, lower=True))
+        return cls(left=weight @ left, singular_values=singular, width=p)
+
+    def system(self, order: int) -> tuple[FloatArray, FloatArray]:
+        """Return A, made stable, and C of a model of that order."""
+        observability = self.left[:, :order] * np.sqrt(self.singular_values[:order])
+        p = self.width
+        A = linalg.lstsq(observability[:-p], observability[p:])[0]
+        return _stable(A), observability[:p]
 
 
 def inputs_and_starts(
@@ -151,15 +215,6 @@ def _hankel(samples: FloatArray, rows: int) -> FloatArray:
     windows = np.lib.stride_tricks.sliding_window_view(samples, rows, axis=0)
     # (columns, width, rows) to (rows, width, columns)
     return np.ascontiguousarray(windows.transpose(2, 1, 0)).reshape(-1, windows.shape[0])
-
-
-def _order(singular: FloatArray, columns: int, m: int, p: int) -> int:
-    """Return the order of least information loss (Bauer's criterion on canonical correlations)."""
-    costs = []
-    for n in range(1, min(len(singular), LONGEST_ORDER)):
-        parameters = 2 * n * p + m * (n + p)
-        costs.append(singular[n] ** 2 + parameters * np.log(columns) / columns)
-    return int(np.argmin(costs)) + 1
 
 
 def _stable(A: FloatArray) -> FloatArray:

@@ -1,0 +1,241 @@
+"""Three linear models, judged on a flight that none of them saw: section 7.4 of the source.
+
+Models are fitted on the maneuvers of one flight, or several, and driven by the measured inputs of
+another from its first to its last maneuver, without correction. What counts is the RMS error of
+each variable over the range of the measured one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import signal
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.linearization import LinearModel
+from gsapp.dynamics.sensors import Vector
+from gsapp.foundation import FlightError
+from gsapp.identification.linear_models.appendix_a import (
+    Condition,
+    lateral_model,
+    longitudinal_model,
+)
+from gsapp.identification.linear_models.batch_least_squares import batch_least_squares
+from gsapp.identification.linear_models.prediction_error import prediction_error
+from gsapp.identification.linear_models.records import DiscreteModel, Record, discrete
+from gsapp.identification.linear_models.signals import (
+    LinearAxis,
+    Signals,
+    all_signals,
+    signals_of,
+)
+from gsapp.identification.linear_models.subspace import subspace
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import measured_motion
+from gsapp.identification.statistics import response_fit
+
+ORDERS: Mapping[LinearAxis, int] = {"lon": 2, "lat": 4}
+"""Physical orders: short period; roll, Dutch roll and spiral. The source needed 18 and 11."""
+_RATE = 50.0
+"""Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JudgedModel:
+    """One linear model and how it did.
+
+    Attributes
+    ----------
+    model : LinearModel
+        Continuous, SI.
+    rms_over_range_pct : mapping of str to float
+        Over the whole of the flight it was judged on, by output.
+    by_maneuver_pct : mapping of str to float
+        The same over its maneuvers alone, each from its own trim.
+    remarks : tuple of str
+    """
+
+    model: LinearModel
+    rms_over_range_pct: Mapping[str, float]
+    by_maneuver_pct: Mapping[str, float]
+    remarks: tuple[str, ...] = ()
+
+
+def mean_condition(maneuvers: Sequence[Maneuver], *, stability_axes: bool = False) -> Condition:
+    """Return the steady condition that maneuvers have in common: means of their first moments."""
+    rows = []
+    for maneuver in maneuvers:
+        motion = measured_motion(maneuver)
+        first = slice(0, max(1, round(0.3 / maneuver.dt)))
+        V, alpha = motion.state("V")[first].mean(), motion.state("alpha")[first].mean()
+        rows.append((V, alpha, motion.input("rho")[first].mean(), maneuver.mass))
+    V, alpha, rho, mass = (float(value) for value in np.mean(rows, axis=0))
+    return Condition(U1=V, alpha1=alpha, rho=rho, mass=mass, stability_axes=stability_axes)
+
+
+def at_accelerometer(model: LinearModel, position: Vector) -> LinearModel:
+    """Return the model with an and ay as an accelerometer at a place shows them.
+
+    To first order in the motion a_n grows by x q', a_y by x r' - z p'.
+    """
+    x, _, z = position
+    C, D = model.C.copy(), model.D.copy()
+    for output, arms in (("an", {"q": x}), ("ay", {"r": x, "p": -z})):
+        if output not in model.outputs:
+            continue
+        row = model.outputs.index(output)
+        for state, arm in arms.items():
+            if state in model.states:
+                C[row] += arm * model.A[model.states.index(state)]
+                D[row] += arm * model.B[model.states.index(state)]
+    return replace(model, C=C, D=D)
+
+
+def model_of_derivatives(
+    aircraft: Aircraft,
+    condition: Condition,
+    axis: LinearAxis,
+    derivatives: Mapping[str, float],
+) -> LinearModel:
+    """Return the linear model of derivatives (maximum likelihood, say), accelerometer in place."""
+    build = longitudinal_model if axis == "lon" else lateral_model
+    model = build(aircraft, condition, derivatives)
+    return at_accelerometer(model, aircraft.sensors.accelerometer.position)
+
+
+def without_slow_states(model: LinearModel) -> LinearModel:
+    """Return a model with speed and pitch angle held.
+
+    Over minutes the pilot flies the path; a model that flies it open loop only drifts. The
+    source's own longitudinal matrix has an empty column for V.
+    """
+    kept = [k for k, name in enumerate(model.states) if name not in ("V", "theta")]
+    return replace(
+        model,
+        states=tuple(model.states[k] for k in kept),
+        A=model.A[np.ix_(kept, kept)],
+        B=model.B[kept],
+        C=model.C[:, kept],
+    )
+
+
+def subspace_model(
+    stretches: Sequence[Signals], *, order: int | None
+) -> tuple[DiscreteModel, tuple[str, ...]]:
+    """Return the model of subspace start and prediction error, with remarks."""
+    dt = stretches[0].dt
+    step = max(1, round(1.0 / (_RATE * dt)))
+    records = [_decimated(one, step) for one in stretches]
+    start = subspace(records, dt * step, order=order)
+    refined = prediction_error(records, start.model, start.starts)
+    remarks = [f"order {start.order}" + ("" if order else ", chosen from the data")]
+    if not refined.converged:
+        remarks.append("the refinement had not settled when it was stopped")
+    return refined.model, tuple(remarks)
+
+
+def compare(
+    fitted: Sequence[Maneuver],
+    judged: Sequence[Maneuver],
+    whole: Maneuver,
+    axis: LinearAxis,
+    derivatives: Mapping[str, float],
+    *,
+    order: int | None = -1,
+) -> dict[str, JudgedModel]:
+    """Fit the three models and judge them.
+
+    Parameters
+    ----------
+    fitted : sequence of Maneuver
+        What they are fitted on.
+    judged : sequence of Maneuver
+        Maneuvers of the other flight.
+    whole : Maneuver
+        All of the other flight from its first to its last maneuver.
+    axis : {"lon", "lat"}
+    derivatives : mapping of str to float
+        Means of the maximum likelihood estimates over `fitted`.
+    order : int, optional
+        Of the subspace model; None lets the data choose, by default `ORDERS`.
+
+    Returns
+    -------
+    dict
+        ``bls``, ``subspace``, ``ml``.
+
+    Raises
+    ------
+    FlightError
+        If a channel is missing, or the maneuvers are too few or too short.
+    """
+    if not fitted:
+        raise FlightError("there is no maneuver to fit a linear model on")
+    stretches = all_signals(fitted, axis)
+    condition = mean_condition(fitted)
+    inputs, outputs = stretches[0].input_names, stretches[0].output_names
+    wanted = ORDERS[axis] if order == -1 else order
+    found, remarks = subspace_model(stretches, order=wanted)
+    derived = model_of_derivatives(fitted[0].aircraft, condition, axis, derivatives)
+    derived = _select_outputs(derived, outputs)
+    models: dict[str, tuple[LinearModel, DiscreteModel, tuple[str, ...]]] = {}
+    dt = whole.dt
+    least = batch_least_squares(stretches).model
+    models["bls"] = (least, discrete(least, dt), ())
+    continuous = found.continuous(inputs, outputs)
+    models["subspace"] = (continuous, discrete(continuous, dt), remarks)
+    models["ml"] = (derived, discrete(without_slow_states(derived), dt), ())
+    flight = signals_of(whole, axis)
+    parts = [one for maneuver in judged for one in signals_of(maneuver, axis)]
+    return {
+        name: JudgedModel(
+            model=model,
+            rms_over_range_pct=_errors(sampled, flight, from_trim=False),
+            by_maneuver_pct=_errors(sampled, parts, from_trim=True),
+            remarks=kept,
+        )
+        for name, (model, sampled, kept) in models.items()
+    }
+
+
+def _select_outputs(model: LinearModel, outputs: Sequence[str]) -> LinearModel:
+    rows = [model.outputs.index(name) for name in outputs]
+    return replace(model, outputs=tuple(outputs), C=model.C[rows], D=model.D[rows])
+
+
+def _decimated(one: Signals, step: int) -> Record:
+    """Return a stretch about its trim, filtered both ways before samples are left out."""
+    signals = np.hstack([one.inputs, one.outputs])
+    signals = signals - signals[one.trim_rows].mean(axis=0)
+    if step > 1:
+        sections = signal.butter(4, 0.8 / step, output="sos")
+        signals = signal.sosfiltfilt(sections, signals, axis=0)[::step]
+    width = one.inputs.shape[1]
+    return Record(inputs=signals[:, :width], outputs=signals[:, width:])
+
+
+def _errors(
+    model: DiscreteModel, stretches: Sequence[Signals], *, from_trim: bool
+) -> dict[str, float]:
+    """Return RMS over range by output, percent; infinite where the model runs away."""
+    if not stretches:
+        return {}
+    measured, computed = [], []
+    for one in stretches:
+        rows = one.trim_rows if from_trim else slice(None)
+        with np.errstate(over="ignore", invalid="ignore"):
+            y = model.simulate(one.inputs - one.inputs[rows].mean(axis=0))
+            # Outputs differ by a constant: the level that the model does not know.
+            y = y + (one.outputs[rows] - y[rows]).mean(axis=0)
+        measured.append(one.outputs)
+        computed.append(y)
+    z, y = np.vstack(measured), np.vstack(computed)
+    found = {}
+    for column, name in enumerate(stretches[0].output_names):
+        bad = not np.isfinite(y[:, column]).all()
+        fit = response_fit(z[:, column], np.nan_to_num(y[:, column]))
+        found[name] = math.inf if bad else fit.rms_over_range_pct
+    return found
