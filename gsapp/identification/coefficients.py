@@ -30,6 +30,7 @@ from gsapp.identification.maneuver import BoolArray, Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import (
     Smoother,
+    advanced,
     bridge,
     choose_cutoff,
     runs,
@@ -148,6 +149,7 @@ def reconstruct(
     stand_ins: Mapping[str, float] | None = None,
     model: Model | None = None,
     cutoff: float | None = None,
+    delays: Mapping[str, float] | None = None,
 ) -> Coefficients:
     """Reconstruct the coefficients of a maneuver at every sample.
 
@@ -162,8 +164,15 @@ def reconstruct(
         Its effects (not its derivatives) are taken out of the coefficients.
     cutoff : float, optional
         Of the smoothing, Hz; by default chosen from the data.
+    delays : mapping of str to float, optional
+        How late channels come, s, beyond lag and delay in the aircraft file: a filter before the
+        converter on all but the rates (a 50 Hz Butterworth is 4.5 ms late). A difference of half
+        a sample between gyros and surfaces bends damping and control derivatives by 5 %.
     """
     moved = measured_motion(maneuver, stand_ins=stand_ins) if motion is None else motion
+    late = instrument_delays(maneuver.aircraft)
+    for name, delay in (delays or {}).items():
+        late[name] = late.get(name, 0.0) + delay
     if cutoff is None:
         cutoff = choose_cutoff(moved.states[:, 1:6], maneuver.dt)
     filtering = smoother(maneuver.dt, cutoff)
@@ -172,19 +181,29 @@ def reconstruct(
     for column, name in enumerate(_ACCELERATIONS):
         gaps[name] = ~np.isfinite(accelerations[:, column])
         accelerations[:, column] = bridge(accelerations[:, column], gaps[name])
+    states, inputs_shown = moved.states.copy(), moved.inputs.copy()
+    for name, delay in late.items():
+        for names, values in (
+            (POLAR_STATES, states),
+            (INPUTS, inputs_shown),
+            (_ACCELERATIONS, accelerations),
+        ):
+            if delay and name in names:
+                column = names.index(name)
+                values[:, column] = advanced(values[:, column], delay / maneuver.dt)
     measured = moved.measured | {name for name in _ACCELERATIONS if not gaps[name].all()}
 
     signals = filtering.matched(
-        np.column_stack((moved.states, moved.inputs, np.nan_to_num(accelerations)))
+        np.column_stack((states, inputs_shown, np.nan_to_num(accelerations)))
     ).T
     state, inputs, shown = tuple(signals[:9]), tuple(signals[9:17]), signals[17:]
-    rates_of = filtering.differentiate(moved.states[:, 1:6]).T
+    rates_of = filtering.differentiate(states[:, 1:6]).T
     aircraft = maneuver.aircraft
     geometry = aircraft.geometry
     span, chord = geometry.wing_area * geometry.span, geometry.wing_area * geometry.chord
 
     # Loads without any aerodynamic derivative: thrust, its moments, effects.
-    without, late, remarks = _without_derivatives(aircraft, model)
+    without, by_flow_rates, remarks = _without_derivatives(aircraft, model)
     settled = _term_states(without, state, inputs, maneuver.dt)
     totals = without.totals((*state, *settled), inputs)
     loads, body, (cx, cy, cz) = totals.loads, totals.body, totals.cg
@@ -214,8 +233,8 @@ def reconstruct(
     half = 0.5 / variables["V"]
     variables["alpha_dot_hat"] = rates_of[0] * half * geometry.chord
     variables["beta_dot_hat"] = rates_of[1] * half * geometry.span
-    for term, values in late:
-        given = term.value([variables[name] for name in term.reads], (), values)
+    for term, parameters in by_flow_rates:
+        given = term.value([variables[name] for name in term.reads], (), parameters)
         raw[:, COEFFICIENTS.index(term.target)] -= given
 
     blocked = _hard_gaps(gaps, maneuver)
@@ -240,6 +259,20 @@ def reconstruct(
         noise=filtering.noise_gain * white_noise(_raw_regressors(moved, aircraft), maneuver.dt),
         remarks=(*moved.remarks, *remarks),
     )
+
+
+def instrument_delays(aircraft: Aircraft) -> dict[str, float]:
+    """Return how late each channel comes for the lag and delay of its instrument, s."""
+    sensors = aircraft.sensors
+    groups = (
+        (sensors.alpha_vane, ("alpha",)),
+        (sensors.beta_vane, ("beta",)),
+        (sensors.air_data, ("V",)),
+        (sensors.gyro, _RATES),
+        (sensors.accelerometer, _ACCELERATIONS),
+        (sensors.surfaces, ("de", "da", "dr")),
+    )
+    return {name: one.lag + one.delay for one, names in groups for name in names}
 
 
 def moments(

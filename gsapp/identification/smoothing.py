@@ -169,6 +169,25 @@ def white_noise(signals: FloatArray, dt: float) -> FloatArray:
     return np.asarray((kept.T @ kept.conj()).real / len(kept), dtype=np.float64)
 
 
+def advanced(signal: FloatArray, samples: float) -> FloatArray:
+    """Return a signal that came late by `samples` at its right time, shape (n,).
+
+    Cubic interpolation, so that frequencies far below the sample rate keep their size; the last
+    value stands for what has not come yet.
+    """
+    whole = int(np.floor(samples))
+    part = samples - whole
+    places = np.arange(signal.size) + whole
+    a, b, c, d = (signal[np.clip(places + step, 0, signal.size - 1)] for step in (-1, 0, 1, 2))
+    found: FloatArray = (
+        -part * (part - 1.0) * (part - 2.0) / 6.0 * a
+        + (part * part - 1.0) * (part - 2.0) / 2.0 * b
+        - part * (part + 1.0) * (part - 2.0) / 2.0 * c
+        + part * (part * part - 1.0) / 6.0 * d
+    )
+    return found
+
+
 def bridge(signal: FloatArray, missing: BoolArray) -> FloatArray:
     """Return the signal with missing samples put on straight lines, shape (n,)."""
     if not missing.any() or missing.all():

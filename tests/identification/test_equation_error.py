@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ def pulse(count, edges, size, lag=0.05):
     """Return alternating pulses between the edges (s) after a servo of one lag."""
     times = np.arange(count) * DT
     asked = np.zeros(count)
-    for index, (start, stop) in enumerate(zip(edges, edges[1:], strict=False)):
+    for index, (start, stop) in enumerate(itertools.pairwise(edges)):
         asked[(times >= start) & (times < stop)] = size * (-1.0) ** index
     moved = np.zeros(count)
     for k in range(1, count):

@@ -167,6 +167,7 @@ def _stack(
     smoothing = used[0].smoother
     stride = smoothing.stride
     moving = [suffix for suffix in reads if suffix not in _SURFACES]
+    surfaces = [suffix for suffix in reads if suffix in _SURFACES]
     ys: list[FloatArray] = []
     Xs: list[FloatArray] = []
     Zs: list[FloatArray] = []
@@ -195,9 +196,7 @@ def _stack(
             if key not in cache:
                 cache[key] = simulated(
                     np.column_stack([columns[suffix][taken] for suffix in moving]),
-                    np.column_stack(
-                        [columns[suffix][taken] for suffix in reads if suffix in _SURFACES]
-                    ),
+                    np.column_stack([columns[suffix][taken] for suffix in surfaces]),
                 )
             Zs.append(_instruments(Xs[-1], suffixes, moving, cache[key]))
             segments.append(slice(rows, rows + ys[-1].size))

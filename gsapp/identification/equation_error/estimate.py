@@ -29,6 +29,7 @@ def estimate(
     model: Model | None = None,
     cutoff: float | None = None,
     motions: Sequence[MeasuredMotion] | None = None,
+    delays: Mapping[str, float] | None = None,
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several in one stacked regression.
 
@@ -48,6 +49,8 @@ def estimate(
         Of the smoothing, Hz; by default chosen from the data.
     motions : sequence of MeasuredMotion, optional
         If they are known already, one for each maneuver.
+    delays : mapping of str to float, optional
+        How late channels come, as in `gsapp.identification.coefficients.reconstruct`.
 
     Returns
     -------
@@ -59,7 +62,9 @@ def estimate(
     FlightError
         If there is no maneuver, or the airspeed is missing and nothing can stand in for it.
     """
-    found = coefficients_of(maneuvers, stand_ins, model, cutoff, motions)
+    found = coefficients_of(
+        maneuvers, stand_ins=stand_ins, model=model, cutoff=cutoff, motions=motions, delays=delays
+    )
     inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
     wanted = free_derivatives(axis, inputs) if free is None else tuple(free)
     fixed = {} if model is None else {name: model.derivative(name) for name in model.derivatives}
@@ -134,10 +139,12 @@ _WEAK = 1.7
 
 def coefficients_of(
     maneuvers: Sequence[Maneuver],
-    stand_ins: Mapping[str, float] | None,
-    model: Model | None,
-    cutoff: float | None,
-    motions: Sequence[MeasuredMotion] | None,
+    *,
+    stand_ins: Mapping[str, float] | None = None,
+    model: Model | None = None,
+    cutoff: float | None = None,
+    motions: Sequence[MeasuredMotion] | None = None,
+    delays: Mapping[str, float] | None = None,
 ) -> list[Coefficients]:
     """Return the coefficients of all maneuvers, smoothed alike."""
     if not maneuvers:
@@ -150,7 +157,7 @@ def coefficients_of(
             for maneuver, motion in zip(maneuvers, motions, strict=True)
         )
     return [
-        reconstruct(maneuver, motion=motion, model=model, cutoff=cutoff)
+        reconstruct(maneuver, motion=motion, model=model, cutoff=cutoff, delays=delays)
         for maneuver, motion in zip(maneuvers, motions, strict=True)
     ]
 
