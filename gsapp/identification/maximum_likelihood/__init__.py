@@ -1,20 +1,35 @@
-"""Derivatives from maneuvers by maximum likelihood: output error on the nonlinear equations."""
+"""Derivatives from maneuvers by maximum likelihood: output error on the nonlinear equations.
+
+`estimate` gives what every method gives; `fit` also keeps residuals, sensitivities and
+covariances (`Solution`); `simulate` computes responses with given parameters.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood.fitting import fit, simulate
 from gsapp.identification.maximum_likelihood.settings import (
     DEFAULT_BIASES,
     Callback,
     MLSettings,
     Progress,
 )
+from gsapp.identification.maximum_likelihood.solution import Part, Solution
 from gsapp.identification.results import Estimate
 
-__all__ = ["DEFAULT_BIASES", "Callback", "MLSettings", "Progress", "estimate"]
+__all__ = [
+    "DEFAULT_BIASES",
+    "Callback",
+    "MLSettings",
+    "Part",
+    "Progress",
+    "Solution",
+    "estimate",
+    "fit",
+    "simulate",
+]
 
 
 def estimate(
@@ -25,14 +40,14 @@ def estimate(
     Parameters
     ----------
     maneuvers : sequence of Maneuver
+        Of one or several flights, each with its own aircraft, mass and weights.
     settings : MLSettings
     progress : callable, optional
-        Called after every iteration; returning False stops the fit.
+        Called after every iteration; returning False stops the fit where it is.
 
     Raises
     ------
     FlightError
         If the maneuvers hold too little to fit anything, or the model diverges.
     """
-    del settings, progress
-    raise FlightError(f"no engine yet for {len(maneuvers)} maneuvers")
+    return fit(maneuvers, settings, progress=progress).estimate

@@ -167,7 +167,7 @@ class GeneralKernel(Kernel):
 
     def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the rates of the active states."""
-        found = self.model.rates(self._state(drive, x), tuple(drive.inputs), values)
+        found = self.model.rates(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty_like(x)
         for row, place in enumerate(self._active):
             out[row] = found[place]
@@ -191,7 +191,7 @@ class GeneralKernel(Kernel):
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         state = self._state(drive, x)
         inputs = tuple(drive.inputs)
-        found = self.model.differentiate(state, inputs, values, free=free)
+        found = self.model.differentiate(state, inputs, tuple(values), free=free)
         rows = found.rates[:, self._active]
         f_x = rows[:, :, self._active].transpose(1, 2, 0)
         first = len(self.model.state_names) + len(INPUTS)
@@ -204,7 +204,7 @@ class GeneralKernel(Kernel):
 
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the responses."""
-        found = self._outputs.values(self._state(drive, x), tuple(drive.inputs), values)
+        found = self._outputs.values(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty((len(self.responses), x.shape[1]))
         for row, one in enumerate(found):
             out[row] = one
@@ -215,7 +215,7 @@ class GeneralKernel(Kernel):
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives."""
         y, slopes, _ = self._outputs.jacobian(
-            self._state(drive, x), tuple(drive.inputs), values, free=self._own
+            self._state(drive, x), tuple(drive.inputs), tuple(values), free=self._own
         )
         by_state = slopes[:, :, self._active]
         # Batches of small matrices, contiguous: (n, r, i) @ (n, i, m).

@@ -1,4 +1,4 @@
-"""Kernels written out for the two usual cases: alpha, q and beta, p, r with everything else measured.
+"""Kernels written out for the usual cases: alpha, q, or beta, p, r; all else measured.
 
 The same equations as `GeneralKernel` runs on, with only the active columns, and what does not
 depend on the active states worked out beforehand. Coefficients are the linear build-up plus any
@@ -116,19 +116,19 @@ class _Lean(Kernel):
     # --- coefficients ---------------------------------------------------------------------------
 
     def _read(self, name: str, drive: Drive, x: FloatArray) -> FloatArray:
+        found: FloatArray
         if name in self.state_names:
-            return x[self.state_names.index(name)]
-        if name in _HATS:
+            found = x[self.state_names.index(name)]
+        elif name in _HATS:
             length = self._chord if name == "q_hat" else self._span
-            found: FloatArray = (
-                self._read(_HATS[name], drive, x) * (0.5 * length) / drive.states[_ROW["V"]]
-            )
-            return found
-        if name in _ROW:
-            return drive.states[_ROW[name]]
-        if name in _INPUT:
-            return drive.inputs[_INPUT[name]]
-        return drive.table[0] if name == "thrust" else drive.table[1]
+            found = self._read(_HATS[name], drive, x) * (0.5 * length) / drive.states[_ROW["V"]]
+        elif name in _ROW:
+            found = drive.states[_ROW[name]]
+        elif name in _INPUT:
+            found = drive.inputs[_INPUT[name]]
+        else:
+            found = drive.table[0 if name == "thrust" else 1]
+        return found
 
     def _by_state(self, name: str, drive: Drive) -> tuple[int, FloatArray | float] | None:
         if name in self.state_names:
@@ -184,9 +184,7 @@ class _Lean(Kernel):
                 by_extra.append((column, factor * jacobian.parameters[row] + 0.0 * x[0]))
         return _Slope(self._value(name, basis, drive, x, values), by_state, by_extra)
 
-    def _total(
-        self, name: str, slope: _Slope, basis: FloatArray, S: FloatArray
-    ) -> FloatArray:
+    def _total(self, name: str, slope: _Slope, basis: FloatArray, S: FloatArray) -> FloatArray:
         """Return the total derivatives of a coefficient, shape (m, n)."""
         total = slope.by_state[0] * S[0]
         for row in range(1, len(S)):
@@ -288,9 +286,7 @@ class LongitudinalKernel(_Lean):
         self, drive: Drive, x: FloatArray, basis: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, list[_Slope]]:
         scales = (1.0, drive.table[7])
-        three = [
-            self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]
-        ]
+        three = [self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]]
         CN, CA, Cm = three
         A, B, c, d, E = drive.table[2:7]
         cos_a, sin_a = np.cos(x[0]), np.sin(x[0])

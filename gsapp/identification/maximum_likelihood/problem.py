@@ -1,0 +1,382 @@
+"""A fit laid out: segments with their data, parameters with their names and places.
+
+The unknowns are the free *global* parameters (derivatives and parameters of effects, the same for
+all maneuvers) followed by those of each maneuver: initial states of its segments, biases, scale
+factors and time shifts of its responses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.signals import SURFACES as SURFACE_NAMES
+from gsapp.dynamics.signals import SignalTerm, respond
+from gsapp.dynamics.terms import Term
+from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.identification.maximum_likelihood.engine import Drives, Engine, drives_of
+from gsapp.identification.maximum_likelihood.responses import shifted
+from gsapp.identification.motion import MeasuredMotion
+from gsapp.quantities import FloatArray
+
+_PATH_SURFACES = ("de", "da", "dr")
+_LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
+"""Beyond these (m/s, rad) a computed motion says nothing about the measured one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Names:
+    """Global parameters of a fit.
+
+    Attributes
+    ----------
+    equations, paths, sensors : tuple of str
+        Free ones in the equations, on control paths, on sensor paths.
+    """
+
+    equations: tuple[str, ...]
+    paths: tuple[str, ...]
+    sensors: tuple[str, ...]
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """Return all of them in the order of the unknowns."""
+        return (*self.equations, *self.paths, *self.sensors)
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Segment:
+    """A stretch of contiguous samples with its own initial states, and its latest trajectory.
+
+    Attributes
+    ----------
+    part : slice
+        Of the maneuver's samples.
+    measured : ndarray, shape (n_responses, n)
+        Zero where a sample does not count.
+    counted : ndarray of bool, same shape
+    complete : bool
+        Whether all samples count.
+    drives : Drives
+    x, y, S : ndarray or None
+        States, responses and sensitivities at the last accepted point.
+    trial : tuple of ndarray or None
+        States and responses being tried.
+    """
+
+    part: slice
+    measured: FloatArray
+    counted: BoolArray
+    complete: bool
+    drives: Drives
+    x: FloatArray
+    y: FloatArray | None = None
+    S: FloatArray | None = None
+    trial: tuple[FloatArray, FloatArray] | None = None
+    by_rest: FloatArray | None = None
+
+
+Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class ManeuverProblem:
+    """One maneuver of a fit: data, equations, unknowns of its own."""
+
+    maneuver: Maneuver
+    motion: MeasuredMotion
+    model: FlightModel
+    engine: Engine
+    names: Names
+    base: FloatArray
+    responses: tuple[str, ...]
+    segments: list[Segment]
+    weights: Mapping[str, float] | None
+    local_names: tuple[str, ...]
+    local_start: FloatArray
+    initial: tuple[int, ...]
+    """Active states whose start is free."""
+    fixed_initial: list[FloatArray]
+    biases: tuple[int, ...]
+    scales: tuple[int, ...]
+    shifts: tuple[int, ...]
+    remarks: tuple[str, ...] = ()
+    control_paths: dict[str, Path] = field(default_factory=dict)
+    sensor_paths: dict[str, Path] = field(default_factory=dict)
+
+    # --- unknowns -------------------------------------------------------------------------------
+
+    @property
+    def id(self) -> str:
+        """Return the maneuver's id."""
+        return self.maneuver.id
+
+    def values(self, shared: FloatArray) -> FloatArray:
+        """Return all parameters of the equations for the global unknowns."""
+        values = self.base.copy()
+        for name, value in zip(self.names.equations, shared, strict=False):
+            values[self.model.parameter_names.index(name)] = value
+        return values
+
+    def _path_values(self, name: str, path: Path, shared: FloatArray) -> Path:
+        del name
+        given = dict(zip(self.names.all, shared, strict=True))
+        return tuple(
+            (
+                term,
+                tuple(
+                    float(given.get(f"{term.id}.{item.name}", value))
+                    for item, value in zip(term.parameters, values, strict=True)
+                ),
+            )
+            for term, values in path
+        )
+
+    def _initial(self, index: int, local: FloatArray) -> FloatArray:
+        start = self.fixed_initial[index].copy()
+        width = len(self.initial)
+        start[list(self.initial)] = local[index * width : (index + 1) * width]
+        return start
+
+    # --- trajectories ---------------------------------------------------------------------------
+
+    def _update_inputs(self, shared: FloatArray) -> None:
+        """Send the recorded surfaces along their paths, where those have free parameters."""
+        if not self.names.paths or not self.control_paths:
+            return
+        inputs, by_path = self.driven_inputs(shared)
+        values = self.values(shared)
+        for segment in self.segments:
+            segment.drives = drives_of(
+                self.engine.kernel,
+                self.motion.states.T[:, segment.part],
+                inputs[:, segment.part],
+                by_path[:, :, segment.part],
+                values,
+            )
+
+    def driven_inputs(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return inputs after the control paths, (8, n), and derivatives (3, n_paths, n)."""
+        inputs = self.motion.inputs.T.copy()
+        by_path = np.zeros((3, len(self.names.paths), inputs.shape[1]))
+        for surface, path in self.control_paths.items():
+            row = INPUTS.index(SURFACE_NAMES[surface])
+            given = self._path_values(surface, path, shared)
+            found = respond(given, inputs[row], self.maneuver.dt)
+            inputs[row] = found.values
+            if SURFACE_NAMES[surface] not in _PATH_SURFACES:
+                continue
+            place = _PATH_SURFACES.index(SURFACE_NAMES[surface])
+            for column, name in enumerate(path_names(path)):
+                if name in self.names.paths:
+                    by_path[place, self.names.paths.index(name)] = found.parameters[:, column]
+        return inputs, by_path
+
+    def try_point(
+        self, shared: FloatArray, local: FloatArray, moved: FloatArray | None
+    ) -> list[FloatArray] | None:
+        """Return the residuals of every segment, (n_responses, n); None where it diverges.
+
+        Parameters
+        ----------
+        shared, local : ndarray
+            Unknowns.
+        moved : ndarray or None
+            Change of the unknowns (all columns) from the last accepted point.
+        """
+        self._update_inputs(shared)
+        values = self.values(shared)
+        found = []
+        for index, segment in enumerate(self.segments):
+            start = self._start(index, segment, local, values)
+            guess = segment.x
+            if moved is not None and segment.S is not None:
+                change = moved[self._state_columns(index)]
+                guess = guess + np.einsum("imn,m->in", segment.S, change)
+            x = self.engine.trajectory(segment.drives, self.maneuver.dt, values, start, guess)
+            if x is None or not self._plausible(x):
+                return None
+            y = self.engine.kernel.outputs(segment.drives.samples, x, values)
+            y = self._recorded(y, shared, local)
+            segment.trial = x, y
+            residual = segment.measured - y
+            if not segment.complete:
+                residual *= segment.counted
+            found.append(residual)
+        return found
+
+    def _plausible(self, x: FloatArray) -> bool:
+        if not np.isfinite(x).all():
+            return False
+        for row, name in enumerate(self.engine.kernel.state_names):
+            if name in _LIMITS and float(np.abs(x[row]).max()) > _LIMITS[name]:
+                return False
+            if name == "V" and float(x[row].min()) <= 0.5:
+                return False
+        return True
+
+    def _start(
+        self, index: int, segment: Segment, local: FloatArray, values: FloatArray
+    ) -> FloatArray:
+        del values
+        start = self._initial(index, local)
+        own = len(self.engine.kernel.state_names) - len(start)
+        if not own:
+            return start
+        rest, segment.by_rest = self._rest(segment, start)
+        return np.concatenate((start, rest))
+
+    def _rest(self, segment: Segment, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the settled states of terms, and their derivatives by the polar ones."""
+        names = self.engine.kernel.state_names[: len(start)]
+        state = [float(x) for x in segment.drives.samples.states[:, 0]]
+        inputs = [float(x) for x in segment.drives.samples.inputs[:, 0]]
+
+        def settled(at: FloatArray) -> FloatArray:
+            full = list(state)
+            for name, value in zip(names, at, strict=True):
+                full[POLAR_STATES.index(name)] = float(value)
+            return np.array(self.model.resting_states(full, inputs), dtype=np.float64)
+
+        step = 1e-6
+        slopes = [
+            (settled(start + step * unit) - settled(start - step * unit)) / (2.0 * step)
+            for unit in np.eye(len(start))
+        ]
+        return settled(start), np.array(slopes).T
+
+    def accept(self) -> None:
+        """Make the tried trajectories the last accepted ones."""
+        for segment in self.segments:
+            if segment.trial is not None:
+                (segment.x, segment.y), segment.trial = segment.trial, None
+
+    # --- sensitivities --------------------------------------------------------------------------
+
+    @property
+    def shared_count(self) -> int:
+        """Return the number of global unknowns."""
+        return len(self.names.all)
+
+    def _state_columns(self, index: int) -> list[int]:
+        """Return the columns (global, then local) that the states of a segment depend on."""
+        width, kernel = len(self.initial), len(self.engine.kernel.free)
+        first = self.shared_count + index * width
+        return [*range(kernel), *range(first, first + width)]
+
+    def sensitivities(self, shared: FloatArray, local: FloatArray) -> list[FloatArray]:
+        """Return the derivatives of the responses at the last accepted point, every segment.
+
+        Each of shape (n_responses, n_global + n_local, n), zero where a sample does not count.
+        """
+        self._update_inputs(shared)
+        values = self.values(shared)
+        kernel = self.engine.kernel
+        found = []
+        for index, segment in enumerate(self.segments):
+            width = len(self.initial)
+            by_start = np.zeros((len(kernel.state_names), width))
+            by_start[list(self.initial), range(width)] = 1.0
+            if segment.by_rest is not None:
+                by_start[-len(segment.by_rest) :] = segment.by_rest[:, list(self.initial)]
+            S = self.engine.sensitivities(
+                segment.drives, self.maneuver.dt, values, segment.x, by_start
+            )
+            segment.S = S
+            y, dy = kernel.output_sensitivities(segment.drives.samples, segment.x, values, S)
+            total = np.zeros((len(y), self.shared_count + len(local), y.shape[1]))
+            free = len(kernel.free)
+            first = self.shared_count + index * width
+            total[:, :free] = dy[:, :free]
+            total[:, first : first + width] = dy[:, free:]
+            self._recorded(y, shared, local, total)
+            if not segment.complete:
+                total *= segment.counted[:, None, :]
+            found.append(total)
+        return found
+
+    def _recorded(
+        self, y: FloatArray, shared: FloatArray, local: FloatArray, total: FloatArray | None = None
+    ) -> FloatArray:
+        """Send computed responses through sensor paths, shift, scale, bias; in place."""
+        if self.sensor_paths:
+            self._along_sensor_paths(y, shared, total)
+        place = len(self.segments) * len(self.initial)
+        first = self.shared_count
+        biases = range(place, place + len(self.biases))
+        scales = range(biases.stop, biases.stop + len(self.scales))
+        shifts = range(scales.stop, scales.stop + len(self.shifts))
+        for row, column in zip(self.shifts, shifts, strict=True):
+            samples = float(local[column]) / self.maneuver.dt
+            if total is not None:
+                total[row], _ = shifted(total[row], samples)
+            y[row], change = shifted(y[row], samples)
+            if total is not None:
+                total[row, first + column] = change / self.maneuver.dt
+        for row, column in zip(self.scales, scales, strict=True):
+            if total is not None:
+                total[row] *= local[column]
+                total[row, first + column] = y[row]
+            y[row] *= local[column]
+        for row, column in zip(self.biases, biases, strict=True):
+            y[row] += local[column]
+            if total is not None:
+                total[row, first + column] = 1.0
+        return y
+
+    def _along_sensor_paths(
+        self, y: FloatArray, shared: FloatArray, total: FloatArray | None
+    ) -> None:
+        first = len(self.names.equations) + len(self.names.paths)
+        for row, name in enumerate(self.responses):
+            path = self.sensor_paths.get(name)
+            if path is None:
+                continue
+            found = respond(self._path_values(name, path, shared), y[row], self.maneuver.dt)
+            y[row] = found.values
+            if total is None:
+                continue
+            total[row] = found.tangent(np.ascontiguousarray(total[row].T)).T
+            for column, parameter in enumerate(path_names(path)):
+                if parameter in self.names.sensors:
+                    at = first + self.names.sensors.index(parameter)
+                    total[row, at] = found.parameters[:, column]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Problem:
+    """All maneuvers of a fit.
+
+    Attributes
+    ----------
+    names : Names
+    parts : tuple of ManeuverProblem
+    unmoved : mapping of str to str
+        Derivatives taken out of the free set, each with why.
+    remarks : tuple of str
+    """
+
+    names: Names
+    parts: tuple[ManeuverProblem, ...]
+    unmoved: Mapping[str, str]
+    remarks: tuple[str, ...]
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Return the names of all unknowns."""
+        local = [name for part in self.parts for name in part.local_names]
+        return (*self.names.all, *local)
+
+    def columns(self, index: int) -> slice:
+        """Return the places of a maneuver's own unknowns."""
+        first = len(self.names.all) + sum(len(part.local_names) for part in self.parts[:index])
+        return slice(first, first + len(self.parts[index].local_names))
+
+
+def path_names(path: Sequence[tuple[Term, tuple[float, ...]]]) -> list[str]:
+    """Return the names of the parameters on a signal's path."""
+    return [f"{term.id}.{item.name}" for term, _ in path for item in term.parameters]

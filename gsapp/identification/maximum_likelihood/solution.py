@@ -1,0 +1,294 @@
+"""What a fit leaves behind: residuals, sensitivities, bounds, and the estimate made from them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.equation_error import suspicious_signs
+from gsapp.identification.maximum_likelihood.problem import Problem
+from gsapp.identification.maximum_likelihood.settings import MLSettings
+from gsapp.identification.maximum_likelihood.solver import Solved, Solver, prior_warnings
+from gsapp.identification.results import (
+    DerivativeEstimate,
+    Estimate,
+    ResponseFit,
+    ResponseHistory,
+)
+from gsapp.identification.statistics import Part as BoundsPart
+from gsapp.identification.statistics import (
+    Verdict,
+    identifiability,
+    joint_covariance,
+    response_fit,
+    whiteness,
+)
+from gsapp.identification.statistics.bounds import inverse
+from gsapp.quantities import FloatArray
+
+COLORED = 4.0
+"""Power at low frequency over that of white noise from which on the crew is told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """One maneuver of a solution.
+
+    Attributes
+    ----------
+    maneuver : str
+    times : ndarray, shape (n,)
+        s; only samples of its segments.
+    responses : tuple of str
+    measured, computed : ndarray, shape (n, n_responses)
+        NaN in `measured` where a sample does not count.
+    weights : ndarray, shape (n_responses, n_responses)
+        W: the inverse of the noise covariance; where the user gave weights, those, scaled to the
+        noise there is.
+    segments : tuple of slice
+        Stretches of contiguous samples.
+    sensitivities : ndarray, shape (n, n_responses, n_columns)
+    columns : ndarray of int, shape (n_columns,)
+        Where each column stands among the solution's `names`.
+    """
+
+    maneuver: str
+    times: FloatArray
+    responses: tuple[str, ...]
+    measured: FloatArray
+    computed: FloatArray
+    weights: FloatArray
+    segments: tuple[slice, ...]
+    sensitivities: FloatArray
+    columns: np.ndarray[tuple[int], np.dtype[np.intp]]
+
+    @property
+    def residuals(self) -> FloatArray:
+        """Return measured minus computed, NaN where a sample does not count."""
+        return self.measured - self.computed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """A finished fit with all that bounds, tests and predictions need.
+
+    Attributes
+    ----------
+    settings : MLSettings
+    names : tuple of str
+        All unknowns: derivatives, parameters of effects, then initial states, biases, scale
+        factors and time shifts of each maneuver.
+    values : ndarray, shape (n_names,)
+    information : ndarray, shape (n_names, n_names)
+        sum S'WS, plus W2.
+    covariance, cramer_rao : ndarray, shape (n_names, n_names)
+        Honest, and uncorrected. Infinite variances where the data do not see a parameter.
+    parts : tuple of Part
+    estimate : Estimate
+    """
+
+    settings: MLSettings
+    names: tuple[str, ...]
+    values: FloatArray
+    information: FloatArray
+    covariance: FloatArray
+    cramer_rao: FloatArray
+    parts: tuple[Part, ...]
+    estimate: Estimate
+
+    def value(self, name: str) -> float:
+        """Return any unknown by its name."""
+        return float(self.values[self.names.index(name)])
+
+
+def conclude(problem: Problem, solver: Solver, solved: Solved, settings: MLSettings) -> Solution:
+    """Make the solution of a solved problem."""
+    weights = solver.weights(solved.point)
+    parts = tuple(
+        _part(problem, index, solved, weights[index]) for index in range(len(problem.parts))
+    )
+    names = problem.unknowns
+    H = solved.information
+    plain = inverse(H)
+    if settings.bound_factor is not None:
+        honest = settings.bound_factor**2 * plain
+    else:
+        prior = np.zeros_like(H)
+        for name, (_, std) in settings.priors.items():
+            if name in names:
+                prior[names.index(name), names.index(name)] = 1.0 / std**2
+        honest = joint_covariance(
+            [
+                BoundsPart(
+                    S=part.sensitivities,
+                    v=part.residuals,
+                    W=part.weights,
+                    columns=part.columns,
+                    segments=None if len(part.segments) == 1 else part.segments,
+                )
+                for part in parts
+            ],
+            len(names),
+            lags=settings.lags,
+            prior=prior if settings.priors else None,
+        )
+    estimate = _estimate(problem, solved, parts, H, honest, plain, settings)
+    return Solution(
+        settings=settings,
+        names=names,
+        values=solved.point.unknowns,
+        information=H,
+        covariance=honest,
+        cramer_rao=plain,
+        parts=parts,
+        estimate=estimate,
+    )
+
+
+def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> Part:
+    one = problem.parts[index]
+    measured, computed, segments = [], [], []
+    start = 0
+    for segment in one.segments:
+        measured.append(np.where(segment.counted, segment.measured, np.nan))
+        computed.append(np.asarray(segment.y))
+        segments.append(slice(start, start + segment.measured.shape[1]))
+        start = segments[-1].stop
+    return Part(
+        maneuver=one.id,
+        times=np.concatenate([one.motion.times[segment.part] for segment in one.segments]),
+        responses=one.responses,
+        measured=np.concatenate(measured, axis=1).T,
+        computed=np.concatenate(computed, axis=1).T,
+        weights=np.diag(weights),
+        segments=tuple(segments),
+        sensitivities=np.ascontiguousarray(
+            np.concatenate(solved.sensitivities[index], axis=2).transpose(2, 0, 1)
+        ),
+        columns=np.r_[0 : len(problem.names.all), problem.columns(index)],
+    )
+
+
+# --- the estimate -------------------------------------------------------------------------------
+
+
+def _estimate(
+    problem: Problem,
+    solved: Solved,
+    parts: Sequence[Part],
+    H: FloatArray,
+    honest: FloatArray,
+    plain: FloatArray,
+    settings: MLSettings,
+) -> Estimate:
+    names = problem.unknowns
+    shared = problem.names.all
+    verdicts = identifiability(H, names, covariance=honest)
+    derivatives: dict[str, DerivativeEstimate] = {}
+    first = problem.parts[0]
+    held = dict(zip(first.model.parameter_names, first.base, strict=True))
+    for name in dict.fromkeys((*axis_derivatives(settings.axis), *shared)):
+        if name in problem.unmoved:
+            derivatives[name] = DerivativeEstimate(
+                value=None, status="unknown", why=problem.unmoved[name]
+            )
+        elif name not in shared:
+            derivatives[name] = DerivativeEstimate(value=float(held[name]), status="held")
+        else:
+            derivatives[name] = _judged(
+                name, shared.index(name), solved, honest, plain, verdicts[name]
+            )
+    free = tuple(name for name in shared if derivatives[name].status == "estimated")
+    rows = [shared.index(name) for name in free]
+    local = range(len(shared), len(names))
+    nuisance = {
+        names[row]: (float(solved.point.unknowns[row]), float(np.sqrt(max(honest[row, row], 0.0))))
+        for row in local
+    }
+    found = Estimate(
+        method="ml",
+        axis=settings.axis,
+        maneuvers=tuple(part.maneuver for part in parts),
+        derivatives=derivatives,
+        free=free,
+        covariance=honest[np.ix_(rows, rows)],
+        nuisance=nuisance,
+        fit=_fits(parts),
+        histories=tuple(
+            ResponseHistory(
+                maneuver=part.maneuver,
+                times=part.times,
+                channels=part.responses,
+                measured=part.measured,
+                computed=part.computed,
+            )
+            for part in parts
+        ),
+        iterations=solved.iterations,
+        converged=solved.converged,
+        message=solved.message,
+    )
+    warnings = [*problem.remarks, *prior_warnings(problem, settings.priors)]
+    warnings += verdicts.warnings
+    warnings += _residual_warnings(problem, parts)
+    warnings += suspicious_signs(found)
+    return replace(found, warnings=tuple(dict.fromkeys(warnings)))
+
+
+def _judged(
+    name: str,
+    place: int,
+    solved: Solved,
+    honest: FloatArray,
+    plain: FloatArray,
+    verdict: Verdict,
+) -> DerivativeEstimate:
+    if verdict.status != "estimated":
+        return DerivativeEstimate(
+            value=None,
+            status=verdict.status,
+            confounded_with=verdict.confounded_with,
+            why=verdict.why,
+        )
+    std, bound = float(np.sqrt(honest[place, place])), float(np.sqrt(plain[place, place]))
+    if not (np.isfinite(std) and np.isfinite(bound)):
+        return DerivativeEstimate(
+            value=None, status="unknown", why=f"the responses do not see {name} in this maneuver"
+        )
+    return DerivativeEstimate(value=float(solved.point.unknowns[place]), std=std, cramer_rao=bound)
+
+
+def _fits(parts: Sequence[Part]) -> dict[str, ResponseFit]:
+    found = {}
+    for name in dict.fromkeys(name for part in parts for name in part.responses):
+        with_it = [part for part in parts if name in part.responses]
+        measured, computed = (
+            np.concatenate([getattr(part, what)[:, part.responses.index(name)] for part in with_it])
+            for what in ("measured", "computed")
+        )
+        found[name] = response_fit(measured, computed)
+    return found
+
+
+def _residual_warnings(problem: Problem, parts: Sequence[Part]) -> list[str]:
+    found = []
+    for one, part in zip(problem.parts, parts, strict=True):
+        tests = whiteness(
+            part.residuals,
+            None if len(part.segments) == 1 else part.segments,
+            dt=one.maneuver.dt,
+        )
+        colored = [
+            f"{name} ({test.inflation:.0f} times)"
+            for name, test in zip(part.responses, tests, strict=True)
+            if not test.white and test.inflation > COLORED
+        ]
+        if colored:
+            found.append(
+                f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
+                "their power at low frequency exceeds that of white noise; the bounds allow for it"
+            )
+    return found

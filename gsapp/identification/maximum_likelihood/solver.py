@@ -1,0 +1,340 @@
+"""Gauss-Newton with step halving and a Levenberg-Marquardt fallback on a laid-out problem.
+
+With weights W1 given, J = 1/2 sum v'W1 v (5.1.4 without 1/(nt nz)) is minimized. Without, the
+noise covariance R is estimated from the residuals along with the parameters, and what is minimized
+is the likelihood with R put in, 1/2 sum_k nt ln R_kk; its gradient is that of the weighted sum with
+W1 = R^-1. A-priori values add 1/2 (xi - xi0)' W2 (xi - xi0).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.foundation import FlightError
+from gsapp.identification.maximum_likelihood.problem import ManeuverProblem, Problem
+from gsapp.identification.maximum_likelihood.settings import Callback, MLSettings, Progress
+from gsapp.quantities import FloatArray
+
+_FLAT = 1e-11
+"""Eigenvalues of the scaled Hessian below this share of the largest count as zero."""
+_HALVINGS = 4
+_DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+_ONE_THREAD = 2e5
+_FLOOR = 1e-7
+"""Residuals below this share of the measured signal are rounding, not noise."""
+
+
+class DivergedError(FlightError):
+    """The model leaves all bounds before a fit could begin."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Point:
+    """Where a fit stands.
+
+    Attributes
+    ----------
+    unknowns : ndarray, shape (n_unknowns,)
+    residuals : list of list of ndarray
+        By maneuver and segment, shape (n_responses, n).
+    noise : list of ndarray
+        Variance of each response, by maneuver, shape (n_responses,).
+    cost : float
+        What is minimized.
+    """
+
+    unknowns: FloatArray
+    residuals: list[list[FloatArray]]
+    noise: list[FloatArray]
+    cost: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solved:
+    """Where a fit ended.
+
+    Attributes
+    ----------
+    point : Point
+    information : ndarray, shape (n_unknowns, n_unknowns)
+        sum S'WS + W2 of the last linearization.
+    sensitivities : list of list of ndarray
+        By maneuver and segment, shape (n_responses, n_global + n_local, n).
+    """
+
+    point: Point
+    information: FloatArray
+    sensitivities: list[list[FloatArray]]
+    iterations: int
+    converged: bool
+    message: str
+
+
+class Solver:
+    """Minimizes the cost of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+    settings : MLSettings
+    progress : callable, optional
+    """
+
+    def __init__(
+        self, problem: Problem, settings: MLSettings, progress: Callback | None = None
+    ) -> None:
+        self.problem = problem
+        self._settings = settings
+        self._progress = progress
+        self._shared = len(problem.names.all)
+        self._counts = [
+            sum((segment.counted.sum(axis=1) for segment in part.segments), np.zeros(1))
+            for part in problem.parts
+        ]
+        self._floors = [_floors(part) for part in problem.parts]
+        names = problem.unknowns
+        self._prior_places = [names.index(name) for name in settings.priors if name in names]
+        chosen = [settings.priors[names[place]] for place in self._prior_places]
+        self._prior_values = np.array([value for value, _ in chosen])
+        self._prior_weights = np.array([1.0 / std**2 for _, std in chosen])
+
+    @property
+    def samples(self) -> int:
+        """Return the number of instants at which some response counts."""
+        return int(sum(float(count.max()) for count in self._counts))
+
+    # --- cost -----------------------------------------------------------------------------------
+
+    def evaluate(self, unknowns: FloatArray, before: FloatArray | None = None) -> Point | None:
+        """Return the point at these unknowns; None where the model diverges.
+
+        Parameters
+        ----------
+        before : ndarray, optional
+            Unknowns at the last accepted point, whose sensitivities predict the trajectories.
+        """
+        shared = unknowns[: self._shared]
+        residuals: list[list[FloatArray]] = []
+        for index, part in enumerate(self.problem.parts):
+            own = self.problem.columns(index)
+            moved = None
+            if before is not None:
+                change = unknowns - before
+                moved = np.concatenate((change[: self._shared], change[own]))
+            found = part.try_point(shared, unknowns[own], moved)
+            if found is None:
+                return None
+            residuals.append(found)
+        noise = [
+            np.maximum(
+                sum((np.einsum("rn,rn->r", v, v) for v in found), np.zeros(1)) / count, floor
+            )
+            for found, count, floor in zip(residuals, self._counts, self._floors, strict=True)
+        ]
+        return Point(
+            unknowns=unknowns,
+            residuals=residuals,
+            noise=noise,
+            cost=self._cost(unknowns, noise),
+        )
+
+    def weights(self, point: Point) -> list[FloatArray]:
+        """Return the weight of each response, by maneuver, in units of the noise there is.
+
+        Weights given by the user are scaled so that the weighted residuals have a mean square of
+        1: the parameters do not feel it, and a-priori values keep their meaning.
+        """
+        found = []
+        for index, part in enumerate(self.problem.parts):
+            if part.weights is None:
+                found.append(1.0 / point.noise[index])
+            else:
+                found.append(self._given(part) / self._scale(point))
+        return found
+
+    def _given(self, part: ManeuverProblem) -> FloatArray:
+        assert part.weights is not None  # noqa: S101 - for the type checker
+        return np.array([part.weights[name] for name in part.responses])
+
+    def _scale(self, point: Point) -> float:
+        """Return the mean square of the residuals times the weights given."""
+        total, count = 0.0, 0.0
+        for index, part in enumerate(self.problem.parts):
+            if part.weights is not None:
+                weighted = self._given(part) * point.noise[index] * self._counts[index]
+                total += float(weighted.sum())
+                count += float(self._counts[index].sum())
+        return max(total / max(count, 1.0), 1e-300)
+
+    def _cost(self, unknowns: FloatArray, noise: Sequence[FloatArray]) -> float:
+        cost, given, given_count = 0.0, 0.0, 0.0
+        for index, part in enumerate(self.problem.parts):
+            count = self._counts[index]
+            if part.weights is None:
+                cost += 0.5 * float((count * np.log(noise[index])).sum())
+            else:
+                given += float((self._given(part) * noise[index] * count).sum())
+                given_count += float(count.sum())
+        if given_count:
+            # One common scale of the noise, put in likewise: monotonous in the weighted sum.
+            cost += 0.5 * given_count * math.log(max(given / given_count, 1e-300))
+        if self._prior_places:
+            away = unknowns[self._prior_places] - self._prior_values
+            cost += 0.5 * float((self._prior_weights * away * away).sum())
+        return cost
+
+    # --- equations ------------------------------------------------------------------------------
+
+    def linearize(self, point: Point) -> tuple[FloatArray, FloatArray, list[list[FloatArray]]]:
+        """Return Hessian, gradient (of minus the cost), and the sensitivities at a point."""
+        size = point.unknowns.size
+        H, g = np.zeros((size, size)), np.zeros(size)
+        shared = point.unknowns[: self._shared]
+        weights = self.weights(point)
+        everything = []
+        for index, part in enumerate(self.problem.parts):
+            own = self.problem.columns(index)
+            parts = part.sensitivities(shared, point.unknowns[own])
+            everything.append(parts)
+            block, side = _normal(parts, point.residuals[index], weights[index])
+            place = np.r_[0 : self._shared, own]
+            H[np.ix_(place, place)] += block
+            g[place] += side
+        if self._prior_places:
+            away = point.unknowns[self._prior_places] - self._prior_values
+            H[self._prior_places, self._prior_places] += self._prior_weights
+            g[self._prior_places] -= self._prior_weights * away
+        return H, g, everything
+
+    def solve(self, start: FloatArray) -> Solved:
+        """Minimize the cost from a start.
+
+        Raises
+        ------
+        DivergedError
+            If the model diverges at the start.
+        """
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return self._solve(start)
+
+    def _solve(self, start: FloatArray) -> Solved:
+        point = self.evaluate(start)
+        if point is None:
+            raise DivergedError("the model diverges with its start values")
+        self._accept()
+        total = sum(float(count.sum()) for count in self._counts)
+        first = point.cost
+        message, converged = "stopped after max_iterations without converging", False
+        iteration = 0
+        while True:
+            iteration += 1
+            H, g, sensitivities = self.linearize(point)
+            step, promise = _step(H, g, 0.0)
+            change = 2.0 * promise / total
+            if change < self._settings.tolerance:
+                after = self.evaluate(point.unknowns + step, point.unknowns)
+                if after is not None and after.cost <= point.cost:
+                    point = after
+                    self._accept()
+                converged, message = True, f"converged in {iteration} iterations"
+                break
+            if iteration > self._settings.max_iterations:
+                break
+            after = self._descend(point, H, g, step)
+            if after is None:
+                # No direction lowers the cost: a minimum, as far as rounding lets one see.
+                converged = change < 1e-4
+                message = (
+                    f"converged in {iteration} iterations, as far as rounding allows"
+                    if converged
+                    else "stopped: no step lowers the cost any further, yet this is no minimum"
+                )
+                break
+            point = after
+            self._accept()
+            cost = math.exp(min(2.0 * (point.cost - first) / total, 0.0))
+            if self._progress is not None:
+                report = Progress(iteration=iteration, cost=cost, change=change)
+                if self._progress(report) is False:
+                    message = f"interrupted after {iteration} iterations"
+                    break
+        return Solved(
+            point=point,
+            information=H,
+            sensitivities=sensitivities,
+            iterations=iteration,
+            converged=converged,
+            message=message,
+        )
+
+    def _accept(self) -> None:
+        for part in self.problem.parts:
+            part.accept()
+
+    def _descend(
+        self, point: Point, H: FloatArray, g: FloatArray, step: FloatArray
+    ) -> Point | None:
+        """Return a point of lower cost: halved Gauss-Newton steps, then damped ones."""
+        for halving in range(_HALVINGS):
+            after = self.evaluate(point.unknowns + 0.5**halving * step, point.unknowns)
+            if after is not None and after.cost < point.cost:
+                return after
+        for damping in _DAMPINGS:
+            damped, _ = _step(H, g, damping)
+            after = self.evaluate(point.unknowns + damped, point.unknowns)
+            if after is not None and after.cost < point.cost:
+                return after
+        return None
+
+
+def _step(H: FloatArray, g: FloatArray, damping: float) -> tuple[FloatArray, float]:
+    """Return the step and the decrease that it promises; directions without data stay.
+
+    H is scaled by its diagonal, so that damping and rounding mean the same for all parameters.
+    """
+    diagonal = H.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(H * scale * scale[:, None])
+    good = values > _FLAT * max(float(values[-1]), 1e-300)
+    along = vectors.T @ (g * scale)
+    taken = np.where(good, along / np.where(good, values + damping, 1.0), 0.0)
+    step: FloatArray = scale * (vectors @ taken)
+    return step, 0.5 * float(along @ taken)
+
+
+def _normal(
+    sensitivities: Sequence[FloatArray], residuals: Sequence[FloatArray], weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return sum S'WS and sum S'Wv of one maneuver."""
+    width = sensitivities[0].shape[1]
+    H, g = np.zeros((width, width)), np.zeros(width)
+    for S, v in zip(sensitivities, residuals, strict=True):
+        # Products small enough for BLAS to stay on one thread: starting others takes longer.
+        length = max(1, int(_ONE_THREAD / max(width, 1) ** 2))
+        for first in range(0, v.shape[1], length):
+            part = slice(first, first + length)
+            for row, weight in enumerate(weights):
+                piece = S[row, :, part]
+                H += weight * (piece @ piece.T)
+        for row, weight in enumerate(weights):
+            g += S[row] @ (weight * v[row])
+    return H, g
+
+
+def _floors(part: ManeuverProblem) -> FloatArray:
+    measured = np.concatenate([segment.measured for segment in part.segments], axis=1)
+    return np.maximum((_FLOOR * np.abs(measured).max(axis=1)) ** 2, 1e-300)
+
+
+def prior_warnings(problem: Problem, priors: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Return a sentence for each a-priori value of something that is not free."""
+    names = problem.unknowns
+    return tuple(
+        f"the a-priori value of {name} has no use: it is not free in this fit"
+        for name in priors
+        if name not in names
+    )
