@@ -31,11 +31,6 @@ class Record:
         return int(self.inputs.shape[0])
 
 
-def record_about_mean(inputs: FloatArray, outputs: FloatArray) -> Record:
-    """Return a record of the changes from its own mean values."""
-    return Record(inputs=inputs - inputs.mean(axis=0), outputs=outputs - outputs.mean(axis=0))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DiscreteModel:
     """x[k+1] = A x[k] + B u[k] + K e[k], y[k] = C x[k] + D u[k] + e[k].
