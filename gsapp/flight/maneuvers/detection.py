@@ -63,7 +63,7 @@ _ANSWERED = 8.0
 _ABRUPT, _STEPPED = 0.35, 0.6
 """Share of its excursion that an input covers within `LOOK_BACK` at least; and if stepped."""
 _LARGE = 3.0
-"""Amplitude over the threshold of a quick move that nobody steers with."""
+"""Amplitude over the threshold of a quick move that nobody steers with to both sides."""
 _FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
 """Seconds without a stick after a doublet or 3-2-1-1, and after any other shape."""
 
@@ -316,13 +316,21 @@ class ManeuverDetector:
         quick = [place for place in range(len(SURFACES)) if peaks[place] > self._thresholds[place]]
         if not quick:
             return
-        if self._candidate is not None and self._candidate.closed:
+        if self._candidate is not None and self._separate(
+            self._candidate, float(times[0]), {SURFACES[place] for place in quick}
+        ):
             self._conclude()
         if self._candidate is None:
             self._candidate = _Candidate()
         for place in quick:
             where = np.flatnonzero(moves[:, place] > self._thresholds[place])
             self._candidate.add(SURFACES[place], float(times[where[0]]), float(times[where[-1]]))
+
+    @staticmethod
+    def _separate(candidate: _Candidate, now: float, surfaces: set[str]) -> bool:
+        """Return whether new quick moves do not belong to the input under way."""
+        idle = now - candidate.last
+        return candidate.closed or (idle >= _CLOSED and surfaces.isdisjoint(candidate.moves))
 
     def _follow(self, now: float) -> None:
         """See whether the input under way is over, and whether its answer is."""
@@ -441,15 +449,17 @@ def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
     """Return whether an input looks like one made on purpose.
 
     The less its shape tells, the calmer it must be before and after. Large steps to both sides
-    leave no doubt even if the pilot takes over at once.
+    leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
+    steering in a fright looks the same.
     """
     if main.kind == "retrim" or main.abruptness < _ABRUPT:
         return False
-    if main.kind not in ("doublet", "3-2-1-1"):
-        return main.returned and main.unrest < 0.35 * main.amplitude and free > _FREE_IF_ODD
-    if main.abruptness > _STEPPED and main.amplitude > _LARGE * threshold:
-        return main.unrest < 0.6 * main.amplitude
-    return main.returned and main.unrest < 0.6 * main.amplitude and free > _FREE_IF_CLEAR
+    clear = main.kind in ("doublet", "3-2-1-1")
+    if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
+        return False
+    if clear and main.abruptness > _STEPPED and main.amplitude > _LARGE * threshold:
+        return True
+    return main.returned and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
 
 
 def moved_inputs(
@@ -474,9 +484,18 @@ def moved_inputs(
         if one is not None:
             found.append(one)
     sizes = {one.surface: one.amplitude / setting.half_travel(one.surface) for one in found}
-    largest = max(sizes.values(), default=0.0)
-    found = [one for one in found if sizes[one.surface] >= ALSO_MOVED * largest]
-    return sorted(found, key=lambda one: -sizes[one.surface])
+    found.sort(key=lambda one: -sizes[one.surface])
+    return [one for one in found if one is found[0] or _goes_with(one, found[0], sizes)]
+
+
+def _goes_with(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
+    """Return whether an input is part of the maneuver that the largest one makes."""
+    return (
+        sizes[one.surface] >= ALSO_MOVED * sizes[main.surface]
+        and one.abruptness > _ABRUPT
+        and one.t_start < main.t_end + _CLOSED
+        and one.t_end > main.t_start - _CLOSED
+    )
 
 
 def described(
