@@ -358,11 +358,11 @@ def test_a_replay_shows_what_a_live_flight_would(window):
 
 
 class CountingHistory:
-    """A history that counts how many columns it is asked for."""
+    """A history that counts how many columns and samples it is asked for."""
 
     def __init__(self, history):
         self._history = history
-        self.columns = 0
+        self.columns = self.asked = 0
 
     def __getattr__(self, name):
         return getattr(self._history, name)
@@ -371,8 +371,12 @@ class CountingHistory:
         self.columns += max(last - first, 0)
         return self._history.extremes(channel_id, first, last, size)
 
+    def samples(self, channel_id, first, last):
+        self.asked += max(last - first, 0)
+        return self._history.samples(channel_id, first, last)
 
-def test_a_frame_asks_for_new_columns_only():
+
+def test_a_frame_asks_for_new_samples_only():
     """Proves that the work of a frame does not grow with the window or the flight."""
     history = CountingHistory(history_of(np.zeros(60_000), CHANNELS))
     view = view_of(history, width=800, window=100.0)
@@ -380,7 +384,7 @@ def test_a_frame_asks_for_new_columns_only():
     picture.advance(history, view)
     assert history.columns >= 800 * len(CHANNELS)
     for frame in range(20):
-        history.columns = 0
+        history.columns = history.asked = 0
         start = 600.0 + frame * 0.02
         history.append(
             Block(
@@ -391,12 +395,32 @@ def test_a_frame_asks_for_new_columns_only():
         )
         view.now = history.end
         picture.advance(history, view)
-        assert history.columns <= 3 * len(CHANNELS)
-    history.columns = 0
+        assert history.columns == 0
+        assert history.asked == 2 * len(CHANNELS)
+    history.columns = history.asked = 0
     still = picture.advance(history, view)
     assert not still.moved
     assert still.first == still.last
-    assert history.columns == 0
+    assert history.columns == history.asked == 0
+
+
+def test_after_a_long_silence_of_the_window_columns_are_asked_for():
+    """Proves that a window that stood still does not look at every sample it missed."""
+    history = CountingHistory(history_of(np.zeros(60_000), CHANNELS))
+    view = view_of(history, width=800, window=400.0)
+    picture, _ = picture_of(view)
+    picture.advance(history, view)
+    history.asked = 0
+    times = 600.0 + np.arange(20_000) / RATE
+    history.append(
+        Block(channels=CHANNELS, times=times, values=np.full((20_000, len(CHANNELS)), 0.5))
+    )
+    view.now = history.end
+    picture.advance(history, view)
+    fresh, _ = picture_of(view)
+    fresh.advance(history, view)
+    assert history.asked == 0
+    assert np.array_equal(seen(picture, view), seen(fresh, view))
 
 
 def test_an_axis_follows_what_is_in_sight():

@@ -525,6 +525,113 @@ def test_the_widget_follows_by_itself_and_rests_while_hidden(qtbot, history):
     qtbot.waitUntil(lambda: widget.view.now == history.end, timeout=3000)
 
 
+def run_at_density(script, density):
+    """Return what a script says that runs in a window system of another density."""
+    found = subprocess.run(
+        [sys.executable, "-c", script],
+        env={
+            **os.environ,
+            "QT_QPA_PLATFORM": "offscreen",
+            "QT_SCALE_FACTOR": str(density),
+            "QT_SCALE_FACTOR_ROUNDING_POLICY": "PassThrough",
+            "PYTHONPATH": str(Path(__file__).parents[2]),
+        },
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert found.returncode == 0, found.stderr
+    return found.stdout
+
+
+PARTS_SCRIPT = """
+import math
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPoint
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QApplication
+from gsapp.quantities import Block
+from gsapp.session.history import History
+from ui.strips import StripChart, default_layout
+
+app = QApplication([])
+CHANNELS = ("alpha", "q", "an", "beta")
+
+def rows(first, count):
+    t = first + np.arange(count) / 100.0
+    values = np.column_stack([0.1 * np.sin((1 + k) * t) for k in range(4)])
+    return Block(channels=CHANNELS, times=t, values=values)
+
+history = History(CHANNELS, 100.0)
+history.append(rows(0.0, 3000))
+chart = StripChart(timed=False)
+chart.resize(1021, 421)
+chart.set_layout(default_layout(CHANNELS))
+chart.set_recording(True)
+chart.show()
+chart.set_history(history)
+for name, time in (("cursor", 20.0), ("a", 22.0), ("b", 25.0)):
+    chart.set_cursor(name, time)
+chart.set_window(30.0)
+chart.advance()
+app.processEvents()
+
+class Watch(QObject):
+    regions = []
+    def eventFilter(self, watched, event):
+        if event.type() == QEvent.Type.Paint:
+            self.regions.append(event.region())
+        return False
+
+watch = Watch()
+chart.installEventFilter(watch)
+density = chart.devicePixelRatioF()
+
+def image():
+    made = QImage(chart.size() * density, QImage.Format.Format_RGB32)
+    made.setDevicePixelRatio(density)
+    return made
+
+kept = image()
+chart.render(kept)
+several = 0
+for number in range(40):
+    history.append(rows(30.0 + 0.05 * number, 5))
+    chart._read_at = -math.inf if number % 3 == 0 else math.inf
+    if number == 30:
+        chart.toggle_pause()
+    watch.regions.clear()
+    chart.advance()
+    app.processEvents()
+    for region in list(watch.regions):
+        several += region.rectCount() > 1
+        chart.render(kept, region.boundingRect().topLeft(), region)
+chart._read_at = math.inf
+anew = image()
+chart.render(anew)
+
+def pixels(one):
+    found = np.frombuffer(bytes(one.constBits()), dtype=np.uint32)
+    return found.reshape(one.height(), -1)[:, : one.width()]
+
+print(density, several, int((pixels(kept) != pixels(anew)).sum()))
+"""
+
+
+@pytest.mark.parametrize("density", [1.0, 1.25, 1.5])
+def test_parts_painted_by_turns_equal_the_whole_at_any_density(density):
+    """Proves that a frame that paints only what changed leaves every other pixel as it should be.
+
+    Where a pixel of the design is no whole number of pixels of the screen, parts share some.
+    """
+    found = run_at_density(PARTS_SCRIPT, density)
+    shown, several, wrong = found.split()
+    assert float(shown) == pytest.approx(density)
+    assert int(several) > 10
+    assert int(wrong) == 0
+
+
 DENSITY_SCRIPT = """
 import math, sys
 import numpy as np
@@ -568,23 +675,8 @@ print(density, raster.width, int((part != shown).sum()), raster.reach)
 @pytest.mark.parametrize(("density", "reach"), [(1.25, 1), (2.0, 2), (3.0, 3)])
 def test_screens_of_any_density_show_every_pixel_exactly(density, reach):
     """Proves that on dense screens the raster has the screen's own pixels, unscaled."""
-    root = Path(__file__).parents[2]
-    found = subprocess.run(
-        [sys.executable, "-c", DENSITY_SCRIPT],
-        env={
-            **os.environ,
-            "QT_QPA_PLATFORM": "offscreen",
-            "QT_SCALE_FACTOR": str(density),
-            "QT_SCALE_FACTOR_ROUNDING_POLICY": "PassThrough",
-            "PYTHONPATH": str(root),
-        },
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert found.returncode == 0, found.stderr
-    shown, width, wrong, found_reach = found.stdout.split()
+    found = run_at_density(DENSITY_SCRIPT, density)
+    shown, width, wrong, found_reach = found.split()
     assert float(shown) == pytest.approx(density)
     assert int(width) > 300 * density
     assert int(wrong) == 0

@@ -64,7 +64,11 @@ class Exposed:
         return True
 
     def columns(self, box: Box) -> tuple[int, int]:
-        """Return first and one past the last column of a box to be painted, from its left edge."""
+        """Return first and one past the last column of a box to be painted, from its left edge.
+
+        Unlike in `touches`, the columns it shares with its neighbors count: one of them may be
+        all that changed.
+        """
         top, bottom = box.y / self._density, box.bottom / self._density
         spans = [
             (math.floor(part[0] * self._density), math.ceil(part[2] * self._density))

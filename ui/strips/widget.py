@@ -492,8 +492,10 @@ class StripChart(QWidget):
         if not exposed.is_within(geometry.plot):
             self._paint_above(painter, geometry, exposed)
             self._paint_beside(painter, geometry, exposed)
-        if exposed.begin(geometry.plot):
-            self._paint_plot(painter, geometry, exposed)
+        first, last = exposed.columns(geometry.plot)
+        if first < last:
+            painter.setClipRect(_rect(geometry.plot))
+            self._paint_plot(painter, geometry, first, last)
         painter.end()
 
     def _paint_above(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
@@ -527,21 +529,26 @@ class StripChart(QWidget):
         if exposed.begin(left):
             painter.fillRect(_rect(left), background)
             drawing.draw_names(painter, pen, geometry, self._charts, view.selected, self.hasFocus())
-        right = Box(
-            x=plot.right, y=plot.y, width=geometry.values.right - plot.right, height=plot.height
-        )
+        units = exposed.touches(geometry.units)
+        end = geometry.values.right if units else geometry.units.x
+        right = Box(x=plot.right, y=plot.y, width=end - plot.right, height=plot.height)
         if exposed.begin(right):
             painter.fillRect(_rect(right), background)
-            self._paint_values(painter, geometry, right, exposed)
+            self._paint_values(painter, geometry, right, exposed, units=units)
         if exposed.begin(axis):
             painter.fillRect(_rect(axis), background)
             drawing.draw_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
 
     def _paint_values(
-        self, painter: QPainter, geometry: Geometry, right: Box, exposed: Exposed
+        self,
+        painter: QPainter,
+        geometry: Geometry,
+        right: Box,
+        exposed: Exposed,
+        *,
+        units: bool,
     ) -> None:
         beside = bool(geometry.cursors) and exposed.touches(geometry.cursors[0][1])
-        units = exposed.touches(geometry.units)
         for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
             row = Box(x=right.x, y=box.y, width=right.width, height=box.height)
             if not exposed.touches(row):
@@ -561,7 +568,8 @@ class StripChart(QWidget):
                     chart,
                 )
 
-    def _paint_plot(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
+    def _paint_plot(self, painter: QPainter, geometry: Geometry, first: int, last: int) -> None:
+        """Paint the columns ``first <= x < last`` of the plot."""
         image, plot = self._image, geometry.plot
         if self.view.now is None or not geometry.charts:
             painter.fillRect(_rect(plot), QColor(self._theme.background))
@@ -570,7 +578,6 @@ class StripChart(QWidget):
             words = "Nothing has arrived yet" if geometry.charts else "No chart chosen"
             drawing.draw_nothing(painter, self._pen, geometry, words)
             return
-        first, last = exposed.columns(plot)
         seam = self.view.columns[0] % image.width()
         for ring, part in ring_pieces(seam + first, seam + last, image.width()):
             painter.drawImage(

@@ -1,0 +1,90 @@
+"""When frames begin: with the samples, not sooner than the last one allows."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import open_window, write_flight
+
+import ui.desk
+from ui.pace import SOONEST_LIVE, SOONEST_REPLAY, Pace
+
+
+def frames(pace, looks, cost):
+    """Return when frames begin if there is always something to show and each takes `cost` s."""
+    begun = []
+    busy = 0.0
+    for now in looks:
+        if now >= busy and pace.allows(now):
+            begun.append(now)
+            busy = now + cost
+            pace.took(now, busy)
+    return begun
+
+
+def test_every_sample_of_a_hundred_hertz_has_its_frame_and_no_more():
+    """Proves that the grid's rate passes, wherever looks and samples lie, and faster ones do not.
+
+    A sample waits for the next look; the frame it gets is never put off to the next sample.
+    """
+    for shift in (0.0, 0.0004, 0.0011, 0.0027):
+        pace = Pace(SOONEST_LIVE)
+        looks = [0.003 * k for k in range(4000)]
+        seen, begun = -1, []
+        for now in looks:
+            newest = int((now - shift) / 0.01 + 1e-9)
+            if newest > seen and pace.allows(now):
+                assert newest == seen + 1 or seen < 0
+                seen = newest
+                begun.append(now)
+                pace.took(now, now + 0.002)
+        assert len(begun) == pytest.approx(1200, abs=2)
+    always = frames(Pace(SOONEST_LIVE), looks, 0.001)
+    assert len(always) / 12.0 < 1.0 / SOONEST_LIVE
+
+
+@given(cost=st.floats(0.004, 0.2))
+@settings(max_examples=30, deadline=None)
+def test_dear_frames_leave_most_of_the_time_to_everything_else(cost):
+    """Proves that on a slow machine painting takes no more than two fifths of the time."""
+    begun = frames(Pace(SOONEST_LIVE), [0.001 * k for k in range(20_000)], cost)
+    assert len(begun) * cost / 20.0 < 0.4 + cost / 20.0
+
+
+def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
+    qtbot, tmp_path, monkeypatch
+):
+    """Proves that looks cost no frames: a playing replay has sixty a second, a still one four."""
+    clock = [100.0]
+    monkeypatch.setattr(ui.desk.time, "monotonic", lambda: clock[0])
+    window = open_window(tmp_path)
+    qtbot.addWidget(window)
+    desk = window.desk
+    desk.open_flight(write_flight(tmp_path))
+    qtbot.waitUntil(lambda: desk.is_loaded, timeout=10_000)
+    desk._timer.stop()
+    painted = []
+    desk.painted.connect(painted.append)
+
+    def look(seconds):
+        painted.clear()
+        for _ in range(round(seconds / 0.003)):
+            clock[0] += 0.003
+            desk.tick()
+        return len(painted) / seconds
+
+    assert look(3.0) == pytest.approx(1.0 / 0.018, abs=2)  # the first look after SOONEST_REPLAY
+    assert 0.015 < SOONEST_REPLAY <= 0.018
+    assert painted == sorted(painted)
+    desk.toggle_play()
+    look(0.1)
+    assert look(3.0) <= 5
+    desk.seek(7.0)
+    look(0.02)
+    assert 7.0 in painted
+    desk.close()
