@@ -35,7 +35,6 @@ from gsapp.identification.smoothing import (
     choose_cutoff,
     runs,
     smoother,
-    white_noise,
 )
 from gsapp.quantities import FloatArray
 
@@ -101,8 +100,6 @@ class Coefficients:
     missing : mapping of str to str
         Coefficients that cannot be had: why.
     smoother : Smoother
-    noise : ndarray, shape (8, 8)
-        Covariance that white measurement noise gives the smoothed `REGRESSORS`.
     remarks : tuple of str
         Stand-ins, in words.
     """
@@ -116,7 +113,6 @@ class Coefficients:
     measured: frozenset[str]
     missing: Mapping[str, str]
     smoother: Smoother
-    noise: FloatArray
     remarks: tuple[str, ...]
 
     def value(self, coefficient: str) -> FloatArray:
@@ -140,6 +136,11 @@ class Coefficients:
     def smoothed(self, names: Sequence[str]) -> FloatArray:
         """Return variables filtered as the coefficients were, shape (n, len(names))."""
         return self.smooth(np.column_stack([self.variables[name] for name in names]))
+
+    def noise(self, names: Sequence[str]) -> FloatArray:
+        """Return the covariance that white measurement noise gives smoothed variables."""
+        signals = np.column_stack([self.variables[name] for name in names])
+        return self.smoother.white_noise(signals)
 
 
 def reconstruct(
@@ -170,12 +171,13 @@ def reconstruct(
         a sample between gyros and surfaces bends damping and control derivatives by 5 %.
     """
     moved = measured_motion(maneuver, stand_ins=stand_ins) if motion is None else motion
+    dt = maneuver.dt
     late = instrument_delays(maneuver.aircraft)
     for name, delay in (delays or {}).items():
         late[name] = late.get(name, 0.0) + delay
     if cutoff is None:
-        cutoff = choose_cutoff(moved.states[:, 1:6], maneuver.dt)
-    filtering = smoother(maneuver.dt, cutoff)
+        cutoff = choose_cutoff(moved.states[:, 1:6], dt)
+    filtering = smoother(dt, cutoff)
     accelerations = np.column_stack([maneuver.samples(name) for name in _ACCELERATIONS])
     gaps = dict(moved.filled)
     for column, name in enumerate(_ACCELERATIONS):
@@ -190,7 +192,7 @@ def reconstruct(
         ):
             if delay and name in names:
                 column = names.index(name)
-                values[:, column] = advanced(values[:, column], delay / maneuver.dt)
+                values[:, column] = advanced(values[:, column], delay / dt)
     measured = moved.measured | {name for name in _ACCELERATIONS if not gaps[name].all()}
 
     signals = filtering.matched(
@@ -204,7 +206,7 @@ def reconstruct(
 
     # Loads without any aerodynamic derivative: thrust, its moments, effects.
     without, by_flow_rates, remarks = _without_derivatives(aircraft, model)
-    settled = _term_states(without, state, inputs, maneuver.dt)
+    settled = _term_states(without, state, inputs, dt)
     totals = without.totals((*state, *settled), inputs)
     loads, body, (cx, cy, cz) = totals.loads, totals.body, totals.cg
     x, y, z = aircraft.sensors.accelerometer.position
@@ -237,8 +239,7 @@ def reconstruct(
         given = term.value([variables[name] for name in term.reads], (), parameters)
         raw[:, COEFFICIENTS.index(term.target)] -= given
 
-    blocked = _hard_gaps(gaps, maneuver)
-    good = {name: _usable(needs, gaps, blocked, filtering) for name, needs in _DEPENDS.items()}
+    good = _usable(gaps, _hard_gaps(gaps, moved.times, dt), filtering)
     missing = {
         name: f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
         for name, needs in NEEDED.items()
@@ -256,7 +257,6 @@ def reconstruct(
         measured=frozenset(measured),
         missing=missing,
         smoother=filtering,
-        noise=filtering.noise_gain * white_noise(_raw_regressors(moved, aircraft), maneuver.dt),
         remarks=(*moved.remarks, *remarks),
     )
 
@@ -289,22 +289,6 @@ def moments(
         ixx * p_dot - ixz * (r_dot + p * q) + (izz - iyy) * q * r,
         iyy * q_dot + (ixx - izz) * p * r + ixz * (p * p - r * r),
         izz * r_dot - ixz * (p_dot - q * r) + (iyy - ixx) * p * q,
-    )
-
-
-def _raw_regressors(motion: MeasuredMotion, aircraft: Aircraft) -> FloatArray:
-    half = 0.5 / motion.state("V")
-    by_span, by_chord = half * aircraft.geometry.span, half * aircraft.geometry.chord
-    lengths = {"p_hat": by_span, "q_hat": by_chord, "r_hat": by_span}
-    return np.column_stack(
-        [
-            motion.state(name[0]) * lengths[name]
-            if name in lengths
-            else motion.input(name)
-            if name in INPUTS
-            else motion.state(name)
-            for name in REGRESSORS
-        ]
     )
 
 
@@ -359,31 +343,39 @@ def _term_states(
     return tuple(np.array(found).T)
 
 
-def _hard_gaps(gaps: Mapping[str, BoolArray], maneuver: Maneuver) -> dict[str, BoolArray]:
+def _hard_gaps(gaps: Mapping[str, BoolArray], times: FloatArray, dt: float) -> dict[str, BoolArray]:
     """Return the missing stretches too long to bridge, and the pauses of the record."""
-    times, dt = maneuver.block.times, maneuver.dt
     pauses = np.zeros(times.size, dtype=bool)
     pauses[:-1] = np.diff(times) > 1.5 * dt
-    hard = {"": pauses} if pauses.any() else {}
+    hard = {_PAUSE: pauses} if pauses.any() else {}
     for name, mask in gaps.items():
         long = np.zeros(times.size, dtype=bool)
         for part in runs(mask):
             long[part] = (part.stop - part.start) * dt > _LONGEST_BRIDGE
-        hard[name] = long
+        if long.any():
+            hard[name] = long
     return hard
 
 
+_PAUSE = "pause"
+
+
 def _usable(
-    needs: tuple[str, ...],
-    gaps: Mapping[str, BoolArray],
-    blocked: Mapping[str, BoolArray],
-    filtering: Smoother,
-) -> BoolArray:
+    gaps: Mapping[str, BoolArray], hard: Mapping[str, BoolArray], filtering: Smoother
+) -> dict[str, BoolArray]:
+    """Return the samples that count for each of `_DEPENDS`."""
     count = next(iter(gaps.values())).size
-    missing, out = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    for name in (*needs, ""):
-        if name in blocked:
-            out |= blocked[name]
-        if name in gaps:
-            missing |= gaps[name]
-    return filtering.within(out) & ~missing
+    known: dict[tuple[str, ...], BoolArray] = {}
+    found = {}
+    for name, needs in _DEPENDS.items():
+        touched = tuple(one for one in needs if one in gaps and gaps[one].any())
+        if touched not in known:
+            missing, out = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+            for one in touched:
+                missing |= gaps[one]
+            for one in (*touched, _PAUSE):
+                if one in hard:
+                    out |= hard[one]
+            known[touched] = filtering.within(out) & ~missing
+        found[name] = known[touched]
+    return found

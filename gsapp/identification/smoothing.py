@@ -50,11 +50,6 @@ class Smoother:
     kernel: FloatArray
 
     @property
-    def noise_gain(self) -> float:
-        """Return the variance that smoothed and `matched` white noise keeps."""
-        return float(np.sum(np.convolve(self.kernel, _SIMPSON) ** 2))
-
-    @property
     def stride(self) -> int:
         """Return how many samples may be passed over without losing what the kernel left."""
         return max(1, int(0.2 / (self.cutoff * self.dt)))
@@ -75,6 +70,31 @@ class Smoother:
     def smooth(self, signals: FloatArray) -> FloatArray:
         """Smooth along the first axis; within `reach` of the ends values mean nothing."""
         return _convolve(signals, self.kernel) if self.kernel.size > 1 else signals
+
+    def white_noise(self, signals: FloatArray) -> FloatArray:
+        """Return the covariance of white noise in smoothed signals, shape (k, k).
+
+        Taken where a rigid aircraft does not move, between a quarter and nearly half of the
+        sample rate, without the frequencies at which a tone stands out (engines fold there).
+
+        Parameters
+        ----------
+        signals : ndarray, shape (n, k)
+            `matched`, not yet smoothed, none missing.
+        """
+        count, width = signals.shape
+        frequency = np.asarray(np.fft.rfftfreq(count, self.dt), dtype=np.float64)
+        high = _high(frequency, self.dt)
+        if count < 64 or high.sum() < 8:
+            return np.zeros((width, width))
+        # What Simpson's rule took of each frequency is put back.
+        gain = (2.0 + np.cos(2.0 * np.pi * frequency[high] * self.dt)) / 3.0
+        found = _transform(signals)[high] / gain[:, None]
+        power = np.abs(found) ** 2
+        quiet = (power <= 8.0 * np.median(power, axis=0)).all(axis=1)
+        kept = found[quiet] if quiet.sum() >= 8 else found
+        passed = float(np.sum(np.convolve(self.kernel, _SIMPSON) ** 2))
+        return np.asarray(passed * (kept.T @ kept.conj()).real / len(kept), dtype=np.float64)
 
     def within(self, missing: BoolArray) -> BoolArray:
         """Return the samples whose smoothed values depend on no missing one, shape (n,).
@@ -143,30 +163,6 @@ def choose_cutoff(signals: FloatArray, dt: float) -> float:
 
 def _high(frequency: FloatArray, dt: float) -> BoolArray:
     return (frequency > 0.25 / dt) & (frequency < 0.48 / dt)
-
-
-def white_noise(signals: FloatArray, dt: float) -> FloatArray:
-    """Return the covariance of the white noise in signals, per sample, shape (k, k).
-
-    Taken where a rigid aircraft does not move, between a quarter and nearly half of the sample
-    rate, without the frequencies at which a tone stands out (engines fold there).
-
-    Parameters
-    ----------
-    signals : ndarray, shape (n, k)
-        None missing.
-    dt : float
-        Sample time, s.
-    """
-    count, width = signals.shape
-    frequency = np.asarray(np.fft.rfftfreq(count, dt), dtype=np.float64)
-    found = _transform(signals)[_high(frequency, dt)] if count >= 64 else np.empty((0, width))
-    if len(found) < 8:
-        return np.zeros((width, width))
-    power = np.abs(found) ** 2
-    quiet = (power <= 8.0 * np.median(power, axis=0)).all(axis=1)
-    kept = found[quiet] if quiet.sum() >= 8 else found
-    return np.asarray((kept.T @ kept.conj()).real / len(kept), dtype=np.float64)
 
 
 def advanced(signal: FloatArray, samples: float) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gsapp.dynamics.buildup import LONGITUDINAL_READS, reads_of
-from gsapp.identification.coefficients import REGRESSORS, Coefficients
+from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.instruments import simulated
 from gsapp.identification.equation_error.regression import (
     Equation,
@@ -33,8 +33,6 @@ WORDS = {
     "dr": "rudder",
 }
 _SURFACES = ("de", "da", "dr")
-InstrumentCache = dict[tuple[int, int, int, bool], FloatArray | None]
-"""By maneuver, first and last sample, and whether longitudinal."""
 _LEAST_ANGLE = 0.1 * DEGREE
 _LEAST_RATE = 0.3 * DEGREE
 """Standard deviations below which nothing has moved, rad and rad/s."""
@@ -42,6 +40,22 @@ _OVER_NOISE = 2.0
 """Standard deviation over that of the noise, below which nothing has moved."""
 _SHORTEST = 1.0
 """s of usable record below which nothing is estimated."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cache:
+    """What the coefficients of a motion share.
+
+    Attributes
+    ----------
+    instruments : dict
+        By maneuver, first and last sample, and whether longitudinal.
+    noise : dict
+        Covariance of bias and regressors, by maneuver and whether longitudinal.
+    """
+
+    instruments: dict[tuple[int, int, int, bool], FloatArray | None] = field(default_factory=dict)
+    noise: dict[tuple[int, bool], FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,7 +80,7 @@ def form(
     names: Sequence[str],
     fixed: Mapping[str, float],
     found: Sequence[Coefficients],
-    cache: InstrumentCache,
+    cache: Cache,
 ) -> Formed:
     """Stack the maneuvers into one equation for a coefficient.
 
@@ -79,8 +93,8 @@ def form(
         Derivatives held.
     found : sequence of Coefficients
         Smoothed alike.
-    cache : dict
-        Instruments made already, by stretch; to be handed on from coefficient to coefficient.
+    cache : Cache
+        To be handed on from coefficient to coefficient.
     """
     suffixes = [name.partition("_")[2] for name in names]
     needed = [suffix for suffix in suffixes if suffix != "0"]
@@ -160,9 +174,11 @@ def _stack(
     names: Sequence[str],
     fixed: Mapping[str, float],
     used: Sequence[Coefficients],
-    cache: InstrumentCache,
+    cache: Cache,
 ) -> Equation:
     reads = reads_of(coefficient)
+    longitudinal = reads is LONGITUDINAL_READS
+    order = ("0", *reads)
     suffixes = [name.partition("_")[2] for name in names]
     smoothing = used[0].smoother
     stride = smoothing.stride
@@ -192,21 +208,23 @@ def _stack(
             taken = slice(part.start, part.stop, stride)
             Xs.append(np.column_stack([columns[suffix][taken] for suffix in suffixes]))
             ys.append(y[taken])
-            key = (number, part.start, part.stop, reads is LONGITUDINAL_READS)
-            if key not in cache:
-                cache[key] = simulated(
+            where = (number, part.start, part.stop, longitudinal)
+            if where not in cache.instruments:
+                cache.instruments[where] = simulated(
                     np.column_stack([columns[suffix][taken] for suffix in moving]),
                     np.column_stack([columns[suffix][taken] for suffix in surfaces]),
                 )
-            Zs.append(_instruments(Xs[-1], suffixes, moving, cache[key]))
+            Zs.append(_instruments(Xs[-1], suffixes, moving, cache.instruments[where]))
             segments.append(slice(rows, rows + ys[-1].size))
             rows += ys[-1].size
         if rows:
             stretches.append(Stretch(rows=slice(at, at + rows), segments=tuple(segments)))
         at += rows
-        places = [REGRESSORS.index(reads[suffix]) if suffix != "0" else -1 for suffix in suffixes]
-        own = np.pad(one.noise, (0, 1))  # nothing for the bias, the last row and column
-        noise += rows * own[np.ix_(places, places)]
+        key = (number, longitudinal)
+        if key not in cache.noise:
+            cache.noise[key] = np.pad(one.noise(tuple(reads.values())), ((1, 0), (1, 0)))
+        places = [order.index(suffix) for suffix in suffixes]
+        noise += rows * cache.noise[key][np.ix_(places, places)]
     empty = np.empty((0, len(names)))
     return Equation(
         y=np.concatenate(ys) if ys else np.empty(0),
@@ -242,13 +260,7 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
             continue
         spread = float(np.std(stacked.X[:, index]))
         noise = float(np.sqrt(stacked.noise[index, index]))
-        least = _LEAST_ANGLE
-        if suffix in ("p", "q", "r"):
-            # From p b/2V back to p: the ratio is the same for all samples, but for the speed.
-            rate, hat = used[0].variables[suffix], used[0].variables[f"{suffix}_hat"]
-            least = (
-                _LEAST_RATE * float(np.linalg.norm(hat)) / max(float(np.linalg.norm(rate)), 1e-12)
-            )
+        least = least_motion(suffix, used[0])
         if spread < max(least, _OVER_NOISE * noise):
             found[name] = DerivativeEstimate(
                 value=None,
@@ -259,6 +271,15 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
                 else f"the {WORDS[suffix]} did not stand out of its noise",
             )
     return found
+
+
+def least_motion(suffix: str, one: Coefficients) -> float:
+    """Return the standard deviation of a regressor below which nothing has moved."""
+    if suffix not in ("p", "q", "r"):
+        return _LEAST_ANGLE
+    # p b/2V for the least p, at the mean speed.
+    hat, rate = one.variables[f"{suffix}_hat"], one.variables[suffix]
+    return _LEAST_RATE * float(np.linalg.norm(hat)) / max(float(np.linalg.norm(rate)), 1e-12)
 
 
 def _dropped(twins: Mapping[str, tuple[str, ...]]) -> set[str]:

@@ -11,8 +11,13 @@ from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import COEFFICIENTS, Axis, axis_derivatives, free_derivatives
 from gsapp.identification.coefficients import Coefficients, reconstruct
-from gsapp.identification.equation_error.equations import InstrumentCache, explain, form
-from gsapp.identification.equation_error.regression import Equation, Regression, solve
+from gsapp.identification.equation_error.equations import Cache, explain, form
+from gsapp.identification.equation_error.regression import (
+    Equation,
+    Regression,
+    growth_by_instruments,
+    solve,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
@@ -79,7 +84,7 @@ def estimate(
     warnings = [remark for one in found for remark in one.remarks]
     blocks: list[Regression] = []
     fits: dict[str, ResponseFit] = {}
-    cache: InstrumentCache = {}
+    cache = Cache()
     for coefficient in COEFFICIENTS[axis]:
         names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient))]
         names = [name for name in names if name in wanted and name not in fixed]
@@ -119,18 +124,15 @@ def estimate(
 
 def _solved(equation: Equation) -> tuple[Regression, list[str]]:
     """Solve with instruments where they are strong enough, else by least squares."""
-    plain = solve(equation.by_least_squares)
     if (equation.Z == equation.X).all():
-        return plain, []
-    better = solve(equation)
-    growth = float(np.median(better.std / np.maximum(plain.std, 1e-300)))
-    if growth > _WEAK or not np.isfinite(better.covariance).all():
+        return solve(equation), []
+    if growth_by_instruments(equation) > _WEAK:
         name = equation.names[0].partition("_")[0]
-        return plain, [
+        return solve(equation.by_least_squares), [
             f"the surfaces explain too little of the motion behind {name} (gusts?) to make up for "
             "noise in its regressors; slopes may come out small"
         ]
-    return better, []
+    return solve(equation), []
 
 
 _WEAK = 1.7

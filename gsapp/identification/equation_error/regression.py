@@ -146,6 +146,21 @@ def values_of(
     return np.asarray(found, dtype=np.float64), np.asarray(basis @ mixed, dtype=np.float64)
 
 
+def growth_by_instruments(equation: Equation) -> float:
+    """Return by what factor instruments widen the bounds, the median over the parameters.
+
+    Infinite where the instruments leave the equation without a solution.
+    """
+    _, projected = values_of(equation)
+    wide, narrow = (
+        np.diag(np.linalg.pinv(columns.T @ columns, rcond=1e-14, hermitian=True))
+        for columns in (projected, equation.X)
+    )
+    if not (np.isfinite(wide).all() and (wide > 0.0).all() and (narrow > 0.0).all()):
+        return float("inf")
+    return float(np.median(np.sqrt(wide / narrow)))
+
+
 def solve(equation: Equation) -> Regression:
     """Solve an equation; maneuvers count by the size of their own residuals."""
     theta, projected = values_of(equation)
