@@ -163,12 +163,23 @@ class Propulsion(StrictModel):
 
 
 class _Sensor(StrictModel):
-    """What every sensor may state: where it is and how slow it is."""
+    """What every sensor may state: where it is and how slow it is.
+
+    `low_pass` is the corner of a second-order Butterworth filter before the converter; None where
+    there is no such filter.
+    """
 
     position: Position = AT_CG
     lag: Time = 0.0
     delay: Time = 0.0
+    low_pass: Frequency | None = None
     rate: Frequency = 100.0
+
+    @property
+    def lateness(self) -> float:
+        """Return how late slow changes are recorded, s: delay, lag and the low-pass together."""
+        filtering = 0.0 if self.low_pass is None else math.sqrt(2.0) / (math.tau * self.low_pass)
+        return self.delay + self.lag + filtering
 
 
 class AlphaVane(_Sensor):

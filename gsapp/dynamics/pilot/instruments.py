@@ -1,7 +1,7 @@
 """From what each instrument is exposed to, to what it hands to the converter.
 
-In order: the flow through the 50 Hz low-pass (all but the rate gyros, which have none and are
-shaken by the engines instead), lag and delay, bias and noise, the end of the range, and what is
+In order: the low-pass before the converter (50 Hz on all but the rate gyros, which have none and
+are shaken by the engines instead), lag and delay, bias and noise, the end of the range, and what is
 broken. Works on stretches of any length; cutting a flight into other pieces changes nothing.
 """
 
@@ -20,6 +20,7 @@ from gsapp.dynamics.pilot.vibration import EngineVibration
 from gsapp.quantities import FloatArray
 
 LOW_PASS_HZ = 50.0
+"""Of inputs that the aircraft file does not describe (throttle, flap, temperature)."""
 GYROS = ("p", "q", "r")
 _NO_RANGE = (-math.inf, math.inf)
 
@@ -32,8 +33,8 @@ class Instrument:
     ----------
     name : str
         Channel of the converter.
-    low_pass : bool
-        Whether the 50 Hz filter stands before the converter.
+    low_pass : float or None
+        Corner of the filter before the converter, Hz.
     lag, delay : float
         s.
     bias, noise : float
@@ -43,7 +44,7 @@ class Instrument:
     """
 
     name: str
-    low_pass: bool = True
+    low_pass: float | None = LOW_PASS_HZ
     lag: float = 0.0
     delay: float = 0.0
     bias: float = 0.0
@@ -58,12 +59,19 @@ def instruments_of(aircraft: Aircraft) -> tuple[Instrument, ...]:
     for name in ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder"):
         surface = sensors.surfaces
         found.append(
-            Instrument(name=name, lag=surface.lag, delay=surface.delay, noise=surface.noise)
+            Instrument(
+                name=name,
+                low_pass=surface.low_pass,
+                lag=surface.lag,
+                delay=surface.delay,
+                noise=surface.noise,
+            )
         )
     for name, vane in (("alpha", sensors.alpha_vane), ("beta", sensors.beta_vane)):
         found.append(
             Instrument(
                 name=name,
+                low_pass=vane.low_pass,
                 lag=vane.lag,
                 delay=vane.delay,
                 bias=vane.bias,
@@ -75,7 +83,7 @@ def instruments_of(aircraft: Aircraft) -> tuple[Instrument, ...]:
     found += [
         Instrument(
             name=name,
-            low_pass=False,
+            low_pass=gyro.low_pass,
             lag=gyro.lag,
             delay=gyro.delay,
             bias=bias,
@@ -87,6 +95,7 @@ def instruments_of(aircraft: Aircraft) -> tuple[Instrument, ...]:
     found += [
         Instrument(
             name=name,
+            low_pass=accelerometer.low_pass,
             lag=accelerometer.lag,
             delay=accelerometer.delay,
             bias=bias,
@@ -99,7 +108,16 @@ def instruments_of(aircraft: Aircraft) -> tuple[Instrument, ...]:
         ("static_pressure", air.static_noise, air.static_range),
         ("dynamic_pressure", air.noise, air.range),
     ):
-        found.append(Instrument(name=name, lag=air.lag, delay=air.delay, noise=noise, range=limits))
+        found.append(
+            Instrument(
+                name=name,
+                low_pass=air.low_pass,
+                lag=air.lag,
+                delay=air.delay,
+                noise=noise,
+                range=limits,
+            )
+        )
     found += [
         Instrument(name="temperature", lag=5.0, noise=0.05),
         Instrument(name="throttle", noise=0.001),
@@ -154,8 +172,8 @@ class _Chain:
     def __init__(self, instrument: Instrument, dt: float) -> None:
         self.instrument = instrument
         self._steps: list[_Filter | _Delay] = []
-        if instrument.low_pass:
-            b, a = signal.butter(2, 2.0 * np.pi * LOW_PASS_HZ, analog=True)
+        if instrument.low_pass is not None:
+            b, a = signal.butter(2, 2.0 * np.pi * instrument.low_pass, analog=True)
             self._steps.append(_Filter(b, a, dt))
         if instrument.lag > 0.0:
             self._steps.append(_Filter(np.array([1.0]), np.array([instrument.lag, 1.0]), dt))
