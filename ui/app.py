@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import logging
-import math
 import os
 import signal
 import sys
@@ -63,18 +62,6 @@ def make_application() -> QApplication:
     return application
 
 
-def _speed(text: float | str) -> float:
-    if text == "max":
-        return math.inf
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = math.nan
-    if not speed > 0.0:
-        raise GroundStationError(f"'{text}' is not a speed; give a number above 0, or max")
-    return speed
-
-
 def run_window(
     flight: Path | None = None,
     link: str | None = None,
@@ -95,7 +82,7 @@ def run_window(
     channel_map, aircraft : str, optional
         Names or paths, in place of those used last.
     speed : float or str
-        Of a replay, times real time; ``max`` for as fast as it can.
+        Of a replay, times real time, 0.1 to 50; ``max`` for as fast as it can.
     settings : Path, optional
         Settings file in place of the user's own.
 
@@ -108,8 +95,12 @@ def run_window(
     ------
     NoDisplayError
         If there is no display.
+    FlightError
+        If the speed is none.
     """
-    times = _speed(speed)
+    from gsapp.session.feeds import parse_speed
+
+    times = parse_speed(speed)
     application = make_application()
     from PySide6.QtCore import QTimer
 

@@ -42,7 +42,9 @@ def run(
     GroundStationError
         If the flight cannot be read, or the speed is none.
     """
-    times = speed_of(speed)
+    from gsapp.session.feeds import parse_speed
+
+    times = parse_speed(speed)
     from rich.console import Console
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
@@ -85,31 +87,6 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
         _print_alarms(session, console)
         if json is not None:
             console.print(f"written to {json}", highlight=False, soft_wrap=True)
-
-
-def speed_of(text: str | float) -> float:
-    """Return the speed of a replay.
-
-    Raises
-    ------
-    GroundStationError
-        If it is neither ``max`` nor a number from 0.1 to 50.
-    """
-    from gsapp.foundation import GroundStationError
-    from gsapp.session.feeds import FASTEST, MAX_SPEED, SLOWEST
-
-    if str(text).strip().casefold() == "max":
-        return MAX_SPEED
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = float("nan")
-    if not SLOWEST <= speed <= FASTEST:
-        raise GroundStationError(
-            f"a replay does not run at speed '{text}'; give {SLOWEST:g} to {FASTEST:g} times real "
-            "time, or max"
-        )
-    return speed
 
 
 def _play(session: Session, console: Console) -> None:

@@ -16,6 +16,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
+from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.history import History
 
@@ -38,6 +39,28 @@ _LONGEST_PAUSE = 60.0
 
 _READ_AHEAD = 5.0
 """Seconds that reading must be ahead of the playhead: slow messages arrive late."""
+
+
+def parse_speed(text: str | float) -> float:
+    """Return the speed of a replay, times real time.
+
+    Raises
+    ------
+    FlightError
+        If it is neither ``max`` nor a number from 0.1 to 50.
+    """
+    if str(text).strip().casefold() == "max":
+        return MAX_SPEED
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if speed != MAX_SPEED and not SLOWEST <= speed <= FASTEST:
+        raise FlightError(
+            f"a replay does not run at speed '{text}'; give {SLOWEST:g} to {FASTEST:g} times real "
+            "time, or max"
+        )
+    return speed
 
 
 class Step(NamedTuple):

@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
-from gsapp.decoding.channel_map import ChannelMap
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.events import Event, EventLog, event_of, in_order
@@ -22,8 +23,7 @@ from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import damaged_events, load_flight
 from gsapp.flight.names import EVENTS_FILE
-from gsapp.flight.raw import RawDamage, RawTail
-from gsapp.flight.setting import Name
+from gsapp.flight.raw import RawDamage
 from gsapp.flight.uniform import union
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarm_watch import AlarmWatch
@@ -35,12 +35,12 @@ from gsapp.session.equipment import (
     RecorderView,
     link_view,
 )
-from gsapp.session.feeds import MAX_SPEED, Consumer, LiveFeed, ReplayFeed
+from gsapp.session.feeds import MAX_SPEED, LiveFeed, ReplayFeed
 from gsapp.session.history import History
 from gsapp.session.limits import Bands, LimitSet
 from gsapp.session.marks import Mark, MarkBook, MarkKind
 from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
-from gsapp.session.setting import SessionSetting, setting_for
+from gsapp.session.setting import Options, SessionSetting, setting_for
 from gsapp.session.snapshot import Mode, Playhead, SessionSnapshot
 from gsapp.session.states import (
     USUAL_PATIENCE,
@@ -54,6 +54,35 @@ from gsapp.telemetry.recorder_control import RecorderHandle
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Opened:
+    """A flight that was opened, and where its samples come from.
+
+    Attributes
+    ----------
+    reader : RecordReader or FlightReader
+        Gives its blocks.
+    setting : SessionSetting
+        What it is read and watched with.
+    rate : float
+        Of the grid, Hz.
+    whole : Flight or None
+        A flight that was read whole.
+    damage : callable
+        Returns what was lost of the record.
+    has_grown : callable
+        Returns whether the record may hold something new.
+    """
+
+    path: Path
+    reader: RecordReader | FlightReader
+    setting: SessionSetting
+    rate: float
+    whole: Flight | None = None
+    damage: Callable[[], Sequence[RawDamage]] = tuple
+    has_grown: Callable[[], bool] = lambda: True
 
 
 class Session:
@@ -83,38 +112,32 @@ class Session:
 
     def __init__(
         self,
+        opened: _Opened,
+        options: Options,
         *,
-        path: Path,
-        name: str,
         mode: Mode,
-        reader: RecordReader | FlightReader,
-        setting: SessionSetting,
-        flight: Flight | None = None,
-        damage: Callable[[], Sequence[RawDamage]] = tuple,
-        has_grown: Callable[[], bool] = lambda: True,
-        rate: float | None = None,
         speed: float = 1.0,
         playing: bool = True,
-        consumers: Sequence[Consumer] = (),
-        clock: Callable[[], float] = time.monotonic,
-        wall_us: Callable[[], int] = lambda: time.time_ns() // 1000,
     ) -> None:
+        path, setting = opened.path, opened.setting
+        clock = options.get("clock", time.monotonic)
+        wall_us = options.get("wall_us", _wall_us)
         self.path = path
-        self.name = name
+        self.name = FlightFolder(path=path).name if path.is_dir() else path.stem
         self.mode: Mode = mode
         self.aircraft: Aircraft | None = setting.aircraft
         self.limits = LimitSet(setting.aircraft, setting.limits)
         self.board = AlarmBoard()
-        self.history = History((), rate or setting.grid_rate)
+        self.history = History((), opened.rate)
         events = (
             path / EVENTS_FILE if path.is_dir() else path.with_name(f"{path.name}.{EVENTS_FILE}")
         )
         self.book = MarkBook(EventLog(events), wall_us)
-        self._reader = reader
+        self._reader = opened.reader
         self._setting = setting
-        self._flight = flight
-        self._damage = damage
-        self._has_grown = has_grown
+        self._flight = opened.whole
+        self._damage = opened.damage
+        self._has_grown = opened.has_grown
         self._clock = clock
         self._wall_us = wall_us
         self._messages: dict[str, str | None] = {}
@@ -123,45 +146,29 @@ class Session:
         self._watch = AlarmWatch(
             self.board, self.limits, self.history.rate, self._carrier, self._come_together
         )
-        everyone = (self._watch, *consumers)
+        everyone = (self._watch, *options.get("consumers", ()))
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
             self.equipment = EquipmentMonitor(path, self.board, clock, wall_us)
-            self.feed = LiveFeed(reader, self.history, everyone, clock)
+            self.feed = LiveFeed(opened.reader, self.history, everyone, clock)
         else:
             self.feed = ReplayFeed(
-                reader, self.history, everyone, clock, speed=speed, playing=playing
+                opened.reader, self.history, everyone, clock, speed=speed, playing=playing
             )
 
     # Making one
 
     @classmethod
-    def follow(
-        cls,
-        folder: Path | str,
-        *,
-        channel_map: ChannelMap | Name | None = None,
-        certificates: Name | None = None,
-        aircraft: Aircraft | Name | None = None,
-        rate: float | None = None,
-        limits: Name | None = None,
-        consumers: Sequence[Consumer] = (),
-        clock: Callable[[], float] = time.monotonic,
-        wall_us: Callable[[], int] = lambda: time.time_ns() // 1000,
-    ) -> Session:
+    def follow(cls, folder: Path | str, **options: Unpack[Options]) -> Session:
         """Watch a flight that is being recorded, from its beginning.
 
         Parameters
         ----------
         folder : Path or str
             The flight folder, made by the recorder; it finds the recorder that runs there.
-        channel_map, certificates, aircraft, rate, limits
-            In place of what lies in the folder; see `gsapp.session.setting.setting_for`.
-        consumers : sequence of Consumer
-            Who else watches the samples.
-        clock, wall_us : callable
-            Seconds that never go back; host microseconds since 1970.
+        **options
+            See `gsapp.session.setting.Options`.
 
         Raises
         ------
@@ -171,43 +178,16 @@ class Session:
             If a file holds mistakes or a name does not exist.
         """
         path = FlightFolder.open(folder).path
-        setting = setting_for(
-            path,
-            channel_map=channel_map,
-            certificates=certificates,
-            aircraft=aircraft,
-            rate=rate,
-            limits=limits,
-        )
-        reader, tail = folder_reader(path, setting, grows=True)
-        return cls(
-            path=path,
-            name=_name_of(path),
-            mode="live",
-            reader=reader,
-            setting=setting,
-            damage=lambda: tail.lost,
-            has_grown=tail.has_grown,
-            consumers=consumers,
-            clock=clock,
-            wall_us=wall_us,
-        )
+        return cls(_open_record(path, setting_for(path, options), grows=True), options, mode="live")
 
     @classmethod
     def replay(
         cls,
         flight: Path | str,
         *,
-        channel_map: ChannelMap | Name | None = None,
-        certificates: Name | None = None,
-        aircraft: Aircraft | Name | None = None,
-        rate: float | None = None,
-        limits: Name | None = None,
         speed: float = 1.0,
         playing: bool = True,
-        consumers: Sequence[Consumer] = (),
-        clock: Callable[[], float] = time.monotonic,
-        wall_us: Callable[[], int] = lambda: time.time_ns() // 1000,
+        **options: Unpack[Options],
     ) -> Session:
         """Play a flight that was recorded: a folder, or any file that `load_flight` opens.
 
@@ -222,8 +202,8 @@ class Session:
             0.1 to 50 times real time, or `gsapp.session.feeds.MAX_SPEED`.
         playing : bool
             Whether it plays at once.
-        channel_map, certificates, aircraft, rate, limits, consumers, clock, wall_us
-            As in `follow`.
+        **options
+            See `gsapp.session.setting.Options`.
 
         Raises
         ------
@@ -233,50 +213,21 @@ class Session:
             If a file holds mistakes or a name does not exist.
         """
         path = Path(flight)
-        setting = setting_for(
-            path,
-            channel_map=channel_map,
-            certificates=certificates,
-            aircraft=aircraft,
-            rate=rate,
-            limits=limits,
-        )
-        reader: RecordReader | FlightReader
-        whole: Flight | None = None
-        damage: Callable[[], Sequence[RawDamage]] = tuple
-        grid_rate = setting.grid_rate
+        setting = setting_for(path, options)
         if path.is_dir() and FlightFolder.open(path).records:
-            reader, tail = folder_reader(path, setting, grows=False)
-            damage = _lost_of(tail)
+            opened = _open_record(path, setting, grows=False)
         elif path.is_file() and path.suffix.casefold() == ".tlog":
             reader, stepped_over = tlog_reader(path, setting)
-            damage = _damage_of(stepped_over)
-        else:
-            whole = load_flight(
-                path,
-                channel_map=setting.channel_map,
-                rate=rate,
-                certificates=certificates,
-                aircraft=setting.aircraft,
+            opened = _Opened(
+                path=path,
+                reader=reader,
+                setting=setting,
+                rate=setting.grid_rate,
+                damage=lambda: (stepped_over,) if stepped_over else (),
             )
-            reader = FlightReader(whole)
-            if math.isfinite(whole.rate):
-                grid_rate = whole.rate
-        return cls(
-            path=path,
-            name=_name_of(path),
-            mode="replay",
-            reader=reader,
-            setting=setting,
-            flight=whole,
-            damage=damage,
-            rate=grid_rate,
-            speed=speed,
-            playing=playing,
-            consumers=consumers,
-            clock=clock,
-            wall_us=wall_us,
-        )
+        else:
+            opened = _open_whole(path, setting, options)
+        return cls(opened, options, mode="replay", speed=speed, playing=playing)
 
     # The timer
 
@@ -604,13 +555,34 @@ def _share(feed: ReplayFeed) -> float:
     )
 
 
-def _name_of(path: Path) -> str:
-    return FlightFolder(path=path).name if path.is_dir() else path.stem
+def _open_record(path: Path, setting: SessionSetting, *, grows: bool) -> _Opened:
+    reader, tail = folder_reader(path, setting, grows=grows)
+    return _Opened(
+        path=path,
+        reader=reader,
+        setting=setting,
+        rate=setting.grid_rate,
+        damage=lambda: tail.lost,
+        has_grown=tail.has_grown if grows else lambda: True,
+    )
 
 
-def _lost_of(tail: RawTail) -> Callable[[], Sequence[RawDamage]]:
-    return lambda: tail.lost
+def _open_whole(path: Path, setting: SessionSetting, options: Options) -> _Opened:
+    whole = load_flight(
+        path,
+        channel_map=setting.channel_map,
+        rate=options.get("rate"),
+        certificates=options.get("certificates"),
+        aircraft=setting.aircraft,
+    )
+    return _Opened(
+        path=path,
+        reader=FlightReader(whole),
+        setting=setting,
+        rate=whole.rate if math.isfinite(whole.rate) else setting.grid_rate,
+        whole=whole,
+    )
 
 
-def _damage_of(damage: RawDamage) -> Callable[[], Sequence[RawDamage]]:
-    return lambda: (damage,) if damage else ()
+def _wall_us() -> int:
+    return time.time_ns() // 1000

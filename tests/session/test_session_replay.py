@@ -22,6 +22,7 @@ from gsapp.flight.raw import RawWriter
 from gsapp.flight.summary import summarize
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import MAX_SPEED, Session
+from gsapp.session.feeds import parse_speed
 from gsapp.session.session import run_through
 
 START_US = 1_700_000_000_000_000
@@ -107,9 +108,9 @@ def test_wrong_speeds_and_missing_flights_are_named(tmp_path: Path) -> None:
     """One sentence each, with what to write instead."""
     for text in ("0", "-1", "51", "fast", "nan"):
         with pytest.raises(GroundStationError, match=r"give 0\.1 to 50 times real time, or max"):
-            replay.speed_of(text)
-    assert replay.speed_of("0.1") == 0.1
-    assert replay.speed_of(" Max ") == MAX_SPEED
+            parse_speed(text)
+    assert parse_speed("0.1") == 0.1
+    assert parse_speed(" Max ") == MAX_SPEED
     with pytest.raises(FlightError, match="no flight"):
         replay.run(flight=tmp_path / "nothing.csv")
 

@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from gsapp.cli import replay
+from gsapp.foundation import FlightError
+from ui.app import run_window
 from ui.display import NoDisplayError, require_display
 
 
@@ -113,3 +116,12 @@ def test_the_window_without_a_display_raises_and_does_not_abort() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("There is no display")
+
+
+@pytest.mark.parametrize("speed", ["80", "0", "-1", "0.05", "fast", "nan"])
+def test_window_and_command_refuse_the_same_speeds_of_a_replay(speed: str, tmp_path: Path) -> None:
+    """With the same sentence, and before a window or a flight is opened."""
+    with pytest.raises(FlightError, match=r"give 0\.1 to 50 times real time, or max"):
+        run_window(tmp_path / "absent", speed=speed)
+    with pytest.raises(FlightError, match=r"give 0\.1 to 50 times real time, or max"):
+        replay.run(flight=tmp_path / "absent", speed=speed)
