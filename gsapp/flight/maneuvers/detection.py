@@ -45,8 +45,8 @@ _CLOSED = 1.3
 """Seconds without a quick move after which an input is over, if the surfaces are back."""
 _CLOSED_AWAY = 2.6
 """The same if they are not: the longest step of an input."""
-_LONGEST = 25.0
-"""An input that goes on for longer, s, is no maneuver."""
+_LONGEST = 10.0
+"""An input that goes on for longer, s, is steering, from which to learn."""
 _FREE_ANSWER = 5.0
 """Length of the answer after the input that belongs to the maneuver at most, s."""
 _KEPT = 40.0
@@ -55,13 +55,14 @@ _LEAST_MOVE = 0.02
 _OVER_NOISE, _OVER_STEERING = 7.0, 3.0
 _STEERING_SHARE = 0.8
 _STEERING_FRAMES = 240
-_FEWEST_STEERING_FRAMES = 20
+_FEWEST_STEERING_FRAMES = 12
 ALSO_MOVED: Final = 0.25
 """An input this large beside the largest, both as shares of travel, belongs to the maneuver."""
 _ANSWERED = 8.0
 """Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
-_ABRUPT, _STEPPED = 0.35, 0.6
-"""Share of its excursion that an input covers within `LOOK_BACK` at least; and if stepped."""
+_ABRUPT, _ABRUPT_IF_ODD, _STEPPED = 0.35, 0.5, 0.6
+"""Share of its excursion that an input covers within `LOOK_BACK`: at least; if neither doublet
+nor 3-2-1-1; and if made of steps beyond doubt."""
 _LARGE = 3.0
 """Amplitude over the threshold of a quick move that nobody steers with to both sides."""
 _FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
@@ -452,9 +453,9 @@ def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
     leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
     steering in a fright looks the same.
     """
-    if main.kind == "retrim" or main.abruptness < _ABRUPT:
-        return False
     clear = main.kind in ("doublet", "3-2-1-1")
+    if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
+        return False
     if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
         return False
     if clear and main.abruptness > _STEPPED and main.amplitude > _LARGE * threshold:

@@ -19,6 +19,8 @@ _ASIDE = 0.35
 _BEGUN = 0.1
 _SMOOTHED = 0.05
 _SHORTEST_RUN = 0.06
+_EDGE = 0.4
+"""The most that a surface takes from one side to the other in one go, s."""
 _LONGEST_HOLD = 3.0
 """A surface held to one side for longer, s, was retrimmed and not displaced."""
 
@@ -199,7 +201,14 @@ def _runs(
             joined[-1] = (piece[0], joined[-1][1], piece[2])
         else:
             joined.append(piece)
-    runs = [(sign, stop - start) for sign, start, stop in joined]
+    # A side is left for good where the next one is reached: a short step is not lost in its edges.
+    gaps = [later[1] - piece[2] for piece, later in pairwise(joined)]
+    edge = min(gaps, default=0.0)
+    runs = [
+        (piece[0], (later[1] if later[1] - piece[2] < _EDGE else piece[2] + edge) - piece[1])
+        for piece, later in pairwise(joined)
+    ]
+    runs += [(sign, stop + min(edge, _EDGE) - start) for sign, start, stop in joined[-1:]]
     ends = (joined[0][1], joined[-1][2]) if joined else (float("nan"), float("nan"))
     return runs, ends
 

@@ -1,0 +1,270 @@
+"""Maneuvers of a flight: each is found, nothing else is, however the samples come in."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.pilot.flight import VirtualFlight, fly
+from gsapp.flight import Flight, load_flight
+from gsapp.flight.maneuvers import ManeuverDetector, detect, find_maneuvers
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+
+sys.path.insert(0, str(Path(__file__).parent))
+import itertools
+
+from maneuver_kit import COMBINED, EVERYTHING, Input, changed, flight_of, make_flight
+
+AIRCRAFT = load_aircraft("b777")
+AIR_DATA = ("V", "alpha", "beta")
+
+
+@pytest.fixture(scope="module")
+def flown() -> VirtualFlight:
+    return fly("short", seed=9)
+
+
+@pytest.mark.parametrize("surface", ["de", "da", "dr"])
+@pytest.mark.parametrize(
+    ("kind", "size", "step"),
+    [("doublet", 5.0, 0.45), ("doublet", -4.0, 0.8), ("3-2-1-1", 4.0, 0.35), ("pulse", 6.0, 0.6)],
+)
+def test_an_input_on_each_surface_is_found_with_its_shape(surface, kind, size, step):
+    """Surface, shape, size within 15 %, edges within a tenth of a second."""
+    made = Input(at=70.0, surface=surface, kind=kind, size=size, step=step)
+    (found,) = find_maneuvers(make_flight([made], seed=3), AIRCRAFT)
+    assert (found.inputs, found.kind) == ((surface,), kind)
+    assert found.amplitude == pytest.approx(abs(size) * DEGREE, rel=0.15)
+    assert found.t_input == pytest.approx(made.at, abs=0.1)
+    assert found.t_input_end == pytest.approx(made.end, abs=0.4)
+    assert found.t_start == pytest.approx(found.t_input - 1.0, abs=1e-9)
+    # Hands are back on the sticks three seconds after the input.
+    assert made.end + 2.0 < found.t_end < made.end + 4.5
+    assert pytest.approx(30.0, abs=0.3) == found.V
+
+
+def test_staggered_inputs_on_two_surfaces_are_one_maneuver():
+    (found,) = find_maneuvers(make_flight(COMBINED, seed=4), AIRCRAFT)
+    assert found.inputs == ("da", "dr")
+    assert found.amplitudes["da"] == pytest.approx(5.0 * DEGREE, rel=0.15)
+    assert found.amplitudes["dr"] == pytest.approx(9.0 * DEGREE, rel=0.15)
+    # The amplitude of the whole is that of the larger share of travel.
+    assert found.amplitude == found.amplitudes["dr"]
+
+
+def test_steering_alone_is_no_maneuver():
+    """Ten flights of steering, calm and in gusts, gentle and three times as busy."""
+    for seed in range(10):
+        flight = make_flight(seed=seed, steering=1.0 + 0.2 * seed, gusts=0.3 * (seed % 3))
+        assert find_maneuvers(flight, AIRCRAFT) == ()
+
+
+def test_pulses_on_the_ground_are_the_range_check():
+    """The same pulses as in the air are ignored before take-off, and after landing."""
+    checks = [(12.0, "de"), (15.0, "dr"), (112.0, "da")]
+    made = Input(at=60.0, surface="de")
+    flight = make_flight([made], range_check=checks, landing=95.0, seconds=125.0)
+    (found,) = find_maneuvers(flight, AIRCRAFT)
+    assert found.t_start < made.at < found.t_end
+
+
+@pytest.mark.parametrize(
+    ("without", "words"),
+    [
+        (AIR_DATA, "rates and altitude"),
+        ((*AIR_DATA, "altitude"), "rates"),
+        (("V", "p", "q", "r"), "altitude"),
+    ],
+)
+def test_maneuvers_are_found_without_air_data(without, words):
+    """A flight that lost its air data: what else moves tells flight from ground, and is named."""
+    checks = [(12.0, "de"), (15.0, "dr")]
+    flight = make_flight(EVERYTHING, range_check=checks, seconds=130.0, without=without)
+    detector = detect(flight, AIRCRAFT)
+    assert [one.inputs for one in detector.finish()] == [
+        ("de",), ("da",), ("dr",), ("da", "dr"), ("de",)
+    ]  # fmt: skip
+    assert detector.judged_by == words
+
+
+def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
+    """A pitot that was never uncovered reads zero; the maneuvers are there all the same."""
+    flight = changed(make_flight(EVERYTHING, seconds=130.0), V=0.0)
+    detector = detect(flight, AIRCRAFT)
+    assert len(detector.finish()) == 5
+    assert "below flying speed" in detector.judged_by
+
+
+def test_nothing_but_surfaces_still_gives_maneuvers():
+    flight = make_flight([Input(at=60.0, surface="de")])
+    bare = flight_of({name: flight.block[name] for name in ("de", "da", "dr")}, flight.block.times)
+    detector = detect(bare, AIRCRAFT)
+    (found,) = detector.finish()
+    assert found.grade == "D"
+    assert "nothing measured what de does" in found.reasons[0]
+    assert detector.judged_by == "nothing"
+
+
+def test_single_wild_samples_are_no_input():
+    flight = make_flight(seed=5)
+    surface = np.array(flight.block["de"])
+    surface[5000:11000:700] += 15.0 * DEGREE
+    assert find_maneuvers(changed(flight, de=surface), AIRCRAFT) == ()
+
+
+def cut(block: Block, places: list[int]) -> list[Block]:
+    bounds = [0, *sorted(places), len(block)]
+    return [
+        Block(
+            channels=block.channels,
+            times=block.times[low:high],
+            values=block.values[low:high],
+        )
+        for low, high in itertools.pairwise(bounds)
+    ]
+
+
+def results(blocks: list[Block]) -> list[object]:
+    detector = ManeuverDetector(AIRCRAFT, 100.0)
+    for block in blocks:
+        detector.feed(block)
+        detector.settle()
+    found = [one.to_record() for one in detector.finish()]
+    return [found, dict(detector.noise.std), detector.judged_by, detector.airborne]
+
+
+CHUNKED = make_flight(EVERYTHING, seconds=125.0, range_check=[(12.0, "de")], gusts=0.3).block
+WHOLE = results([CHUNKED])
+
+
+@settings(max_examples=25, deadline=None)
+@given(places=st.lists(st.integers(0, len(CHUNKED)), max_size=40))
+def test_results_do_not_depend_on_chunks(places):
+    """Any cutting of the record gives the same maneuvers and noise floor to the last bit."""
+    assert results(cut(CHUNKED, places)) == WHOLE
+
+
+def test_results_do_not_depend_on_chunks_of_a_few_samples():
+    assert results(cut(CHUNKED, list(range(0, len(CHUNKED), 7)))) == WHOLE
+    assert len(WHOLE[0]) == 5
+
+
+def test_a_gap_ends_what_was_under_way_and_nothing_else():
+    """Samples missing within the second of five maneuvers cost that one."""
+    times = CHUNKED.times
+    kept = (times < 72.3) | (times > 75.0)
+    gappy = Block(channels=CHUNKED.channels, times=times[kept], values=CHUNKED.values[kept])
+    found = results([gappy])[0]
+    assert len(found) == 4
+    assert all(not one["t_start"] < 73.0 < one["t_end"] for one in found)
+    places = [int(np.searchsorted(gappy.times, 75.0)) - 3, 9000]
+    assert results(cut(gappy, places)) == results([gappy])
+
+
+def test_rows_without_a_sample_are_no_input():
+    """The same gap filled with NaN, as a flight on a grid has it."""
+    values = np.array(CHUNKED.values)
+    values[(CHUNKED.times > 72.3) & (CHUNKED.times < 75.0)] = np.nan
+    found = results([Block(channels=CHUNKED.channels, times=CHUNKED.times, values=values)])[0]
+    assert [one["inputs"] for one in found] == [["de"], ["dr"], ["da", "dr"], ["de"]]
+
+
+def test_a_cue_can_be_given_seconds_after_the_input():
+    """Fed as it would arrive, each maneuver is there at most six seconds after its input."""
+    detector = ManeuverDetector(AIRCRAFT, 100.0)
+    seen: dict[str, float] = {}
+    under_way = []
+    for block in cut(CHUNKED, list(range(0, len(CHUNKED), 10))):
+        detector.feed(block)
+        if detector.under_way:
+            under_way.append(float(block.times[-1]) if len(block) else 0.0)
+        for one in detector.maneuvers:
+            seen.setdefault(one.id, float(block.times[-1]) - one.t_input_end)
+    assert len(seen) >= 4
+    assert max(seen.values()) < 6.0
+    assert any(60.5 < time < 61.5 for time in under_way)
+
+
+def test_a_reset_forgets_everything():
+    detector = ManeuverDetector(AIRCRAFT, 100.0)
+    detector.feed(CHUNKED)
+    detector.reset()
+    detector.feed(CHUNKED)
+    assert [one.to_record() for one in detector.finish()] == WHOLE[0]
+
+
+@pytest.mark.parametrize("without_air_data", [False, True])
+def test_a_flight_of_the_virtual_pilot(flown, without_air_data):
+    """Both maneuvers of a flown plan, and nothing else of it; edges to 0.15 and 0.4 s."""
+    lost = {"dynamic_pressure", "alpha", "beta"} if without_air_data else set()
+    measured = flown.measured
+    block = measured.select([name for name in measured.channels if name not in lost])
+    flight = Flight(name="virtual", path=Path("virtual"), block=block, sources={})
+    found = find_maneuvers(flight, AIRCRAFT)
+    assert [set(one.inputs) for one in found] == [set(one.inputs) for one in flown.maneuvers]
+    for one, truth in zip(found, flown.maneuvers, strict=True):
+        assert one.kind == truth.kind
+        assert one.t_start == pytest.approx(truth.t_start - 1.0, abs=0.15)
+        assert one.t_end == pytest.approx(truth.t_end, abs=0.4)
+
+
+def test_a_log_of_another_aircraft_gives_no_maneuver(shared_data):
+    """An autopilot's flight without test inputs, servo commands at 3 Hz: no crash, none found."""
+    flight = load_flight(shared_data / "alfa_carbonz_engine_failure.tlog")
+    assert find_maneuvers(flight, AIRCRAFT) == ()
+
+
+def test_slower_records_show_their_inputs():
+    """At 50 and 25 samples a second the inputs are still seen for what they are."""
+    for rate in (50.0, 25.0):
+        flight = make_flight(EVERYTHING, seconds=125.0, rate=rate)
+        found = find_maneuvers(flight, AIRCRAFT)
+        assert [one.inputs for one in found] == [
+            ("de",), ("da",), ("dr",), ("da", "dr"), ("de",)
+        ]  # fmt: skip
+
+
+# Bad input ------------------------------------------------------------------------------
+
+
+def test_a_flight_without_surfaces_says_so():
+    flight = make_flight(without=("de", "da", "dr"), seconds=70.0)
+    with pytest.raises(FlightError, match=r"no sample of a surface .* it has p, q, r"):
+        find_maneuvers(flight, AIRCRAFT)
+
+
+def test_a_flight_of_nothing_but_nan_says_so():
+    flight = make_flight(seconds=70.0)
+    empty = flight_of(
+        {name: np.full(len(flight.block), np.nan) for name in flight.block.channels},
+        flight.block.times,
+    )
+    with pytest.raises(FlightError, match="no sample of a surface"):
+        find_maneuvers(empty, AIRCRAFT)
+
+
+def test_an_empty_flight_says_so():
+    flight = flight_of({"de": np.empty(0)}, np.empty(0))
+    with pytest.raises(FlightError, match="holds no samples"):
+        find_maneuvers(flight, AIRCRAFT)
+
+
+def test_too_slow_a_record_says_so():
+    with pytest.raises(FlightError, match="2 samples per second"):
+        ManeuverDetector(AIRCRAFT, 2.0)
+
+
+def test_infinite_samples_do_no_harm():
+    flight = make_flight([Input(at=60.0, surface="de")])
+    broken = np.array(flight.block["q"])
+    broken[::50] = np.inf
+    (found,) = find_maneuvers(changed(flight, q=broken), AIRCRAFT)
+    assert found.inputs == ("de",)
