@@ -24,7 +24,7 @@ from gsapp.quantities import FloatArray
 
 Integration = Literal["rk4", "euler"]
 _ROUNDS = 12
-_SETTLED = 1e-7
+_SETTLED = 3e-6
 """A Newton correction smaller than this (of 1, or of the state) leaves an error of its square."""
 _BEYOND = 1e4
 """States beyond this (SI, radians) have left all bounds."""
@@ -165,7 +165,14 @@ class Engine:
     # --- trajectories ---------------------------------------------------------------------------
 
     def trajectory(
-        self, drives: Drives, h: float, values: FloatArray, start: FloatArray, guess: FloatArray
+        self,
+        drives: Drives,
+        h: float,
+        values: FloatArray,
+        start: FloatArray,
+        guess: FloatArray,
+        *,
+        at_any_rate: bool = False,
     ) -> FloatArray | None:
         """Return the states at all samples, shape (n_states, n); None where the model diverges.
 
@@ -174,6 +181,8 @@ class Engine:
         start : ndarray, shape (n_states,)
             At the first sample.
         guess : ndarray, shape (n_states, n)
+        at_any_rate : bool
+            Step through time, slowly, where Newton's method fails.
         """
         x = guess.copy()
         with np.errstate(all="ignore"):
@@ -189,7 +198,7 @@ class Engine:
                     break
                 if (np.abs(change) <= _SETTLED * np.maximum(size, 1.0)).all():
                     return x
-            return self._in_sequence(drives, h, values, start)
+            return self._in_sequence(drives, h, values, start) if at_any_rate else None
 
     def _in_sequence(
         self, drives: Drives, h: float, values: FloatArray, start: FloatArray

@@ -9,14 +9,13 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification import equation_error
-from gsapp.identification.equation_error import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.layout import known_values, lay_out
 from gsapp.identification.maximum_likelihood.problem import Problem
 from gsapp.identification.maximum_likelihood.settings import Callback, MLSettings
 from gsapp.identification.maximum_likelihood.solution import Solution, conclude
 from gsapp.identification.maximum_likelihood.solver import DivergedError, Solved, Solver
-from gsapp.identification.results import Estimate, ResponseHistory
+from gsapp.identification.results import ResponseHistory
 from gsapp.quantities import FloatArray
 
 USUAL: Mapping[str, float] = {
@@ -50,39 +49,41 @@ def fit(
     if not maneuvers:
         raise FlightError("there is no maneuver to estimate from; name at least one")
     problem = lay_out(maneuvers, settings)
-    first = _by_equation_error(maneuvers, settings, problem)
-    start = start_values(problem, settings, first)
     solver = Solver(problem, settings, progress)
     _check_size(problem, solver)
-    try:
-        solved = solver.solve(start)
-    except DivergedError:
-        solved = _again_in_pieces(maneuvers, settings, problem, solver, start, first)
+    quick = _by_equation_error(maneuvers, settings, problem)
+    unbiased = replace(settings, start={})
+    for chosen, values in ((settings, quick), (unbiased, quick), (unbiased, {})):
+        try:
+            solved = solver.solve(start_values(problem, chosen, values))
+        except DivergedError:
+            continue
+        return conclude(problem, solver, solved, settings)
+    solved = _in_pieces(maneuvers, settings, problem, solver, quick)
     return conclude(problem, solver, solved, settings)
+
+
+def _linear(problem: Problem) -> list[str]:
+    return [name for name in problem.names.equations if "." not in name]
 
 
 def _by_equation_error(
     maneuvers: Sequence[Maneuver], settings: MLSettings, problem: Problem
-) -> Estimate | None:
-    wanted = [name for name in problem.names.equations if name not in settings.start]
-    linear = [name for name in wanted if "." not in name]
-    if not linear:
-        return None
+) -> Mapping[str, float]:
     try:
-        return equation_error.estimate(
+        return equation_error.start_values(
             maneuvers,
-            settings.axis,
-            free=linear,
+            _linear(problem),
             held=settings.held,
             stand_ins=settings.stand_ins,
             model=settings.model,
             motions=[part.motion for part in problem.parts],
         )
     except FlightError:
-        return None
+        return {}
 
 
-def start_values(problem: Problem, settings: MLSettings, first: Estimate | None) -> FloatArray:
+def start_values(problem: Problem, settings: MLSettings, found: Mapping[str, float]) -> FloatArray:
     """Return the unknowns to start from.
 
     Those of the settings come first, then equation error, the model file, a usual aircraft.
@@ -92,9 +93,7 @@ def start_values(problem: Problem, settings: MLSettings, first: Estimate | None)
     given = {*model.model.derivatives} if settings.model is not None else set()
     shared = []
     for name in problem.names.all:
-        value = settings.start.get(name)
-        if value is None and first is not None:
-            value = first.value(name)
+        value = settings.start.get(name, found.get(name))
         if value is None:
             usual = "." not in name and name not in given
             value = USUAL.get(name, 0.0) if usual else known[name]
@@ -113,20 +112,24 @@ def _check_size(problem: Problem, solver: Solver) -> None:
         )
 
 
-def _again_in_pieces(
+def _in_pieces(
     maneuvers: Sequence[Maneuver],
     settings: MLSettings,
     problem: Problem,
     solver: Solver,
-    start: FloatArray,
-    first: Estimate | None,
+    quick: Mapping[str, float],
 ) -> Solved:
     """Fit pieces short enough not to diverge, each started from measurement; then the whole."""
+    unbiased = replace(settings, start={})
+    start = start_values(problem, unbiased, quick)
     count = len(problem.names.all)
     shared, local = start[:count], start[count:]
-    for length in (settings.restart, 2.0 * settings.restart, 4.0 * settings.restart):
+    for growth in (1.0, 2.0, 4.0):
         pieces = lay_out(
-            maneuvers, settings, piece=length, motions=[part.motion for part in problem.parts]
+            maneuvers,
+            settings,
+            piece=growth * settings.restart,
+            motions=[part.motion for part in problem.parts],
         )
         own = np.concatenate([part.local_start for part in pieces.parts])
         try:
@@ -138,12 +141,29 @@ def _again_in_pieces(
             return solver.solve(np.concatenate((shared, local)))
         except DivergedError:
             continue
-    signs = () if first is None else suspicious_signs(first)
-    reason = "; ".join(signs) or "its derivatives make an aircraft that is far from stable"
     raise FlightError(
         f"the model diverges over maneuver {', '.join(part.id for part in problem.parts)}: "
-        f"{reason}; check signs and calibration, give start values, or use equation error"
+        f"{_suspicion(maneuvers, settings, problem)}; check signs and calibration, give start "
+        "values, or use equation error"
     )
+
+
+def _suspicion(maneuvers: Sequence[Maneuver], settings: MLSettings, problem: Problem) -> str:
+    """Return what looks wrong to equation error, which does not integrate."""
+    try:
+        found = equation_error.estimate(
+            maneuvers,
+            settings.axis,
+            free=_linear(problem),
+            held=settings.held,
+            stand_ins=settings.stand_ins,
+            model=settings.model,
+            motions=[part.motion for part in problem.parts],
+        )
+    except FlightError as error:
+        return str(error)
+    signs = equation_error.suspicious_signs(found)
+    return "; ".join(signs) or "its derivatives make an aircraft that is far from stable"
 
 
 def simulate(

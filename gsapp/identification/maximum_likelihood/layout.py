@@ -23,7 +23,7 @@ from gsapp.identification.axes import (
     axis_derivatives,
     free_derivatives,
 )
-from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Engine, drives_of
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel, Kernel
 from gsapp.identification.maximum_likelihood.lean import lean_kernel
@@ -38,7 +38,7 @@ from gsapp.identification.maximum_likelihood.problem import (
 from gsapp.identification.maximum_likelihood.settings import DEFAULT_BIASES, MLSettings
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import runs
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 LONGEST_BRIDGE = 0.1
@@ -243,6 +243,7 @@ def _lay_part(
     )
     problem = ManeuverProblem(
         maneuver=maneuver,
+        dt=maneuver.dt,
         motion=motion,
         model=model,
         engine=engine,

@@ -17,11 +17,11 @@ from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.signals import SURFACES as SURFACE_NAMES
 from gsapp.dynamics.signals import SignalTerm, respond
 from gsapp.dynamics.terms import Term
-from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Drives, Engine, drives_of
 from gsapp.identification.maximum_likelihood.responses import shifted
 from gsapp.identification.motion import MeasuredMotion
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 
 _PATH_SURFACES = ("de", "da", "dr")
 _LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
@@ -88,6 +88,7 @@ class ManeuverProblem:
     """One maneuver of a fit: data, equations, unknowns of its own."""
 
     maneuver: Maneuver
+    dt: float
     motion: MeasuredMotion
     model: FlightModel
     engine: Engine
@@ -166,7 +167,7 @@ class ManeuverProblem:
         for surface, path in self.control_paths.items():
             row = INPUTS.index(SURFACE_NAMES[surface])
             given = self._path_values(surface, path, shared)
-            found = respond(given, inputs[row], self.maneuver.dt)
+            found = respond(given, inputs[row], self.dt)
             inputs[row] = found.values
             if SURFACE_NAMES[surface] not in _PATH_SURFACES:
                 continue
@@ -197,7 +198,14 @@ class ManeuverProblem:
             if moved is not None and segment.S is not None:
                 change = moved[self._state_columns(index)]
                 guess = guess + np.einsum("imn,m->in", segment.S, change)
-            x = self.engine.trajectory(segment.drives, self.maneuver.dt, values, start, guess)
+            x = self.engine.trajectory(
+                segment.drives,
+                self.dt,
+                values,
+                start,
+                guess,
+                at_any_rate=moved is None,
+            )
             if x is None or not self._plausible(x):
                 return None
             y = self.engine.kernel.outputs(segment.drives.samples, x, values)
@@ -283,9 +291,7 @@ class ManeuverProblem:
             by_start[list(self.initial), range(width)] = 1.0
             if segment.by_rest is not None:
                 by_start[-len(segment.by_rest) :] = segment.by_rest[:, list(self.initial)]
-            S = self.engine.sensitivities(
-                segment.drives, self.maneuver.dt, values, segment.x, by_start
-            )
+            S = self.engine.sensitivities(segment.drives, self.dt, values, segment.x, by_start)
             segment.S = S
             y, dy = kernel.output_sensitivities(segment.drives.samples, segment.x, values, S)
             total = np.zeros((len(y), self.shared_count + len(local), y.shape[1]))
@@ -311,12 +317,12 @@ class ManeuverProblem:
         scales = range(biases.stop, biases.stop + len(self.scales))
         shifts = range(scales.stop, scales.stop + len(self.shifts))
         for row, column in zip(self.shifts, shifts, strict=True):
-            samples = float(local[column]) / self.maneuver.dt
+            samples = float(local[column]) / self.dt
             if total is not None:
                 total[row], _ = shifted(total[row], samples)
             y[row], change = shifted(y[row], samples)
             if total is not None:
-                total[row, first + column] = change / self.maneuver.dt
+                total[row, first + column] = change / self.dt
         for row, column in zip(self.scales, scales, strict=True):
             if total is not None:
                 total[row] *= local[column]
@@ -336,7 +342,7 @@ class ManeuverProblem:
             path = self.sensor_paths.get(name)
             if path is None:
                 continue
-            found = respond(self._path_values(name, path, shared), y[row], self.maneuver.dt)
+            found = respond(self._path_values(name, path, shared), y[row], self.dt)
             y[row] = found.values
             if total is None:
                 continue

@@ -53,6 +53,8 @@ class MLSettings:
         from the residuals, for each maneuver its own, and iterated.
     joint_weights : mapping of str to mapping, optional
         The same by maneuver id; comes before `weights`.
+    noise : {"diagonal", "full"}
+        Whether the estimated noise of the responses is taken as independent of one another.
     priors : mapping of str to (float, float)
         A-priori value and its standard deviation (W2).
     integration : {"rk4", "euler"}
@@ -66,7 +68,8 @@ class MLSettings:
         Constants for what was not measured.
     max_iterations : int
     tolerance : float
-        Stops when a step promises to lower the cost by less than this share. The source: 1e-4.
+        Stops when a step promises to lower the cost by less than this share, |dJ/J|. The source:
+        1e-4. 1e-6 leaves a ten-thousandth of a bound, 1e-12 nothing but rounding.
     bound_factor : float
         Multiplies the Cramer-Rao bounds in place of the correction for colored residuals; 10 in
         the source. None: the correction.
@@ -87,6 +90,7 @@ class MLSettings:
     start: Mapping[str, float] = field(default_factory=dict)
     weights: Mapping[str, float] | None = None
     joint_weights: Mapping[str, Mapping[str, float]] | None = None
+    noise: Literal["diagonal", "full"] = "diagonal"
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     integration: Literal["rk4", "euler"] = "rk4"
     biases: tuple[str, ...] | None = None
@@ -95,7 +99,7 @@ class MLSettings:
     initial_states: bool = True
     stand_ins: Mapping[str, float] = field(default_factory=dict)
     max_iterations: int = 30
-    tolerance: float = 1e-9
+    tolerance: float = 1e-6
     bound_factor: float | None = None
     lags: int | None = None
     restart: float = 1.0
@@ -129,7 +133,7 @@ class Progress:
     ----------
     iteration : int
     cost : float
-        J of (5.1.1): 1 at a perfect fit where the noise is estimated.
+        Mean square of the weighted residuals, over that at the start.
     change : float
         Share of the cost that the last step promised to take off.
     """

@@ -18,14 +18,15 @@ from gsapp.identification.results import (
     ResponseFit,
     ResponseHistory,
 )
-from gsapp.identification.statistics import Part as BoundsPart
 from gsapp.identification.statistics import (
+    Identifiability,
     Verdict,
     identifiability,
     joint_covariance,
     response_fit,
     whiteness,
 )
+from gsapp.identification.statistics import Part as BoundsPart
 from gsapp.identification.statistics.bounds import inverse
 from gsapp.quantities import FloatArray
 
@@ -163,7 +164,7 @@ def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> 
         responses=one.responses,
         measured=np.concatenate(measured, axis=1).T,
         computed=np.concatenate(computed, axis=1).T,
-        weights=np.diag(weights),
+        weights=weights,
         segments=tuple(segments),
         sensitivities=np.ascontiguousarray(
             np.concatenate(solved.sensitivities[index], axis=2).transpose(2, 0, 1)
@@ -232,10 +233,19 @@ def _estimate(
         message=solved.message,
     )
     warnings = [*problem.remarks, *prior_warnings(problem, settings.priors)]
-    warnings += verdicts.warnings
+    warnings += _correlation_warnings(verdicts, shared)
     warnings += _residual_warnings(problem, parts)
     warnings += suspicious_signs(found)
     return replace(found, warnings=tuple(dict.fromkeys(warnings)))
+
+
+def _correlation_warnings(verdicts: Identifiability, shared: Sequence[str]) -> list[str]:
+    """Return a sentence for each strongly correlated pair of derivatives, biases left out."""
+    return [
+        f"{one} and {other} can hardly be told apart here (correlation {correlation:+.3f})"
+        for one, other, correlation in verdicts.correlated
+        if one in shared and other in shared and not (one + other).count("_0")
+    ]
 
 
 def _judged(
@@ -246,6 +256,10 @@ def _judged(
     plain: FloatArray,
     verdict: Verdict,
 ) -> DerivativeEstimate:
+    if not solved.converged:
+        return DerivativeEstimate(
+            value=None, status="unknown", why=f"the fit did not converge: {solved.message}"
+        )
     if verdict.status != "estimated":
         return DerivativeEstimate(
             value=None,
@@ -279,7 +293,7 @@ def _residual_warnings(problem: Problem, parts: Sequence[Part]) -> list[str]:
         tests = whiteness(
             part.residuals,
             None if len(part.segments) == 1 else part.segments,
-            dt=one.maneuver.dt,
+            dt=one.dt,
         )
         colored = [
             f"{name} ({test.inflation:.0f} times)"

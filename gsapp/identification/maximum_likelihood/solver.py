@@ -21,6 +21,10 @@ from gsapp.quantities import FloatArray
 
 _FLAT = 1e-11
 """Eigenvalues of the scaled Hessian below this share of the largest count as zero."""
+_GOOD_ENOUGH = 1e-4
+"""The source's |dJ/J|: a fit that cannot get further, but this far, has converged."""
+_UNSEEN = 1e-8
+"""Changes of the cost below this share drown in its rounding; steps are then taken unseen."""
 _HALVINGS = 4
 _DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
 _ONE_THREAD = 2e5
@@ -42,7 +46,8 @@ class Point:
     residuals : list of list of ndarray
         By maneuver and segment, shape (n_responses, n).
     noise : list of ndarray
-        Variance of each response, by maneuver, shape (n_responses,).
+        Covariance of the residuals, by maneuver, shape (n_responses, n_responses); diagonal
+        unless the settings ask for all of it.
     cost : float
         What is minimized.
     """
@@ -129,12 +134,7 @@ class Solver:
             if found is None:
                 return None
             residuals.append(found)
-        noise = [
-            np.maximum(
-                sum((np.einsum("rn,rn->r", v, v) for v in found), np.zeros(1)) / count, floor
-            )
-            for found, count, floor in zip(residuals, self._counts, self._floors, strict=True)
-        ]
+        noise = [self._noise(index, found) for index, found in enumerate(residuals)]
         return Point(
             unknowns=unknowns,
             residuals=residuals,
@@ -142,18 +142,28 @@ class Solver:
             cost=self._cost(unknowns, noise),
         )
 
+    def _noise(self, index: int, residuals: Sequence[FloatArray]) -> FloatArray:
+        """Return the covariance of a maneuver's residuals; samples that do not count are zero."""
+        count, floor = self._counts[index], self._floors[index]
+        if self._settings.noise == "diagonal" or self.problem.parts[index].weights is not None:
+            sums = sum((np.einsum("rn,rn->r", v, v) for v in residuals), np.zeros(1))
+            return np.diag(np.maximum(sums / count, floor))
+        products = sum((v @ v.T for v in residuals), np.zeros((1, 1)))
+        found: FloatArray = products / np.sqrt(count * count[:, None]) + np.diag(floor)
+        return found
+
     def weights(self, point: Point) -> list[FloatArray]:
-        """Return the weight of each response, by maneuver, in units of the noise there is.
+        """Return W of each maneuver, shape (n_responses, n_responses).
 
         Weights given by the user are scaled so that the weighted residuals have a mean square of
         1: the parameters do not feel it, and a-priori values keep their meaning.
         """
-        found = []
+        found: list[FloatArray] = []
         for index, part in enumerate(self.problem.parts):
             if part.weights is None:
-                found.append(1.0 / point.noise[index])
+                found.append(np.linalg.inv(point.noise[index]))
             else:
-                found.append(self._given(part) / self._scale(point))
+                found.append(np.diag(self._given(part)) / self._scale(point))
         return found
 
     def _given(self, part: ManeuverProblem) -> FloatArray:
@@ -165,7 +175,8 @@ class Solver:
         total, count = 0.0, 0.0
         for index, part in enumerate(self.problem.parts):
             if part.weights is not None:
-                weighted = self._given(part) * point.noise[index] * self._counts[index]
+                noise = point.noise[index].diagonal()
+                weighted = self._given(part) * noise * self._counts[index]
                 total += float(weighted.sum())
                 count += float(self._counts[index].sum())
         return max(total / max(count, 1.0), 1e-300)
@@ -175,9 +186,13 @@ class Solver:
         for index, part in enumerate(self.problem.parts):
             count = self._counts[index]
             if part.weights is None:
-                cost += 0.5 * float((count * np.log(noise[index])).sum())
+                cost += 0.5 * float((count * np.log(noise[index].diagonal())).sum())
+                if self._settings.noise == "full":
+                    scale = 1.0 / np.sqrt(noise[index].diagonal())
+                    correlation = noise[index] * scale * scale[:, None]
+                    cost += 0.5 * float(count.mean() * np.linalg.slogdet(correlation)[1])
             else:
-                given += float((self._given(part) * noise[index] * count).sum())
+                given += float((self._given(part) * noise[index].diagonal() * count).sum())
                 given_count += float(count.sum())
         if given_count:
             # One common scale of the noise, put in likewise: monotonous in the weighted sum.
@@ -229,25 +244,28 @@ class Solver:
         total = sum(float(count.sum()) for count in self._counts)
         first = point.cost
         message, converged = "stopped after max_iterations without converging", False
-        iteration = 0
+        iteration, last = 0, math.inf
         while True:
             iteration += 1
             H, g, sensitivities = self.linearize(point)
             step, promise = _step(H, g, 0.0)
             change = 2.0 * promise / total
-            if change < self._settings.tolerance:
+            if change < self._settings.tolerance or (change < _UNSEEN and change > 0.5 * last):
                 after = self.evaluate(point.unknowns + step, point.unknowns)
-                if after is not None and after.cost <= point.cost:
+                if after is not None:
                     point = after
                     self._accept()
                 converged, message = True, f"converged in {iteration} iterations"
                 break
+            last = change
             if iteration > self._settings.max_iterations:
+                if change < _GOOD_ENOUGH:
+                    converged, message = True, f"converged slowly, {iteration - 1} iterations"
                 break
-            after = self._descend(point, H, g, step)
+            after = self._descend(point, H, g, step, blindly=change < _UNSEEN)
             if after is None:
                 # No direction lowers the cost: a minimum, as far as rounding lets one see.
-                converged = change < 1e-4
+                converged = change < _GOOD_ENOUGH
                 message = (
                     f"converged in {iteration} iterations, as far as rounding allows"
                     if converged
@@ -276,9 +294,11 @@ class Solver:
             part.accept()
 
     def _descend(
-        self, point: Point, H: FloatArray, g: FloatArray, step: FloatArray
+        self, point: Point, H: FloatArray, g: FloatArray, step: FloatArray, *, blindly: bool
     ) -> Point | None:
         """Return a point of lower cost: halved Gauss-Newton steps, then damped ones."""
+        if blindly:
+            return self.evaluate(point.unknowns + step, point.unknowns)
         for halving in range(_HALVINGS):
             after = self.evaluate(point.unknowns + 0.5**halving * step, point.unknowns)
             if after is not None and after.cost < point.cost:
@@ -312,22 +332,26 @@ def _normal(
     """Return sum S'WS and sum S'Wv of one maneuver."""
     width = sensitivities[0].shape[1]
     H, g = np.zeros((width, width)), np.zeros(width)
+    root = np.linalg.cholesky(weights)
+    diagonal = not np.count_nonzero(root - np.diag(root.diagonal()))
     for S, v in zip(sensitivities, residuals, strict=True):
+        sides = weights @ v
+        whitened = S if diagonal else np.tensordot(root.T, S, axes=1)
         # Products small enough for BLAS to stay on one thread: starting others takes longer.
         length = max(1, int(_ONE_THREAD / max(width, 1) ** 2))
-        for first in range(0, v.shape[1], length):
-            part = slice(first, first + length)
-            for row, weight in enumerate(weights):
-                piece = S[row, :, part]
-                H += weight * (piece @ piece.T)
-        for row, weight in enumerate(weights):
-            g += S[row] @ (weight * v[row])
+        for row in range(len(S)):
+            g += S[row] @ sides[row]
+            scale = weights[row, row] if diagonal else 1.0
+            for first in range(0, v.shape[1], length):
+                piece = whitened[row, :, first : first + length]
+                H += scale * (piece @ piece.T)
     return H, g
 
 
 def _floors(part: ManeuverProblem) -> FloatArray:
     measured = np.concatenate([segment.measured for segment in part.segments], axis=1)
-    return np.maximum((_FLOOR * np.abs(measured).max(axis=1)) ** 2, 1e-300)
+    floors: FloatArray = np.maximum((_FLOOR * np.abs(measured).max(axis=1)) ** 2, 1e-300)
+    return floors
 
 
 def prior_warnings(problem: Problem, priors: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
