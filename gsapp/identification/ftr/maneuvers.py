@@ -1,0 +1,143 @@
+"""FTR over maneuvers that are over: the same equations, transforms and judgment as in flight."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import SURFACES, Axis, axis_derivatives
+from gsapp.identification.ftr.equations import FTRAxis
+from gsapp.identification.ftr.online import AXES, FTR
+from gsapp.identification.ftr.regression import Information
+from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.quantities import Block
+
+
+def estimate(
+    maneuvers: Sequence[Maneuver], axis: Axis, settings: FTRSettings | None = None
+) -> Estimate:
+    """Estimate derivatives from one maneuver, or from several together.
+
+    Each maneuver is a record with a trim of its own; what they say adds up. The frequencies lie
+    as close as the longest of them resolves, unless `settings` say otherwise.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        Also of several flights, with their own aircraft and masses.
+    axis : {"lon", "lat", "both"}
+    settings : FTRSettings, optional
+        `gate`, `forgetting`, `record_length` and `minimum_speed` have no part in this.
+
+    Returns
+    -------
+    Estimate
+        Derivatives that were not excited enough are ``unknown`` or ``not-identifiable``.
+
+    Raises
+    ------
+    FlightError
+        If there are no maneuvers.
+    """
+    if not maneuvers:
+        raise FlightError("FTR was given no maneuver; name at least one")
+    chosen = settings or FTRSettings(
+        spacing=_resolved(max(one.t_end - one.t_start for one in maneuvers))
+    )
+    axes: tuple[FTRAxis, ...] = AXES if axis == "both" else (axis,)
+    information: dict[FTRAxis, Information] = {}
+    warnings: list[str] = []
+    for maneuver in maneuvers:
+        ftr = _listen(maneuver, axis, axes, chosen, information)
+        information = ftr.information()
+        many = f"maneuver {maneuver.id}: " if len(maneuvers) > 1 else ""
+        warnings += [many + remark for remark in ftr.remarks()]
+        warnings += [
+            f"{many}no estimate of {name}: {why}" for name, why in ftr.unavailable().items()
+        ]
+    found = ftr.estimates()
+    names = axis_derivatives(axis)
+    derivatives = {
+        name: DerivativeEstimate(
+            value=found[name].value,
+            std=found[name].std,
+            cramer_rao=found[name].cramer_rao,
+            status=found[name].status,
+            confounded_with=found[name].confounded_with,
+            why=found[name].why,
+        )
+        if name in found
+        else DerivativeEstimate(value=None, status="unknown", why="no samples")
+        for name in names
+    }
+    free = tuple(name for name in names if derivatives[name].status == "estimated")
+    return Estimate(
+        method="ftr",
+        axis=axis,
+        maneuvers=tuple(one.id for one in maneuvers),
+        derivatives=derivatives,
+        free=free,
+        covariance=ftr.covariance(free),
+        converged=bool(free),
+        warnings=tuple(dict.fromkeys(warnings)),
+        message=("solved" if free else "nothing was excited enough for an estimate"),
+    )
+
+
+def _resolved(duration: float) -> float:
+    """Return the spacing of frequencies (Hz) for a record of some length, s."""
+    return 1.0 / min(max(duration, 4.0), 60.0)
+
+
+def _listen(
+    maneuver: Maneuver,
+    axis: Axis,
+    axes: tuple[FTRAxis, ...],
+    settings: FTRSettings,
+    information: dict[FTRAxis, Information],
+) -> FTR:
+    """Return an FTR that listened to one maneuver, after what was known."""
+    if len(maneuver.block) < 3:
+        raise FlightError(
+            f"maneuver {maneuver.id} of '{maneuver.flight}' has {len(maneuver.block)} samples; "
+            "FTR needs some seconds"
+        )
+    still = tuple(
+        name for name in SURFACES[axis] if name not in maneuver.inputs and not maneuver.has(name)
+    )
+    whole = replace(
+        settings,
+        gate="maneuvers",
+        forgetting=None,
+        record_length=None,
+        minimum_speed=0.0,
+        lookback=maneuver.t_end - maneuver.t_start + 2.0 / settings.updates + 1.0,
+        longest_gap=1e6,
+        still=tuple(dict.fromkeys((*settings.still, *still))),
+    )
+    block = maneuver.block
+    if maneuver.clipped:
+        values = block.values.copy()
+        for name, clipped in maneuver.clipped.items():
+            values[clipped, block.channels.index(name)] = float("nan")
+        block = Block(channels=block.channels, times=block.times, values=values)
+    ftr = FTR(
+        maneuver.aircraft,
+        whole,
+        rate=1.0 / maneuver.dt,
+        origin=maneuver.t_start,
+        axes=axes,
+        measured=[name for name in block.channels if maneuver.has(name)],
+        mass=maneuver.mass,
+        burning=False,
+        aligned=True,
+    )
+    ftr.remember(information)
+    ftr.begin(maneuver.t_start)
+    ftr.end(maneuver.t_end)
+    ftr.feed(block)
+    ftr.finish()
+    return ftr

@@ -1,0 +1,555 @@
+"""Regression in the frequency domain, with bounds for colored noise and forgetting.
+
+For each of U moments and each of three equations, X = transforms of qbar x, Y = of qbar C, with
+the real and imaginary parts one over the other (so that theta = Re(X* X)^-1 Re(X* Y), (8.1.15),
+is plain least squares):
+
+1. Trim, drift and the noise of the two end samples are projected out of X and Y: columns
+   transform(qbar), transform(qbar t), and unit pulses at the ends.
+2. G = X'X, b = X'Y, to which earlier records add theirs; theta = G^-1 b.
+3. cov = G^-1 [X' R X + earlier] G^-1. R, the covariance of the residuals, follows from their
+   local level s_k and from how the weights in time couple frequencies,
+
+       Gam_kl = s_k s_l K(w_k - w_l),   Psi_kl = s_k s_l K(w_k + w_l),
+       K(w) = sum wt_i^2 exp(-j w t_i) / sum wt_i^2,
+
+   s_k^2 = |e_k|^2 averaged over five neighbors, over the share that the fit left there (on
+   average (2m - n)/2m). (8.1.17), printed with 1/(m - p), depends on the spacing of the
+   frequencies.
+
+Noise in the regressors shrinks derivatives, most of all damping. What of the rates goes with the
+residuals e of the moment equations is F e, with F = (j w I - qbar b/2V D)^-1 (I inertia, D the
+damping derivatives), whether e is noise of the gyros, e = F^-1 n, or a gust's moment that the
+rates answer to. So Re sum conj(F e) e, times qbar b/2V, is what X'Y of the moments holds too
+much; it is taken out of b before the last solution, and |F e|^2 is the noise that excitation of
+the rates is measured against.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
+
+from gsapp.identification.ftr.equations import Damping
+from gsapp.identification.ftr.settings import Band
+from gsapp.identification.ftr.transform import ComplexArray, Transforms
+from gsapp.quantities import FloatArray
+
+_TINY = 1e-9
+"""Share of its natural size below which a column is taken as zero."""
+_NEIGHBORS = 5
+_NUISANCES = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Information:
+    """What closed records say about the three equations of one axis; sums over records.
+
+    Attributes
+    ----------
+    G : ndarray, shape (3, p, p)
+    b : ndarray, shape (3, p)
+    meat : ndarray, shape (3, p, p)
+        X' R X.
+    rss, freedom : ndarray, shape (3,)
+        Squared residuals; real equations less unknowns.
+    variation : ndarray, shape (3,)
+        Integral of (qbar C)^2 in the band, trim and drift taken out.
+    noise : ndarray, shape (3, p)
+        Share of the diagonal of G that noise of the regressors makes.
+    mean : ndarray, shape (3, p + 2)
+        Sums at zero frequency of qbar x, qbar, qbar C.
+    mean_noise : ndarray, shape (3,)
+        Variance of the last of these.
+    listened : ndarray, shape (3,)
+        s.
+    pressure : ndarray, shape (3,)
+        Integral of qbar^2 over that time, Pa^2 s.
+    spread : ndarray, shape (3, p)
+        Integral of (qbar x)^2 in the band.
+    """
+
+    G: FloatArray
+    b: FloatArray
+    meat: FloatArray
+    rss: FloatArray
+    freedom: FloatArray
+    variation: FloatArray
+    noise: FloatArray
+    mean: FloatArray
+    mean_noise: FloatArray
+    listened: FloatArray
+    pressure: FloatArray
+    spread: FloatArray
+
+    @staticmethod
+    def none(p: int) -> Information:
+        """Return the information of no record at all."""
+        return Information(
+            G=np.zeros((3, p, p)),
+            b=np.zeros((3, p)),
+            meat=np.zeros((3, p, p)),
+            rss=np.zeros(3),
+            freedom=np.zeros(3),
+            variation=np.zeros(3),
+            noise=np.zeros((3, p)),
+            mean=np.zeros((3, p + 2)),
+            mean_noise=np.zeros(3),
+            listened=np.zeros(3),
+            pressure=np.zeros(3),
+            spread=np.zeros((3, p)),
+        )
+
+    def plus(self, other: Information) -> Information:
+        """Return the information of both together."""
+        return Information(
+            **{one.name: getattr(self, one.name) + getattr(other, one.name) for one in fields(self)}
+        )
+
+    def faded(self, share: float) -> Information:
+        """Return the information with the signals behind it faded to a share."""
+        square = share * share
+        powers = {"meat": square * square, "mean": share, "freedom": 1.0}
+        return Information(
+            **{
+                one.name: powers.get(one.name, square) * getattr(self, one.name)
+                for one in fields(self)
+            }
+        )
+
+    def of(self, equations: npt.NDArray[np.bool_]) -> Information:
+        """Return what some of the equations say, shape (3,) of bool; nothing for the others."""
+        return Information(
+            **{
+                one.name: np.where(
+                    equations.reshape((3,) + (1,) * (getattr(self, one.name).ndim - 1)),
+                    getattr(self, one.name),
+                    0.0,
+                )
+                for one in fields(self)
+            }
+        )
+
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Return the arrays by name."""
+        return {name: getattr(self, name) for name in _NAMES}
+
+    @staticmethod
+    def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> Information:
+        """Return what `state` was made from."""
+        names = (one.name for one in fields(Information))
+        return Information(**{name: np.array(state[name], dtype=np.float64) for name in names})
+
+
+_NAMES = tuple(one.name for one in fields(Information))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """Estimates at U moments, from one axis's three equations.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (U, 3, p)
+    covariance : ndarray, shape (U, 3, p, p)
+        Honest.
+    plain : ndarray, shape (U, 3, p)
+        Standard deviation if residuals were white.
+    bias, bias_std : ndarray, shape (U, 3)
+        The constant part of the coefficient.
+    bias_slopes : ndarray, shape (U, 3, p)
+        Derivatives of the bias by theta: minus the mean of each variable.
+    signal_to_noise : ndarray, shape (U, 3, p)
+        What each variable did on its own (not explained by the others), over its noise.
+    alone : ndarray, shape (U, 3, p)
+        Share of its energy that a variable had on its own, 0 to 1.
+    amplitude : ndarray, shape (U, 3, p)
+        Rms of each variable in the band over the time listened to, in its unit.
+    uncertain : ndarray, shape (U, 3, p + 1)
+        Bound times what the variable did, over what the coefficient did; of the bias, last.
+    freedom : ndarray, shape (U, 3)
+        Real equations less unknowns.
+    listened : ndarray, shape (U, 3)
+        Effective time, s.
+    correlation : ndarray, shape (U, 3, p, p)
+        Of the regressors in the band.
+    """
+
+    theta: FloatArray
+    covariance: FloatArray
+    plain: FloatArray
+    bias: FloatArray
+    bias_std: FloatArray
+    bias_slopes: FloatArray
+    signal_to_noise: FloatArray
+    alone: FloatArray
+    amplitude: FloatArray
+    uncertain: FloatArray
+    freedom: FloatArray
+    listened: FloatArray
+    correlation: FloatArray
+
+    @staticmethod
+    def joined(parts: Sequence[Solution]) -> Solution:
+        """Return moments one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return Solution(
+            **{
+                one.name: np.concatenate([getattr(part, one.name) for part in parts])
+                for one in fields(Solution)
+            }
+        )
+
+    def at(self, moment: int) -> Solution:
+        """Return one moment (U = 1)."""
+        place = moment % len(self.theta)
+        return Solution(
+            **{one.name: getattr(self, one.name)[place : place + 1].copy() for one in fields(self)}
+        )
+
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Return the arrays by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @staticmethod
+    def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> Solution:
+        """Return what `state` was made from."""
+        names = (one.name for one in fields(Solution))
+        return Solution(**{name: np.array(state[name], dtype=np.float64) for name in names})
+
+
+def chosen_frequencies(
+    listened: float, band: Band, spacing: float, count: int, p: int
+) -> tuple[int, int]:
+    """Return first and step of the frequencies that a record resolves; first 0 where too few.
+
+    Parameters
+    ----------
+    listened : float
+        Effective length, s.
+    band : Band
+    spacing : float
+        Of the frequencies transformed, Hz.
+    count : int
+        How many there are, zero included.
+    p : int
+        Derivatives of an equation.
+    """
+    if listened <= 0.0:
+        return 0, 1
+    step = max(1, int(np.ceil(1.0 / (listened * spacing) - 1e-3)))
+    lowest = max(band.lowest, 2.0 / listened)
+    first = max(1, int(np.ceil(lowest / spacing - 1e-3)))
+    number = (count - 1 - first) // step + 1
+    return (first, step) if 2 * number >= p + _NUISANCES + 2 else (0, 1)
+
+
+def solve(
+    transforms: Transforms, band: Band, spacing: float, past: Information, damping: Damping
+) -> tuple[Solution, Information]:
+    """Return the estimates at U moments, and what the record says by itself at the last one.
+
+    Parameters
+    ----------
+    transforms : Transforms
+        Of the record that is open.
+    band : Band
+    spacing : float
+        Of the frequencies transformed, Hz.
+    past : Information
+        Of the records before it, at each moment: arrays of shape (U, 3, ...).
+    damping : Damping
+    """
+    p = transforms.regressors.shape[2]
+    count = len(transforms.frequencies)
+    choices = [
+        chosen_frequencies(length, band, spacing, count, p)
+        for length in transforms.listened.tolist()
+    ]
+    keep = np.stack([_kept(choice, count) for choice in choices])
+    number = keep.sum(axis=1)
+    if not number.any():
+        return _conclude(past, None), Information.none(p)
+    twice = np.concatenate((keep, keep), axis=1)[:, :, np.newaxis]
+    pressure, turning = transforms.pressure, transforms.turning
+    listened, squared = transforms.listened, transforms.squared
+    X = twice * _real(transforms.regressors[:, 1:])
+    Y = twice * _real(transforms.targets[:, 1:])
+    nuisance = twice * _real(np.concatenate((transforms.trim[:, 1:], transforms.ends[:, 1:]), 2))
+    # Natural sizes: a constant coefficient of one, a drift by one over the record, one sample.
+    one = np.ones(len(keep))
+    sizes = np.stack((pressure * listened, pressure * listened**2, one, one), axis=1)
+    basis, used = _orthonormal(nuisance, sizes)
+    across = np.swapaxes(basis, 1, 2)
+    X = X - basis @ (across @ X)
+    Y = Y - basis @ (across @ Y)
+    XT = np.swapaxes(X, 1, 2)
+    counts = np.where(transforms.broken, 0.0, (number > 0)[:, np.newaxis] * 1.0)
+    G_own = XT @ X
+    b_own = np.swapaxes(XT @ Y, 1, 2)
+    G = past.G + counts[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis]
+    b = past.b + counts[:, :, np.newaxis] * b_own
+    inverse = _inverse(G)
+    theta = (inverse @ b[..., np.newaxis])[..., 0]
+    residual = Y - X @ np.swapaxes(theta, 1, 2)
+    # How many of the unknowns this record had to pay for, and where.
+    spread = X[:, np.newaxis] @ inverse
+    lever = (spread * X[:, np.newaxis]).sum(axis=3)
+    freedom = 2.0 * number[:, np.newaxis] - used[:, np.newaxis] - lever.sum(axis=2)
+    scale = 2.0 * number[:, np.newaxis] / np.maximum(freedom, 1.0)
+
+    omega = 2.0 * np.pi * transforms.frequencies[1:]
+    answer = _answer(residual, theta, damping, turning, omega)
+    rates, moments = list(damping.regressors), list(damping.equations)
+    excess = np.zeros_like(b_own)
+    excess[:, np.array(moments)[:, np.newaxis], rates] = (
+        np.swapaxes(residual[:, :, moments], 1, 2)
+        @ answer
+        * (turning[:, np.newaxis] * scale[:, moments])[:, :, np.newaxis]
+    )
+    b_own = b_own - excess
+    b = past.b + counts[:, :, np.newaxis] * b_own
+    theta = (inverse @ b[..., np.newaxis])[..., 0]
+    residual = Y - X @ np.swapaxes(theta, 1, 2)
+
+    near = np.stack([_neighbors(choice, count) for choice in choices])
+    # The fit takes most of what there is at the lowest frequencies, where trim and motion lie.
+    taken = _paired((basis**2).sum(axis=2)[..., np.newaxis] + np.swapaxes(lever, 1, 2))
+    left = np.maximum(near @ (2.0 * keep[:, :, np.newaxis] - taken), 0.1)
+    level = np.sqrt(2.0 * (near @ _paired(residual**2)) / left)
+    meat = _meat(X, level, _coupling(transforms.correlation, count))
+
+    hertz = float(transforms.frequencies[1]) * np.array([choice[1] for choice in choices])
+    # White noise of variance v in one sample gives v times the squared weights at any frequency.
+    noise = transforms.noise * (squared * number)[:, np.newaxis]
+    noise[:, rates] = np.maximum(
+        noise[:, rates],
+        (answer**2).sum(axis=1) * (turning[:, np.newaxis] ** 2) * scale[:, moments],
+    )
+    mean = np.empty((len(keep), 3, p + 2))
+    mean[:, :, :p] = transforms.regressors[:, np.newaxis, 0].real
+    mean[:, :, p] = transforms.trim[:, np.newaxis, 0, 0].real
+    mean[:, :, p + 1] = transforms.targets[:, 0].real
+    # At zero frequency all power is real; the noise of the ends is not among the residuals.
+    lowest = level[np.arange(len(keep)), np.argmax(keep, axis=1)]
+    each = counts[:, :, np.newaxis]
+    diagonal = np.diagonal(G_own, axis1=1, axis2=2)
+    own = Information(
+        G=each[..., np.newaxis] * G_own[:, np.newaxis],
+        b=each * b_own,
+        meat=each[..., np.newaxis] * meat,
+        rss=counts * (residual**2).sum(axis=1),
+        freedom=counts * freedom,
+        variation=counts * (2.0 * hertz)[:, np.newaxis] * (Y**2).sum(axis=1),
+        noise=each * noise[:, np.newaxis],
+        mean=each * mean,
+        mean_noise=counts * (lowest**2 + transforms.end_noise),
+        listened=counts * listened[:, np.newaxis],
+        pressure=counts * (pressure**2 * listened)[:, np.newaxis],
+        spread=each * ((2.0 * hertz)[:, np.newaxis] * diagonal)[:, np.newaxis],
+    )
+    last = Information(**{name: getattr(own, name)[-1] for name in _NAMES})
+    return _conclude(own.plus(past), inverse), last
+
+
+def solve_past(past: Information) -> Solution:
+    """Return the estimates from closed records alone (U = 1)."""
+    return _conclude(stacked([past]), None)
+
+
+def stacked(several: Sequence[Information]) -> Information:
+    """Return information at several moments, arrays of shape (U, 3, ...)."""
+    if all(each is several[0] for each in several):
+        return Information(
+            **{
+                name: np.broadcast_to(one, (len(several), *one.shape))
+                for name, one in several[0].state().items()
+            }
+        )
+    return Information(
+        **{
+            one.name: np.stack([getattr(each, one.name) for each in several])
+            for one in fields(Information)
+        }
+    )
+
+
+def _conclude(information: Information, inverse: FloatArray | None) -> Solution:
+    """Return estimates and their qualities from information of shape (U, 3, ...).
+
+    `inverse` is that of G, where it is known.
+    """
+    G = information.G
+    p = G.shape[-1]
+    inverse = _inverse(G) if inverse is None else inverse
+    theta = (inverse @ information.b[..., np.newaxis])[..., 0]
+    covariance = inverse @ information.meat @ inverse
+    diagonal = np.diagonal(G, axis1=2, axis2=3)
+    there = diagonal > 0.0
+    spread = np.where(there, np.diagonal(inverse, axis1=2, axis2=3), 1.0)
+    own = np.where(there, np.minimum(1.0 / spread, diagonal), 0.0)
+    freedom = information.freedom
+    variance = information.rss / np.maximum(freedom, 1.0)
+    plain = np.sqrt(variance[..., np.newaxis] * np.diagonal(inverse, axis1=2, axis2=3))
+    base = information.mean[..., p]
+    safe = np.where(base > 0.0, base, 1.0)
+    slopes = -information.mean[..., :p] / safe[..., np.newaxis]
+    bias = information.mean[..., p + 1] / safe + (slopes * theta).sum(axis=-1)
+    through = (slopes[..., np.newaxis, :] @ covariance @ slopes[..., np.newaxis])[..., 0, 0]
+    bias_std = np.sqrt(np.maximum(through + information.mean_noise / safe**2, 0.0))
+    std = np.sqrt(np.maximum(np.diagonal(covariance, axis1=2, axis2=3), 0.0))
+    variation = np.sqrt(np.maximum(information.variation, 1e-300))
+    uncertain = np.concatenate(
+        (
+            std * np.sqrt(information.spread) / variation[..., np.newaxis],
+            (bias_std * np.sqrt(information.pressure) / variation)[..., np.newaxis],
+        ),
+        axis=-1,
+    )
+    noise = np.maximum(information.noise, 1e-300)
+    scale = np.sqrt(np.where(there, diagonal, 1.0))
+    return Solution(
+        theta=theta,
+        covariance=covariance,
+        plain=plain,
+        bias=bias,
+        bias_std=bias_std,
+        bias_slopes=slopes,
+        signal_to_noise=np.sqrt(np.maximum(own - noise, 0.0) / noise),
+        alone=np.where(there, own / np.where(there, diagonal, 1.0), 0.0),
+        amplitude=np.sqrt(
+            information.spread / np.maximum(information.pressure, 1e-300)[..., np.newaxis]
+        ),
+        uncertain=uncertain,
+        freedom=freedom,
+        listened=information.listened,
+        correlation=G / (scale[..., np.newaxis] * scale[..., np.newaxis, :]),
+    )
+
+
+# --- small linear algebra, for many moments at once ---------------------------------------------
+
+
+def _real(transform: ComplexArray) -> FloatArray:
+    """Return real parts over imaginary parts, shape (U, 2 m, columns)."""
+    return np.concatenate((transform.real, transform.imag), axis=1)
+
+
+def _orthonormal(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return an orthonormal basis of columns, and how many of them were not zero.
+
+    Columns of the nuisance may vanish (the transform of a constant does at multiples of 1/T) or
+    repeat: the basis then holds zeros in their place.
+    """
+    basis = np.zeros_like(columns)
+    used = np.zeros(len(columns))
+    for place in range(columns.shape[2]):
+        one = columns[:, :, place] / np.maximum(sizes[:, place], 1e-300)[:, np.newaxis]
+        length = np.sqrt((one**2).sum(axis=1))
+        for _ in range(2):  # twice is enough
+            for other in range(place):
+                overlap = (basis[:, :, other] * one).sum(axis=1)
+                one = one - overlap[:, np.newaxis] * basis[:, :, other]
+        left = np.sqrt((one**2).sum(axis=1))
+        counts = left > np.maximum(1e-6 * length, _TINY)
+        basis[:, :, place] = np.where(
+            counts[:, np.newaxis], one / np.where(counts, left, 1.0)[:, np.newaxis], 0.0
+        )
+        used += counts
+    return basis, used
+
+
+def _paired(rows: FloatArray) -> FloatArray:
+    """Return sums of what belongs to real and imaginary parts, (U, 2 m, e) -> (U, m, e)."""
+    half = rows.shape[1] // 2
+    return np.asarray(rows[:, :half] + rows[:, half:], dtype=np.float64)
+
+
+def _inverse(G: FloatArray) -> FloatArray:
+    """Return the inverse of scaled normal matrices; a variable that did nothing gets zeros."""
+    diagonal = np.diagonal(G, axis1=-2, axis2=-1)
+    there = diagonal > 0.0
+    scale = np.where(there, 1.0 / np.sqrt(np.where(there, diagonal, 1.0)), 0.0)
+    scaled = G * scale[..., np.newaxis] * scale[..., np.newaxis, :]
+    p = G.shape[-1]
+    # A hair on the diagonal keeps columns that are equal to the last bit from stopping it all.
+    scaled = scaled + np.eye(p) * np.where(there, 1e-12, 1.0)[..., np.newaxis, :]
+    inverse = np.linalg.inv(scaled) * scale[..., np.newaxis] * scale[..., np.newaxis, :]
+    return np.asarray(inverse, dtype=np.float64)
+
+
+@cache
+def _kept(choice: tuple[int, int], count: int) -> FloatArray:
+    """Return ones at the frequencies chosen, zero frequency left out, shape (count - 1,)."""
+    kept = np.zeros(count)
+    if choice[0] > 0:
+        kept[choice[0] :: choice[1]] = 1.0
+    return kept[1:]
+
+
+@cache
+def _neighbors(choice: tuple[int, int], count: int) -> FloatArray:
+    """Return what averages over five chosen neighbors, fewer at the ends: (count - 1,) squared."""
+    places = np.flatnonzero(_kept(choice, count))
+    order = np.arange(places.size)
+    near = (np.abs(order[:, np.newaxis] - order) <= _NEIGHBORS // 2).astype(np.float64)
+    out = np.zeros((count - 1, count - 1))
+    out[np.ix_(places, places)] = near / np.maximum(near.sum(axis=1, keepdims=True), 1.0)
+    return out
+
+
+def _coupling(correlation: ComplexArray, count: int) -> FloatArray:
+    """Return the covariance of real over imaginary residuals of unit level, (U, 2 m, 2 m)."""
+    m = count - 1
+    # K of a negative frequency is the conjugate. Row k of a table of windows starts at k.
+    both = np.concatenate((correlation[:, m - 1 : 0 : -1].conj(), correlation), axis=1)
+    real = sliding_window_view(np.ascontiguousarray(both.real), m, axis=1)
+    imag = sliding_window_view(np.ascontiguousarray(both.imag), m, axis=1)
+    # Differences of frequencies run backwards along a row, sums forwards.
+    minus, plus = slice(None, m), slice(m + 1, 2 * m + 1)
+    out = np.empty((len(correlation), 2 * m, 2 * m))
+    np.add(real[:, minus, ::-1], real[:, plus], out=out[:, :m, :m])
+    np.subtract(real[:, minus, ::-1], real[:, plus], out=out[:, m:, m:])
+    np.add(imag[:, minus, ::-1], imag[:, plus], out=out[:, m:, :m])
+    np.subtract(imag[:, plus], imag[:, minus, ::-1], out=out[:, :m, m:])
+    out *= 0.5
+    return out
+
+
+def _answer(
+    residual: FloatArray,
+    theta: FloatArray,
+    damping: Damping,
+    turning: FloatArray,
+    omega: FloatArray,
+) -> FloatArray:
+    """Return what of the rates goes with the residuals, F e, shape (U, 2 m, number of rates)."""
+    half = len(omega)
+    equations, rates = list(damping.equations), list(damping.regressors)
+    e = residual[:, :half, equations] + 1j * residual[:, half:, equations]
+    D = theta[:, equations][:, :, rates] * turning[:, np.newaxis, np.newaxis]
+    A = 1j * omega[:, np.newaxis, np.newaxis] * damping.inertia - D[:, np.newaxis]
+    if len(rates) == 1:
+        answer = e / A[..., 0]
+    else:
+        determinant = A[..., 0, 0] * A[..., 1, 1] - A[..., 0, 1] * A[..., 1, 0]
+        first = A[..., 1, 1] * e[..., 0] - A[..., 0, 1] * e[..., 1]
+        second = A[..., 0, 0] * e[..., 1] - A[..., 1, 0] * e[..., 0]
+        answer = np.stack((first / determinant, second / determinant), axis=-1)
+    return _real(answer)
+
+
+def _meat(X: FloatArray, level: FloatArray, coupling: FloatArray) -> FloatArray:
+    """Return X' R X for each equation, (U, 3, p, p); level has shape (U, m, 3)."""
+    moments, rows, p = X.shape
+    doubled = np.concatenate((level, level), axis=1)
+    weighed = doubled[:, :, :, np.newaxis] * X[:, :, np.newaxis, :]
+    flat = weighed.reshape(moments, rows, 3 * p)
+    spread = (coupling @ flat).reshape(moments, rows, 3, p)
+    return np.asarray(np.matmul(weighed.transpose(0, 2, 3, 1), spread.transpose(0, 2, 1, 3)))

@@ -1,0 +1,122 @@
+"""What the user chooses about Fourier transform regression."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Literal
+
+from gsapp.foundation import FlightError
+
+Gate = Literal["always", "maneuvers"]
+"""Listen all the time, or only within the windows that are opened with `FTR.begin`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Band:
+    """Frequencies of the regressions of one axis, Hz.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        Never below two cycles in the time listened to, whatever `lowest` says.
+    """
+
+    lowest: float
+    highest: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FTRSettings:
+    """Settings of `FTR`; the defaults suit a 30 kg aircraft and maneuvers of some ten seconds.
+
+    Attributes
+    ----------
+    longitudinal, lateral : Band
+        The roll mode of the B777 lies at 2 Hz, its short period at 0.8 Hz.
+    spacing : float
+        Of the frequencies, Hz. While less than ``1/spacing`` seconds were listened to, only every
+        second, third, ... frequency is used: a record does not resolve closer ones.
+    forgetting : float or None
+        Time constant, s, with which signals fade; None keeps them all.
+    gate : {"always", "maneuvers"}
+    record_length : float or None
+        Listening always and without forgetting, s after which a stretch of flight is closed, its
+        information kept and a new one begun with a trim of its own; ``1/spacing`` by default.
+    updates : float
+        Estimates a second.
+    longest_gap : float
+        A pause longer than this, s, closes a record: trim may have changed.
+    lookback : float
+        How far back, s, a window may begin.
+    minimum_speed : float or None
+        Calibrated airspeed below which samples do not count, m/s; by default 0.9 of the stall
+        speed, so that the runway stays out.
+    speed : float or None
+        Airspeed that stands in where none is measured, m/s.
+    still : tuple of str
+        Surfaces that did not move and need not be measured.
+    signal_to_noise : float
+        A derivative is unknown until what its variable did on its own, in the band, exceeds its
+        noise there by this factor: what noise takes off a derivative is then below 1/25 = 4 %.
+    uncertain_share : float
+        A derivative is unknown until its bound, times what its variable did, is below this share
+        of what the coefficient did.
+    least_freedom : int
+        A derivative is unknown until there are so many more real equations than unknowns.
+    """
+
+    longitudinal: Band = field(default_factory=lambda: Band(lowest=0.1, highest=2.0))
+    lateral: Band = field(default_factory=lambda: Band(lowest=0.1, highest=3.0))
+    spacing: float = 0.1
+    forgetting: float | None = None
+    gate: Gate = "always"
+    record_length: float | None = None
+    updates: float = 10.0
+    longest_gap: float = 2.0
+    lookback: float = 60.0
+    minimum_speed: float | None = None
+    speed: float | None = None
+    still: tuple[str, ...] = ()
+    signal_to_noise: float = 5.0
+    uncertain_share: float = 0.3
+    least_freedom: int = 8
+
+    def __post_init__(self) -> None:
+        positive = {
+            "spacing": self.spacing,
+            "forgetting": self.forgetting,
+            "record_length": self.record_length,
+            "updates": self.updates,
+            "longest_gap": self.longest_gap,
+            "lookback": self.lookback,
+            "speed": self.speed,
+        }
+        for name, value in positive.items():
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise FlightError(f"FTR needs a positive {name}, not {value:g}")
+        for axis, band in (("longitudinal", self.longitudinal), ("lateral", self.lateral)):
+            if not 0.0 < band.lowest < band.highest:
+                raise FlightError(
+                    f"the {axis} band of FTR runs from {band.lowest:g} to {band.highest:g} Hz; "
+                    "give a lowest frequency above zero and below the highest"
+                )
+            if (band.highest - band.lowest) / self.spacing < 4:
+                raise FlightError(
+                    f"the {axis} band of FTR holds fewer than five frequencies; choose a spacing "
+                    f"finer than {self.spacing:g} Hz or a wider band"
+                )
+            if band.highest / self.spacing > 1000:
+                raise FlightError(
+                    f"a spacing of {self.spacing:g} Hz gives more than 1000 frequencies up to "
+                    f"{band.highest:g} Hz; choose a wider spacing"
+                )
+        if self.gate not in ("always", "maneuvers"):
+            raise FlightError(f"the gate of FTR is 'always' or 'maneuvers', not '{self.gate}'")
+        wrong = [name for name in self.still if name not in ("de", "da", "dr")]
+        if wrong:
+            raise FlightError(f"{', '.join(wrong)} is no surface; FTR knows de, da, dr")
+
+    def as_table(self) -> dict[str, object]:
+        """Return the settings as plain values, for a saved state."""
+        return {**asdict(self), "still": list(self.still)}
