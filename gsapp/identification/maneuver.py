@@ -6,16 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
-from gsapp.quantities import Block, FloatArray
+from gsapp.identification.alignment import aligned, lateness, touched
+from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
-BoolArray = npt.NDArray[np.bool_]
+_MARGIN = 32
+"""Samples beside a maneuver that bringing late channels to their time may reach into."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,7 +32,8 @@ class Maneuver:
     aircraft : Aircraft
         As that flight flew it.
     block : Block
-        All channels of the flight within the maneuver, on an even grid, as measured.
+        All channels of the flight within the maneuver, on an even grid; as measured, but for
+        what the aircraft file says about how late instruments are (`cut_maneuver`).
     inputs : tuple of str
         Surfaces that were moved: of ``de``, ``da``, ``dr``.
     mass : float
@@ -152,7 +154,7 @@ def cut_maneuver(
     kind: str = "",
     mass: FloatArray | None = None,
 ) -> Maneuver:
-    """Cut one maneuver from a flight.
+    """Cut one maneuver from a flight, its channels brought to their right times.
 
     Parameters
     ----------
@@ -183,11 +185,20 @@ def cut_maneuver(
             if times.size
             else f"the flight '{flight.name}' holds no samples"
         )
-    block = Block(
+    wide = slice(max(0, int(low) - _MARGIN), int(high) + _MARGIN)
+    around = Block(
         channels=flight.block.channels,
-        times=times[low:high],
-        values=flight.block.values[low:high],
+        times=times[wide],
+        values=flight.block.values[wide],
     )
+    inner = slice(int(low) - wide.start, int(high) - wide.start)
+    block = aligned(around, aircraft)
+    block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])
+    late, step = lateness(aircraft), typical_step(around.times)
+    clipped = {
+        name: touched(flags, late.get(name, 0.0) / step)[inner]
+        for name, flags in clipped_samples(around, aircraft).items()
+    }
     masses = mass_over_flight(flight, aircraft) if mass is None else mass
     return Maneuver(
         id=id,
@@ -197,5 +208,5 @@ def cut_maneuver(
         inputs=tuple(inputs),
         mass=float(masses[low:high].mean()),
         kind=kind,
-        clipped=clipped_samples(block, aircraft),
+        clipped={name: flags for name, flags in clipped.items() if flags.any()},
     )

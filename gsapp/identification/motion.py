@@ -21,8 +21,8 @@ from gsapp.dynamics.flight_model import INPUTS
 from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.foundation import FlightError
-from gsapp.identification.maneuver import BoolArray, Maneuver
-from gsapp.quantities import FloatArray
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import BoolArray, FloatArray
 
 CRUISE_OVER_STALL = 1.64
 """Speed that stands in for a missing one, over the stall speed: 100 over 61 ft/s."""

@@ -1,6 +1,6 @@
 """The vocabulary: channels, units, and blocks of samples."""
 
-from gsapp.quantities.block import Block, FloatArray
+from gsapp.quantities.block import Block, BoolArray, FloatArray
 from gsapp.quantities.channels import CHANNELS, INSTRUMENTS, ChannelSpec, base_id, channel
 from gsapp.quantities.units import QUANTITIES, Quantity, from_si, normalize_unit, parse, to_si
 
@@ -9,6 +9,7 @@ __all__ = [
     "INSTRUMENTS",
     "QUANTITIES",
     "Block",
+    "BoolArray",
     "ChannelSpec",
     "FloatArray",
     "Quantity",

@@ -12,6 +12,7 @@ from gsapp.foundation import UnknownNameError
 from gsapp.quantities.channels import channel
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from gsapp.foundation import FlightError
-from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import runs
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 
 LinearAxis = Literal["lon", "lat"]
 

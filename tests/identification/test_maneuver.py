@@ -1,0 +1,167 @@
+"""Cutting maneuvers, completing their motion, bringing late channels to their time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.pilot.flight import VirtualFlight, fly
+from gsapp.flight import Flight
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FlightError
+from gsapp.identification.alignment import advanced, aligned, lateness, touched
+from gsapp.identification.axes import axis_of, free_derivatives
+from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
+from gsapp.identification.motion import measured_motion
+from gsapp.quantities import Block
+from gsapp.quantities.constants import GRAVITY
+
+B777 = load_aircraft("b777")
+
+
+@pytest.fixture(scope="module")
+def flown() -> VirtualFlight:
+    """Return a short virtual flight in calm air."""
+    return fly("short", seed=3)
+
+
+def flight_of(block: Block, info: FlightInfo | None = None) -> Flight:
+    """Return a flight that holds a block."""
+    return Flight(name="virtual", path=Path("virtual"), block=block, sources={}, info=info)
+
+
+def test_free_sets_follow_the_tables() -> None:
+    """Tables 6.2.5 and 6.2.6: 12, 15, 15 and 18 derivatives."""
+    assert len(free_derivatives("lon", ["de"])) == 12
+    aileron, rudder = free_derivatives("lat", ["da"]), free_derivatives("lat", ["dr"])
+    assert len(aileron) == len(rudder) == 15
+    assert not any(name.endswith("_dr") for name in aileron)
+    assert not any(name.endswith("_da") for name in rudder)
+    assert len(free_derivatives("lat", ["da", "dr"])) == 18
+    assert len(free_derivatives("both", ["de", "da", "dr"])) == 30
+    assert axis_of(["de"]) == "lon"
+    assert axis_of(["da", "dr"]) == "lat"
+    assert axis_of(["de", "dr"]) == "both"
+
+
+def test_measured_motion_follows_the_truth(flown: VirtualFlight) -> None:
+    """Speed, flow angles at the CG and throttle agree with the truth within the sensors' noise."""
+    flight = flight_of(flown.measured)
+    for number, one in enumerate(flown.maneuvers):
+        maneuver = cut_maneuver(
+            flight, B777, one.t_start - 1.0, one.t_end, id=str(number), inputs=one.inputs
+        )
+        motion = measured_motion(maneuver)
+        truth = flown.truth.between(maneuver.t_start - 1e-6, maneuver.t_end + 1e-6)
+        for name, least in (("V", 0.15), ("alpha", 0.003), ("beta", 0.003)):
+            assert np.sqrt(np.mean((motion.state(name) - truth[name]) ** 2)) < least
+        assert np.max(np.abs(motion.input("throttle") - truth["throttle"])) < 0.06
+        assert {"V", "alpha", "q", "de", "throttle"} <= motion.measured
+        assert "theta" not in motion.measured
+        assert any("phi and theta not measured" in remark for remark in motion.remarks)
+        # Attitude starts level; what it does from there is the rates'.
+        change = motion.state("theta") - motion.state("theta")[0]
+        assert np.max(np.abs(change - (truth["theta"] - truth["theta"][0]))) < 0.06
+
+
+def test_late_channels_come_to_their_time(flown: VirtualFlight) -> None:
+    """With the 50 Hz filter taken off alpha is nearer to the truth than with it."""
+    one = flown.maneuvers[0]
+    flight = flight_of(flown.measured)
+    errors = []
+    for aircraft in (B777, without_filters(B777)):
+        maneuver = cut_maneuver(flight, aircraft, one.t_start, one.t_end, id="1", inputs=one.inputs)
+        truth = flown.truth.between(maneuver.t_start - 1e-6, maneuver.t_end + 1e-6)["de"]
+        errors.append(float(np.std(maneuver.samples("de") - truth)))
+    assert errors[0] < 0.6 * errors[1]
+
+
+def without_filters(aircraft: Aircraft) -> Aircraft:
+    """Return the aircraft with nothing late about its instruments."""
+    sensors = aircraft.sensors
+    plain = {
+        name: getattr(sensors, name).model_copy(update={"low_pass": None})
+        for name in type(sensors).model_fields
+    }
+    return aircraft.model_copy(update={"sensors": sensors.model_copy(update=plain)})
+
+
+@pytest.mark.parametrize("steps", [0.0, 0.45, 1.0, 2.3])
+def test_advanced_undoes_a_delay(steps: float) -> None:
+    """A 2 Hz sine that came late is at its time to a thousandth; what is not known is missing."""
+    times = np.arange(200) / 100.0
+    late = np.sin(4.0 * np.pi * (times - steps / 100.0))
+    found = advanced(late, steps)
+    known = np.isfinite(found)
+    assert np.all(np.flatnonzero(~known) >= 200 - int(np.ceil(steps)))
+    inner = slice(1, 190)
+    assert np.max(np.abs(found[inner] - np.sin(4.0 * np.pi * times)[inner])) < 1e-3
+
+
+def test_advanced_spreads_no_missing_sample_further_than_its_neighbors() -> None:
+    """One hole makes two missing values at most, and flags go with it."""
+    samples = np.sin(np.arange(50) / 5.0)
+    samples[20] = np.nan
+    assert np.flatnonzero(np.isnan(advanced(samples, 0.4)))[:2].tolist() == [19, 20]
+    flags = np.zeros(50, dtype=bool)
+    flags[20] = True
+    assert np.flatnonzero(touched(flags, 0.4))[:2].tolist() == [19, 20]
+
+
+def test_lateness_of_a_filter_is_its_delay_at_low_frequency() -> None:
+    """sqrt(2)/(2 pi f) against SciPy's group delay of the Butterworth filter."""
+    b, a = signal.butter(2, 2.0 * np.pi * 50.0, analog=True)
+    frequency = np.array([0.9, 1.1]) * 2.0 * np.pi
+    phase = np.unwrap(np.angle(signal.freqs(b, a, frequency)[1]))
+    assert lateness(B777)["alpha"] == pytest.approx(
+        -np.diff(phase)[0] / np.diff(frequency)[0], rel=1e-3
+    )
+    assert "q" not in lateness(B777)
+    assert (
+        aligned(Block(channels=("q",), times=[0.0, 0.01], values=[[1.0], [2.0]]), B777)["q"][1]
+        == 2.0
+    )
+
+
+def test_mass_falls_with_fuel() -> None:
+    """By the scale where weights are known, else by the aircraft file's flows, never below dry."""
+    times = np.arange(0.0, 420.0, 0.1)
+    throttle = np.where(times < 200.0, 1.0, 0.2)
+    flight = flight_of(Block(channels=("throttle",), times=times, values=throttle[:, None]))
+    found = mass_over_flight(flight, B777)
+    assert found[0] == B777.mass.mass
+    full, idle = B777.mass.fuel_flow_full, B777.mass.fuel_flow_idle
+    expected = 200.0 * full + 220.0 * (idle + 0.2 * (full - idle))
+    assert found[0] - found[-1] == pytest.approx(expected, rel=1e-2)
+    weighed = replace(flight, info=FlightInfo(takeoff_weight="47.1 lb", landing_weight="45.2 lb"))
+    found = mass_over_flight(weighed, B777)
+    assert found[0] == pytest.approx(47.1 * 0.45359237, rel=1e-9)
+    assert found[-1] == pytest.approx(45.2 * 0.45359237, rel=1e-9)
+    # Full throttle burns more in a second than 0.2.
+    assert found[0] - found[1000] > 2.0 * (found[3000] - found[4000])
+    assert found[-1] * GRAVITY > 0.0
+
+
+def test_missing_airspeed_gets_a_stand_in_or_a_clear_sentence(flown: VirtualFlight) -> None:
+    """Flight B of the source: no pitot, no vanes."""
+    one = flown.maneuvers[1]
+    lost = ("alpha", "beta", "static_pressure", "dynamic_pressure", "temperature")
+    kept = [name for name in flown.measured.channels if name not in lost]
+    flight = flight_of(flown.measured.select(kept))
+    maneuver = cut_maneuver(flight, B777, one.t_start, one.t_end, id="1", inputs=one.inputs)
+    motion = measured_motion(maneuver)
+    assert np.ptp(motion.state("V")) == 0.0
+    assert motion.state("V")[0] == pytest.approx(1.64 * B777.limits.stall_speed)
+    assert measured_motion(maneuver, stand_ins={"V": 31.0}).state("V")[0] == 31.0
+    unknown = B777.model_copy(
+        update={"limits": B777.limits.model_copy(update={"stall_speed": 0.0})}
+    )
+    with pytest.raises(FlightError, match="no airspeed"):
+        measured_motion(replace(maneuver, aircraft=unknown))
+    with pytest.raises(FlightError, match="holds no samples"):
+        cut_maneuver(flight, B777, 9000.0, 9010.0, id="2", inputs=("de",))
