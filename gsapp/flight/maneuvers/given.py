@@ -160,13 +160,14 @@ class Assessor:
             )
             if one is not None and one.amplitude > least:
                 plain.append(one)
-        sizes = {
-            one.surface: one.amplitude / self._setting.half_travel(one.surface) for one in plain
+        # The record may go on into steering, which goes far as well, but not quickly.
+        moves = {
+            one.surface: one.quickest / self._setting.half_travel(one.surface) for one in plain
         }
-        largest = max(sizes.values(), default=0.0)
-        plain = [one for one in plain if sizes[one.surface] >= ALSO_MOVED * largest]
+        quickest = max(moves.values(), default=0.0)
+        plain = [one for one in plain if moves[one.surface] >= ALSO_MOVED * quickest]
         return sorted(
-            (self._better(one, low, high) for one in plain), key=lambda one: -sizes[one.surface]
+            (self._better(one, low, high) for one in plain), key=lambda one: -moves[one.surface]
         )
 
     def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:

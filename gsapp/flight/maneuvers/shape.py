@@ -42,9 +42,8 @@ class SurfaceInput:
         Side (+1, -1) and duration (s) of each excursion.
     unrest : float
         Peak-to-peak in the stretch before, rad.
-    abruptness : float
-        The most it went within `LOOK_BACK`, as a share of its largest excursion: steering
-        builds up, an input steps.
+    largest, quickest : float
+        Its largest excursion from trim, and the most it went within `LOOK_BACK`, rad.
     kind : str
         See `kind_of`.
     """
@@ -57,8 +56,14 @@ class SurfaceInput:
     after: float
     runs: tuple[tuple[int, float], ...]
     unrest: float
-    abruptness: float
+    largest: float
+    quickest: float
     kind: str
+
+    @property
+    def abruptness(self) -> float:
+        """Return its quickest move over its largest excursion: steering builds up, inputs step."""
+        return self.quickest / self.largest
 
     @property
     def returned(self) -> bool:
@@ -131,7 +136,8 @@ def measure(
         after=after,
         runs=tuple(runs),
         unrest=float(np.ptp(level[calm])),
-        abruptness=_quickest(at, inside) / largest,
+        largest=largest,
+        quickest=_quickest(at, inside),
         kind=kind_of(runs),
     )
 
@@ -172,7 +178,8 @@ def plain_input(surface: str, times: FloatArray, samples: FloatArray) -> Surface
         after=after,
         runs=tuple(runs),
         unrest=float(np.ptp(level[:edge])),
-        abruptness=_quickest(times, level) / largest,
+        largest=largest,
+        quickest=_quickest(times, level),
         kind="multistep" if kind == "retrim" else kind,
     )
 

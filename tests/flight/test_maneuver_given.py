@@ -1,0 +1,133 @@
+"""Maneuvers named by hand, and short records taken whole."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.flight import Flight
+from gsapp.flight.maneuvers import find_maneuvers, maneuvers_of, parse_windows, survey
+from gsapp.foundation import FlightError
+from gsapp.quantities.constants import DEGREE
+
+sys.path.insert(0, str(Path(__file__).parent))
+from maneuver_kit import EVERYTHING, Input, changed, flight_of, make_flight
+
+AIRCRAFT = load_aircraft("b777")
+FLIGHT = make_flight(EVERYTHING, seconds=125.0)
+
+
+def short(*inputs: Input, **options: object) -> Flight:
+    """Return a record of the air only, as a crew cuts one."""
+    return make_flight(inputs, ground=0.0, seconds=12.0, steering=0.0, **options)  # type: ignore[arg-type]
+
+
+def test_windows_are_read():
+    one, two = parse_windows(["2:139.5:146", "1: 10 :20.25"], flights=2)
+    assert (one.flight, one.start, one.stop) == (2, 139.5, 146.0)
+    assert (two.flight, two.start, two.stop) == (1, 10.0, 20.25)
+    (alone,) = parse_windows(["139.5:146"])
+    assert (alone.flight, alone.start) == (1, 139.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "flights", "words"),
+    [
+        ("139.5", 1, "write START:STOP"),
+        ("a:b", 1, "cannot be read"),
+        ("1:2:3:4", 1, "cannot be read"),
+        ("nan:3", 1, "cannot be read"),
+        ("20:10", 1, "ends before it begins"),
+        ("10:20", 2, "which of the 2 flights"),
+        ("3:10:20", 2, "names flight 3, but there are 2"),
+        ("0:10:20", 2, "names flight 0"),
+        ("1.5:10:20", 2, "names flight 1.5"),
+    ],
+)
+def test_a_window_that_cannot_be_gets_one_sentence(text, flights, words):
+    with pytest.raises(FlightError, match=words):
+        parse_windows([text], flights)
+
+
+def test_a_named_maneuver_takes_the_place_of_found_ones():
+    """What moved is seen from the samples; the edges are those given."""
+    (found,) = maneuvers_of(FLIGHT, AIRCRAFT, ["94.5:101"])
+    assert (found.t_start, found.t_end) == (94.5, 101.0)
+    assert found.inputs == ("da", "dr")
+    assert found.kind == "doublet"
+    searched = find_maneuvers(FLIGHT, AIRCRAFT)[3]
+    assert found.amplitudes == pytest.approx(dict(searched.amplitudes), rel=0.1)
+
+
+def test_windows_go_to_their_flights():
+    given = ["2:58:65", "2:70:77"]
+    assert [one.inputs for one in maneuvers_of(FLIGHT, AIRCRAFT, given, number=2, flights=2)] == [
+        ("de",),
+        ("da",),
+    ]
+    # The other flight, which nobody named, is searched.
+    assert len(maneuvers_of(FLIGHT, AIRCRAFT, given, number=1, flights=2)) == 5
+
+
+def test_a_window_without_an_input_is_graded_for_it():
+    flight = make_flight([Input(at=60.0, surface="de")], steering=0.0)
+    (found,) = maneuvers_of(flight, AIRCRAFT, ["80:90"])
+    assert (found.inputs, found.kind, found.grade, found.amplitude) == ((), "none", "D", None)
+    assert "nothing is excited" in found.reasons[0]
+    assert found.to_json()["amplitude"] is None
+
+
+def test_a_window_outside_the_flight_names_its_ends():
+    with pytest.raises(FlightError, match=r"runs from 0.00 to 124.99 s"):
+        maneuvers_of(FLIGHT, AIRCRAFT, ["500:510"])
+
+
+@pytest.mark.parametrize(
+    ("inputs", "moved"),
+    [
+        ([Input(at=3.0, surface="de")], ("de",)),
+        ([Input(at=3.0, surface="dr", size=9.0)], ("dr",)),
+        ([Input(at=3.0, surface="da"), Input(at=3.3, surface="dr", size=-9.0)], ("da", "dr")),
+        # Too early for a second of trim, too slow to be a quick move: still the record is whole.
+        ([Input(at=0.3, surface="de")], ("de",)),
+    ],
+)
+def test_a_short_record_is_one_maneuver_whole(inputs, moved):
+    found = survey(short(*inputs), AIRCRAFT)
+    (one,) = found.maneuvers
+    assert (one.t_start, one.t_end) == (0.0, pytest.approx(11.99))
+    assert one.inputs == moved
+    assert any("taken as one maneuver, whole" in remark for remark in found.remarks)
+
+
+def test_a_short_record_without_input_earns_nothing():
+    (one,) = maneuvers_of(short(), AIRCRAFT)
+    assert (one.inputs, one.grade) == ((), "D")
+
+
+def test_a_short_record_of_two_maneuvers_is_not_whole():
+    flight = make_flight(
+        [Input(at=10.0, surface="de"), Input(at=25.0, surface="da")], ground=0.0, seconds=40.0
+    )
+    assert [one.inputs for one in maneuvers_of(flight, AIRCRAFT)] == [("de",), ("da",)]
+
+
+def test_ten_samples_are_a_maneuver_that_earns_nothing():
+    whole = short(Input(at=3.0, surface="de"))
+    columns = {name: whole.block[name][300:310] for name in whole.block.channels}
+    flight = flight_of(columns, whole.block.times[300:310])
+    (one,) = maneuvers_of(flight, AIRCRAFT)
+    assert one.grade == "D"
+    assert any("10 samples are too few" in reason for reason in one.reasons) or not one.inputs
+
+
+def test_a_stuck_surface_is_told():
+    stuck = changed(FLIGHT, dr=0.02, da=np.nan)
+    found = survey(stuck, AIRCRAFT)
+    assert any(f"dr stands still at {0.02 / DEGREE:.2f} deg" in remark for remark in found.remarks)
+    assert any("da was not measured" in remark for remark in found.remarks)
+    assert [one.inputs for one in found.maneuvers] == [("de",), ("de",)]

@@ -1,0 +1,208 @@
+"""Grades say what is wrong with a maneuver; the noise floor is that of the instruments."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.flight import Flight
+from gsapp.flight.maneuvers import FoundManeuver, detect, find_maneuvers
+from gsapp.flight.maneuvers.noise import window_noise
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+sys.path.insert(0, str(Path(__file__).parent))
+from maneuver_kit import NOISE, Input, changed, flight_of, make_flight
+
+AIRCRAFT = load_aircraft("b777")
+AT = 60.0
+
+
+def made(size: float = 5.0, **options: object) -> Flight:
+    return make_flight([Input(at=AT, surface="de", size=size)], seed=2, **options)  # type: ignore[arg-type]
+
+
+def graded(flight: Flight) -> FoundManeuver:
+    (found,) = find_maneuvers(flight, AIRCRAFT)
+    return found
+
+
+def during(flight: Flight, start: float, stop: float) -> np.ndarray:
+    times = flight.block.times
+    return (times >= start) & (times < stop)
+
+
+def test_a_clean_doublet_is_an_a_without_reasons():
+    found = graded(made())
+    assert (found.grade, found.reasons) == ("A", ())
+
+
+def test_a_start_out_of_trim_is_told_by_its_rate():
+    flight = made()
+    rolling = flight.block["p"] + 9.0 * DEGREE * during(flight, AT - 3.0, AT + 6.0)
+    found = graded(changed(flight, p=rolling))
+    assert found.grade == "B"
+    assert "not trimmed at the start: rolling at" in found.reasons[0]
+    tumbling = flight.block["p"] + 20.0 * DEGREE * during(flight, AT - 3.0, AT + 6.0)
+    assert graded(changed(flight, p=tumbling)).grade == "C"
+
+
+def test_too_small_an_input_is_told_by_its_answer():
+    """Against a gyro of ten times the noise the same doublet excites too little."""
+    flight = made(size=3.0)
+    random = np.random.default_rng(8)
+    loud = {
+        name: flight.block[name] + 10.0 * NOISE[name] * random.standard_normal(len(flight.block))
+        for name in ("q", "an", "alpha")
+    }
+    (found,) = find_maneuvers(changed(flight, **loud), AIRCRAFT) or (None,)
+    # Buried in the noise it is no maneuver at all, or one that says so.
+    assert found is None or any("too small" in reason for reason in found.reasons)
+    modest = {
+        name: flight.block[name] + 2.5 * NOISE[name] * random.standard_normal(len(flight.block))
+        for name in ("q", "an", "alpha")
+    }
+    found = graded(changed(flight, **modest))
+    assert any("too small" in reason and "times its noise" in reason for reason in found.reasons)
+
+
+def test_an_excursion_beyond_the_linear_range_is_too_large():
+    flight = made()
+    alpha = flight.block["alpha"] + 12.0 * DEGREE * during(flight, AT + 0.5, AT + 2.0)
+    found = graded(changed(flight, alpha=alpha))
+    assert any("too large: alpha reached" in reason for reason in found.reasons)
+
+
+def test_clipped_samples_are_counted():
+    flight = made()
+    q = np.array(flight.block["q"])
+    q[during(flight, AT + 0.5, AT + 0.7)] = 90.0 * DEGREE
+    found = graded(changed(flight, q=q))
+    assert any("q clipped in 20 samples" in reason for reason in found.reasons)
+
+
+def test_another_stick_is_named_with_its_size():
+    flight = made()
+    da = flight.block["da"] + 2.0 * DEGREE * np.clip(flight.block.times - AT, 0.0, 1.5) / 1.5
+    found = graded(changed(flight, da=da))
+    assert found.inputs == ("de",)
+    assert any("da moved as well" in reason for reason in found.reasons)
+
+
+def test_gusts_are_told_from_what_happens_before_the_input():
+    calm, rough = graded(made(gusts=0.0)), graded(made(gusts=6.0))
+    assert not any("turbulence" in reason for reason in calm.reasons)
+    assert any("turbulence or unrest before the input" in reason for reason in rough.reasons)
+    assert rough.grade > calm.grade
+
+
+def test_throttle_and_load_count_as_trim():
+    flight = made()
+    moved = 0.5 + 0.3 * during(flight, AT, AT + 9.0)
+    assert any("throttle moved by 30" in r for r in graded(changed(flight, throttle=moved)).reasons)
+    pulling = flight.block["an"] + 0.5 * GRAVITY * during(flight, AT - 3.0, AT + 6.0)
+    assert any("a_n is 1." in r for r in graded(changed(flight, an=pulling)).reasons)
+
+
+def test_a_short_free_answer_is_told():
+    """The pilot takes over a second after the input."""
+    flight = made()
+    taken = flight.block["de"] - 4.0 * DEGREE * np.clip(flight.block.times - (AT + 1.9), 0.0, 1.0)
+    taken = np.where(flight.block.times > AT + 8.0, flight.block["de"], taken)
+    found = graded(changed(flight, de=taken))
+    assert found.t_end == pytest.approx(AT + 1.95, abs=0.15)
+    assert any("hands off for" in reason for reason in found.reasons)
+
+
+def test_a_stuck_sensor_and_a_missing_one_are_named():
+    flight = made()
+    held = changed(flight, q=0.01, alpha=np.nan)
+    found = graded(held)
+    assert any("q stood still" in reason for reason in found.reasons)
+    assert any("not measured: alpha" in reason for reason in found.reasons)
+    assert found.alpha is None
+
+
+def test_missing_samples_are_told_as_a_share():
+    flight = made()
+    q = np.array(flight.block["q"])
+    q[during(flight, AT + 1.0, AT + 2.5)] = np.nan
+    found = graded(changed(flight, q=q))
+    assert any("% of q is missing" in reason for reason in found.reasons)
+
+
+def test_no_answer_at_all_is_no_maneuver():
+    """Surfaces move, the gyros and accelerometers show noise only: this is not flying."""
+    flight = made()
+    random = np.random.default_rng(3)
+    dead = {
+        name: NOISE[name] * random.standard_normal(len(flight.block))
+        for name in ("p", "q", "r", "ay", "an", "alpha", "beta")
+    }
+    assert find_maneuvers(changed(flight, **dead), AIRCRAFT) == ()
+
+
+# Noise floor ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["q", "an", "alpha", "de"])
+def test_the_noise_floor_is_measured_before_take_off(name):
+    """Within 10 % of the noise put in, range-check pulses on that very ground notwithstanding."""
+    flight = make_flight(ground=60.0, seconds=100.0, range_check=[(20.0, "de"), (30.0, "de")])
+    detector = detect(flight, AIRCRAFT)
+    assert detector.noise.of(name) == pytest.approx(NOISE[name], rel=0.1)
+    assert "before take-off" in detector.noise.source
+    assert 50.0 < detector.noise.seconds < 70.0
+
+
+def test_the_engines_make_the_noise_floor_not_the_silence_before_them():
+    """Engines start after 40 of 80 s on the ground: only what they shake counts."""
+    flight = make_flight(ground=80.0, seconds=110.0)
+    times = flight.block.times
+    random = np.random.default_rng(1)
+    quiet = {
+        name: np.where(times < 40.0, 0.05 * DEGREE * random.standard_normal(times.size), samples)
+        for name, samples in ((name, flight.block[name]) for name in ("p", "q", "r"))
+    }
+    detector = detect(changed(flight, **quiet), AIRCRAFT)
+    assert detector.noise.of("q") == pytest.approx(NOISE["q"], rel=0.1)
+    assert "while the gyros shook" in detector.noise.source
+    turning = np.where(times < 40.0, 0.0, 800.0)
+    with_rpm = {**{n: flight.block[n] for n in flight.block.channels}, "rpm_left": turning}
+    detector = detect(flight_of(with_rpm, times), AIRCRAFT)
+    assert "with the engines running" in detector.noise.source
+    assert 35.0 < detector.noise.seconds < 45.0
+
+
+def test_a_record_that_begins_in_the_air_takes_its_quietest_stretches():
+    flight = make_flight(ground=0.0, seconds=120.0, steering=0.3)
+    detector = detect(flight, AIRCRAFT)
+    assert "quietest" in detector.noise.source
+    assert detector.noise.of("de") == pytest.approx(NOISE["de"], rel=1.0)
+
+
+def test_windows_are_freed_of_their_line_and_stand_missing_samples():
+    random = np.random.default_rng(0)
+    rows = np.column_stack(
+        [random.standard_normal(200) + 0.3 * np.arange(200), np.full(200, np.nan), np.arange(200)]
+    )
+    rows[::7, 0] = np.nan
+    found = window_noise(rows.astype(float))
+    assert found[0] == pytest.approx(1.0, rel=0.15)
+    assert np.isnan(found[1])
+    assert found[2] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_ten_samples_are_too_few():
+    flight = made()
+    part = Block(
+        channels=flight.block.channels,
+        times=flight.block.times[6010:6020],
+        values=flight.block.values[6010:6020],
+    )
+    found = find_maneuvers(Flight(name="ten", path=Path("ten"), block=part, sources={}), AIRCRAFT)
+    assert found == ()
