@@ -9,6 +9,7 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification import equation_error
+from gsapp.identification.equation_error import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.layout import known_values, lay_out
 from gsapp.identification.maximum_likelihood.problem import Problem
@@ -52,15 +53,30 @@ def fit(
     solver = Solver(problem, settings, progress)
     _check_size(problem, solver)
     quick = _by_equation_error(maneuvers, settings, problem)
+    solved = _solved(maneuvers, settings, problem, solver, quick)
+    solution = conclude(problem, solver, solved, settings)
+    signs = suspicious_signs(solution.estimate)
+    if solution.fits_badly:
+        # A reversed channel bends the whole fit; equation error shows where it sits.
+        signs = _signs_by_equation_error(maneuvers, settings, problem) or signs
+    warnings = tuple(dict.fromkeys((*signs, *solution.estimate.warnings)))
+    return replace(solution, estimate=replace(solution.estimate, warnings=warnings))
+
+
+def _solved(
+    maneuvers: Sequence[Maneuver],
+    settings: MLSettings,
+    problem: Problem,
+    solver: Solver,
+    quick: Mapping[str, float],
+) -> Solved:
     unbiased = replace(settings, start={})
     for chosen, values in ((settings, quick), (unbiased, quick), (unbiased, {})):
         try:
-            solved = solver.solve(start_values(problem, chosen, values))
+            return solver.solve(start_values(problem, chosen, values))
         except DivergedError:
             continue
-        return conclude(problem, solver, solved, settings)
-    solved = _in_pieces(maneuvers, settings, problem, solver, quick)
-    return conclude(problem, solver, solved, settings)
+    return _in_pieces(maneuvers, settings, problem, solver, quick)
 
 
 def _linear(problem: Problem) -> list[str]:
@@ -141,15 +157,18 @@ def _in_pieces(
             return solver.solve(np.concatenate((shared, local)))
         except DivergedError:
             continue
+    signs = _signs_by_equation_error(maneuvers, settings, problem)
+    why = "; ".join(signs) or "its derivatives make an aircraft that is far from stable"
     raise FlightError(
-        f"the model diverges over maneuver {', '.join(part.id for part in problem.parts)}: "
-        f"{_suspicion(maneuvers, settings, problem)}; check signs and calibration, give start "
-        "values, or use equation error"
+        f"the model diverges over maneuver {', '.join(part.id for part in problem.parts)}: {why}; "
+        "check signs and calibration, give start values, or use equation error"
     )
 
 
-def _suspicion(maneuvers: Sequence[Maneuver], settings: MLSettings, problem: Problem) -> str:
-    """Return what looks wrong to equation error, which does not integrate."""
+def _signs_by_equation_error(
+    maneuvers: Sequence[Maneuver], settings: MLSettings, problem: Problem
+) -> tuple[str, ...]:
+    """Return what looks reversed to equation error, which does not integrate."""
     try:
         found = equation_error.estimate(
             maneuvers,
@@ -160,10 +179,9 @@ def _suspicion(maneuvers: Sequence[Maneuver], settings: MLSettings, problem: Pro
             model=settings.model,
             motions=[part.motion for part in problem.parts],
         )
-    except FlightError as error:
-        return str(error)
-    signs = equation_error.suspicious_signs(found)
-    return "; ".join(signs) or "its derivatives make an aircraft that is far from stable"
+    except FlightError:
+        return ()
+    return suspicious_signs(found)
 
 
 def simulate(

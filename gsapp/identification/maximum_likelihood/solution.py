@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.identification.axes import axis_derivatives
-from gsapp.identification.equation_error import suspicious_signs
-from gsapp.identification.maximum_likelihood.problem import Problem
+from gsapp.identification.maximum_likelihood.problem import ManeuverProblem, Problem
 from gsapp.identification.maximum_likelihood.settings import MLSettings
 from gsapp.identification.maximum_likelihood.solver import Solved, Solver, prior_warnings
 from gsapp.identification.results import (
@@ -21,15 +20,18 @@ from gsapp.identification.results import (
 from gsapp.identification.statistics import (
     Identifiability,
     Verdict,
+    Whiteness,
     identifiability,
     joint_covariance,
     response_fit,
+    turbulence,
     whiteness,
 )
 from gsapp.identification.statistics import Part as BoundsPart
 from gsapp.identification.statistics.bounds import inverse
 from gsapp.quantities import FloatArray
 
+BADLY_COLORED = 20.0
 COLORED = 4.0
 """Power at low frequency over that of white noise from which on the crew is told."""
 
@@ -54,6 +56,8 @@ class Part:
     sensitivities : ndarray, shape (n, n_responses, n_columns)
     columns : ndarray of int, shape (n_columns,)
         Where each column stands among the solution's `names`.
+    whiteness : tuple of Whiteness
+        Of the residuals of each response.
     """
 
     maneuver: str
@@ -65,6 +69,7 @@ class Part:
     segments: tuple[slice, ...]
     sensitivities: FloatArray
     columns: np.ndarray[tuple[int], np.dtype[np.intp]]
+    whiteness: tuple[Whiteness, ...]
 
     @property
     def residuals(self) -> FloatArray:
@@ -99,6 +104,15 @@ class Solution:
     cramer_rao: FloatArray
     parts: tuple[Part, ...]
     estimate: Estimate
+
+    @property
+    def fits_badly(self) -> bool:
+        """Return whether the residuals of some response are far from noise."""
+        return any(
+            not test.white and test.inflation > BADLY_COLORED
+            for part in self.parts
+            for test in part.whiteness
+        )
 
     def value(self, name: str) -> float:
         """Return any unknown by its name."""
@@ -158,18 +172,20 @@ def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> 
         computed.append(np.asarray(segment.y))
         segments.append(slice(start, start + segment.measured.shape[1]))
         start = segments[-1].stop
+    shown, expected = np.concatenate(measured, axis=1).T, np.concatenate(computed, axis=1).T
     return Part(
         maneuver=one.id,
         times=np.concatenate([one.motion.times[segment.part] for segment in one.segments]),
         responses=one.responses,
-        measured=np.concatenate(measured, axis=1).T,
-        computed=np.concatenate(computed, axis=1).T,
+        measured=shown,
+        computed=expected,
         weights=weights,
         segments=tuple(segments),
         sensitivities=np.ascontiguousarray(
             np.concatenate(solved.sensitivities[index], axis=2).transpose(2, 0, 1)
         ),
         columns=np.r_[0 : len(problem.names.all), problem.columns(index)],
+        whiteness=whiteness(shown - expected, None if len(segments) == 1 else segments, dt=one.dt),
     )
 
 
@@ -234,8 +250,8 @@ def _estimate(
     )
     warnings = [*problem.remarks, *prior_warnings(problem, settings.priors)]
     warnings += _correlation_warnings(verdicts, shared)
-    warnings += _residual_warnings(problem, parts)
-    warnings += suspicious_signs(found)
+    for one, part in zip(problem.parts, parts, strict=True):
+        warnings += _residual_warnings(one, part)
     return replace(found, warnings=tuple(dict.fromkeys(warnings)))
 
 
@@ -287,22 +303,27 @@ def _fits(parts: Sequence[Part]) -> dict[str, ResponseFit]:
     return found
 
 
-def _residual_warnings(problem: Problem, parts: Sequence[Part]) -> list[str]:
-    found = []
-    for one, part in zip(problem.parts, parts, strict=True):
-        tests = whiteness(
-            part.residuals,
-            None if len(part.segments) == 1 else part.segments,
-            dt=one.dt,
+def _residual_warnings(one: ManeuverProblem, part: Part) -> list[str]:
+    """Return what the residuals of a maneuver tell: gusts, color, a response left out."""
+    segments = None if len(part.segments) == 1 else part.segments
+    sensors = one.maneuver.aircraft.sensors
+    gusts = turbulence(
+        dict(zip(part.responses, part.residuals.T, strict=True)),
+        dt=one.dt,
+        V=float(one.motion.state("V").mean()),
+        alpha=float(one.motion.state("alpha").mean()),
+        arms=(sensors.alpha_vane.position[0], sensors.beta_vane.position[0]),
+        segments=segments,
+    )
+    found = [f"maneuver {part.maneuver}: {gust.warning}" for gust in gusts if gust.detected]
+    colored = [
+        f"{name} ({test.inflation:.0f} times)"
+        for name, test in zip(part.responses, part.whiteness, strict=True)
+        if not test.white and test.inflation > COLORED
+    ]
+    if colored:
+        found.append(
+            f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
+            "their power at low frequency exceeds that of white noise; the bounds allow for it"
         )
-        colored = [
-            f"{name} ({test.inflation:.0f} times)"
-            for name, test in zip(part.responses, tests, strict=True)
-            if not test.white and test.inflation > COLORED
-        ]
-        if colored:
-            found.append(
-                f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
-                "their power at low frequency exceeds that of white noise; the bounds allow for it"
-            )
     return found

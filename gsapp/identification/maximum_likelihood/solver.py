@@ -145,11 +145,13 @@ class Solver:
     def _noise(self, index: int, residuals: Sequence[FloatArray]) -> FloatArray:
         """Return the covariance of a maneuver's residuals; samples that do not count are zero."""
         count, floor = self._counts[index], self._floors[index]
+        found: FloatArray
         if self._settings.noise == "diagonal" or self.problem.parts[index].weights is not None:
             sums = sum((np.einsum("rn,rn->r", v, v) for v in residuals), np.zeros(1))
-            return np.diag(np.maximum(sums / count, floor))
-        products = sum((v @ v.T for v in residuals), np.zeros((1, 1)))
-        found: FloatArray = products / np.sqrt(count * count[:, None]) + np.diag(floor)
+            found = np.diag(np.maximum(sums / count, floor))
+        else:
+            products = sum((v @ v.T for v in residuals), np.zeros((1, 1)))
+            found = products / np.sqrt(count * count[:, None]) + np.diag(floor)
         return found
 
     def weights(self, point: Point) -> list[FloatArray]:
@@ -160,10 +162,12 @@ class Solver:
         """
         found: list[FloatArray] = []
         for index, part in enumerate(self.problem.parts):
+            W: FloatArray
             if part.weights is None:
-                found.append(np.linalg.inv(point.noise[index]))
+                W = np.asarray(np.linalg.inv(point.noise[index]), dtype=np.float64)
             else:
-                found.append(np.diag(self._given(part)) / self._scale(point))
+                W = np.diag(self._given(part) / self._scale(point))
+            found.append(W)
         return found
 
     def _given(self, part: ManeuverProblem) -> FloatArray:
