@@ -1,0 +1,104 @@
+"""Detection of maneuvers: seconds for a ten-minute flight, against a plain loop over its samples.
+
+The baseline is the plainest form of the first step only: sample by sample, in Python, how far did
+each surface go within 0.15 s, and which such moves belong together. It neither measures noise nor
+tells flight from ground, nor judges shapes, nor grades.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from gsapp.aircraft import load_aircraft
+from gsapp.flight import Flight
+from gsapp.flight.maneuvers import ManeuverDetector, find_maneuvers
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
+from maneuver_kit import Input, make_flight
+
+LIVE_ROWS = 10
+
+
+def flight_of(seconds: float) -> Flight:
+    """Return a flight with an input every half minute, on one surface after the other."""
+    inputs = [
+        Input(at=at, surface=("de", "da", "dr")[number % 3], size=(5.0, 6.0, 10.0)[number % 3])
+        for number, at in enumerate(range(120, int(seconds) - 20, 30))
+    ]
+    return make_flight(inputs, seconds=seconds, ground=90.0, range_check=[(40.0, "de")], gusts=0.3)
+
+
+def plain_moves(block: Block) -> int:
+    """Return how many groups of quick moves there are, sample by sample."""
+    surfaces = [block[name].tolist() for name in ("de", "da", "dr")]
+    times = block.times.tolist()
+    last, groups = -1e9, 0
+    for row in range(15, len(times)):
+        for samples in surfaces:
+            if abs(samples[row] - samples[row - 15]) > 1.0 * DEGREE:
+                if times[row] - last > 1.3:
+                    groups += 1
+                last = times[row]
+    return groups
+
+
+def live(block: Block) -> int:
+    """Return how many maneuvers are found when a tenth of a second comes at a time."""
+    detector = ManeuverDetector(load_aircraft("b777"), 100.0)
+    for low in range(0, len(block), LIVE_ROWS):
+        detector.feed(
+            Block.trusted(
+                block.channels,
+                block.times[low : low + LIVE_ROWS],
+                block.values[low : low + LIVE_ROWS],
+            )
+        )
+        detector.settle()
+    return len(detector.finish())
+
+
+def best(work: Callable[[], object], repeats: int) -> float:
+    """Return the least CPU seconds of several runs."""
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        work()
+        seconds.append(time.process_time() - start)
+    return min(seconds)
+
+
+def main(*options: str) -> dict[str, float]:
+    """Measure, print and return CPU seconds, and the ratio to the plain loop."""
+    quick = "--quick" in options
+    repeats = 2 if quick else 5
+    flight = flight_of(300.0 if quick else 600.0)
+    block = flight.block
+    aircraft = load_aircraft("b777")
+    found = find_maneuvers(flight, aircraft)
+    if live(block) != len(found):
+        raise RuntimeError("fed piece by piece, another number of maneuvers was found")
+    whole = best(lambda: find_maneuvers(flight, aircraft), repeats)
+    plain = best(lambda: plain_moves(block), repeats)
+    pieces = best(lambda: live(block), 1 if quick else 2)
+    results = {
+        "seconds for the flight": whole,
+        "plain loop, first step only": plain,
+        "ratio, plain over whole": plain / whole,
+        "samples per second": len(block) / whole,
+        "live, share of a core": pieces / flight.duration,
+    }
+    print(f"{len(block)} samples, {len(block.channels)} channels, {len(found)} maneuvers found")
+    print(f"{'detection, whole flight at once':40} {whole:9.3f} s CPU")
+    print(f"{'plain loop, first step only':40} {plain:9.3f} s CPU   {plain / whole:6.2f} x as long")
+    print(f"{'detection, a tenth of a second at a time':40} {pieces:9.3f} s CPU   "
+          f"{100.0 * results['live, share of a core']:6.2f} % of a core")  # fmt: skip
+    return results
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,89 @@
+"""``gsapp maneuvers`` prints for people, writes the fixed JSON, and fills a catalog."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from gsapp.cli.maneuvers import run
+from gsapp.flight.catalog import Catalog, search_maneuvers
+from gsapp.flight.writers import write_block
+from gsapp.foundation import GroundStationError
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
+from maneuver_kit import EVERYTHING, Input, make_flight
+
+FIELDS = [
+    "id", "t_start", "t_end", "inputs", "kind", "amplitude", "grade", "reasons", "V", "alpha",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("flights")
+    made = make_flight(EVERYTHING, seconds=120.0, rate=50.0).block
+    write_block(place / "whole.csv", made, "csv", "us")
+    short = make_flight([Input(at=3.0, surface="de")], ground=0.0, seconds=12.0, steering=0.0)
+    write_block(place / "short.csv", short.block, "csv", "us")
+    write_block(place / "blind.csv", made.select(["p", "q", "r", "V"]), "csv", "us")
+    return place
+
+
+def test_the_list_is_printed_and_written(folder, tmp_path, capsys):
+    out, catalog = tmp_path / "m.json", tmp_path / "campaign.sqlite"
+    run(flight=folder / "whole.csv", json=out, catalog=catalog)
+    shown = capsys.readouterr().out
+    assert "whole: 5 maneuvers" in shown
+    assert "flying is judged by airspeed" in shown
+    found = json.loads(out.read_text())
+    assert [one["inputs"] for one in found] == [["de"], ["da"], ["dr"], ["da", "dr"], ["de"]]
+    assert all(list(one) == FIELDS for one in found)
+    # SI and radians, whatever the file was written in.
+    assert found[0]["amplitude"] == pytest.approx(5.0 * DEGREE, rel=0.15)
+    assert found[0]["V"] == pytest.approx(30.0, abs=0.5)
+    assert found[0]["t_start"] == pytest.approx(59.0, abs=0.2)
+    with Catalog(catalog) as opened:
+        stored = search_maneuvers(opened, flight="whole")
+    assert [one.maneuver.to_json() for one in stored] == found
+
+
+def test_json_alone_on_the_screen(folder, capsys):
+    run(flight=folder / "short.csv", json=Path("-"))
+    shown = capsys.readouterr()
+    (one,) = json.loads(shown.out)
+    # Shorter than a minute with one maneuver: taken whole.
+    assert (one["t_start"], one["t_end"]) == (0.0, pytest.approx(11.99))
+    assert one["inputs"] == ["de"]
+
+
+def test_an_aircraft_of_ones_own(folder, tmp_path, capsys):
+    with pytest.raises(GroundStationError, match="no-such-aircraft"):
+        run(flight=folder / "whole.csv", aircraft="no-such-aircraft")
+    run(flight=folder / "whole.csv", aircraft="b777")
+    assert "5 maneuvers" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("blind.csv", "no sample of a surface"), ("absent.csv", "absent.csv")]
+)
+def test_what_cannot_be_searched_says_why(folder, tmp_path, name, words):
+    catalog = tmp_path / "c.sqlite"
+    with pytest.raises(GroundStationError, match=words):
+        run(flight=folder / name, catalog=catalog)
+    assert not catalog.exists()
+
+
+def test_a_flight_without_maneuvers_says_so(folder, tmp_path, capsys):
+    quiet = make_flight(seconds=70.0, rate=50.0).block
+    path = tmp_path / "quiet.csv"
+    write_block(
+        path, Block(channels=quiet.channels, times=quiet.times, values=quiet.values), "csv", "us"
+    )
+    run(flight=path, json=tmp_path / "m.json")
+    assert "no maneuver was found" in capsys.readouterr().out
+    assert json.loads((tmp_path / "m.json").read_text()) == []

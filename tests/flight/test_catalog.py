@@ -1,0 +1,346 @@
+"""The catalog: what is stored comes back, whoever else writes, whatever happened to the file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sqlite3
+import subprocess
+import sys
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.flight.catalog import (
+    Catalog,
+    Run,
+    StoredEstimate,
+    StoredModel,
+    dump,
+    flights_of,
+    maneuvers_csv,
+    model_of,
+    schema,
+    search_maneuvers,
+    search_runs,
+    store_flight,
+    store_grade,
+    store_maneuvers,
+    store_model,
+    store_run,
+    store_weights,
+    table_csv,
+    weights_of,
+)
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.maneuvers import find_maneuvers
+from gsapp.foundation import FlightError, UnknownNameError
+
+sys.path.insert(0, str(Path(__file__).parent))
+from maneuver_kit import EVERYTHING, make_flight
+
+FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
+OTHER = replace(
+    FLIGHT,
+    name="2003-05-13-b",
+    info=FlightInfo(date=datetime(2003, 5, 13, tzinfo=UTC), takeoff_weight="205 N", notes="windy"),
+)
+FOUND = find_maneuvers(FLIGHT, load_aircraft("b777"))
+EARNED = StoredEstimate(value=-0.34, std=0.01, cramer_rao=0.004)
+UNEARNED = StoredEstimate(
+    value=None, status="not-identifiable", confounded_with=("Cm_q",), why="they look alike"
+)
+
+
+@pytest.fixture
+def catalog(tmp_path):
+    with Catalog(tmp_path / "campaign.sqlite") as opened:
+        store_maneuvers(opened, FLIGHT, FOUND, aircraft="B777")
+        yield opened
+
+
+def ids(found):
+    return [(one.flight, one.maneuver.id) for one in found]
+
+
+def test_maneuvers_come_back_as_they_were(catalog):
+    stored = search_maneuvers(catalog)
+    assert [one.maneuver.to_record() for one in stored] == [one.to_record() for one in FOUND]
+    assert {one.graded_by for one in stored} == {"program"}
+    # The second of trim before the input, not the maneuver itself.
+    condition = stored[0].conditions["V"]
+    assert condition.mean == pytest.approx(FOUND[0].V, abs=0.02)
+    assert condition.least < condition.mean < condition.most
+    assert stored[0].conditions["throttle"].mean == pytest.approx(0.5, abs=0.01)
+
+
+def test_maneuvers_are_found_by_flight_input_kind_condition_and_grade(catalog):
+    store_maneuvers(catalog, OTHER, FOUND[:2])
+    assert len(search_maneuvers(catalog)) == len(FOUND) + 2
+    assert ids(search_maneuvers(catalog, flight="2003-05-13-b")) == [
+        ("2003-05-13-b", "1"),
+        ("2003-05-13-b", "2"),
+    ]
+    assert ids(search_maneuvers(catalog, inputs=["dr", "da"])) == [("2003-05-12-a", "4")]
+    assert ids(search_maneuvers(catalog, kind="3-2-1-1")) == [("2003-05-12-a", "5")]
+    assert len(search_maneuvers(catalog, conditions={"V": (29.0, 31.0)})) == 7
+    assert search_maneuvers(catalog, conditions={"V": (None, 20.0)}) == ()
+    assert search_maneuvers(catalog, conditions={"flap": (None, None)}) == ()
+    store_grade(catalog, "2003-05-12-a", "1", "D", ["pilot sneezed"], by="A. Pilot")
+    assert ("2003-05-12-a", "1") not in ids(search_maneuvers(catalog, worst_grade="C"))
+    with pytest.raises(FlightError, match="no grade 'E'"):
+        search_maneuvers(catalog, worst_grade="E")
+
+
+def test_a_persons_grade_stands_when_the_flight_is_stored_again(catalog):
+    store_grade(catalog, FLIGHT.name, "1", "D", ["pilot sneezed"], by="A. Pilot")
+    store_maneuvers(catalog, FLIGHT, FOUND)
+    first = search_maneuvers(catalog)[0]
+    assert (first.maneuver.grade, first.maneuver.reasons) == ("D", ("pilot sneezed",))
+    assert first.graded_by == "A. Pilot"
+    # Storing the same again adds nothing to the history.
+    assert catalog.query("SELECT count(*) FROM grades")[0][0] == len(FOUND) + 1
+
+
+def test_what_is_no_longer_found_stays_as_the_origin_of_estimates(catalog):
+    number = store_run(
+        catalog,
+        Run(
+            method="ml", axis="lon", maneuvers=((FLIGHT.name, "1"),), estimates={"Cm_alpha": EARNED}
+        ),
+    )
+    store_maneuvers(catalog, FLIGHT, FOUND[1:])
+    assert "1" not in [one.maneuver.id for one in search_maneuvers(catalog)]
+    (run,) = search_runs(catalog, derivative="Cm_alpha")
+    assert (run.id, run.maneuvers) == (number, ((FLIGHT.name, "1"),))
+    # Found again, it stands again.
+    store_maneuvers(catalog, FLIGHT, FOUND)
+    assert search_maneuvers(catalog)[0].runs == (number,)
+
+
+def test_runs_keep_settings_estimates_and_the_edges_of_their_time(catalog):
+    store_model(catalog, StoredModel(name="b777-2", content="name = 'x'", parent="b777"))
+    run = Run(
+        method="ml",
+        axis="lon",
+        maneuvers=((FLIGHT.name, "1"), (FLIGHT.name, "5")),
+        estimates={"Cm_alpha": EARNED, "Cm_q": UNEARNED},
+        settings={"weights": {"q": 8.0}, "lags": 50},
+        fit={"q": {"rms": 0.01}},
+        model="b777-2",
+        iterations=6,
+        warnings=("residuals are colored",),
+        made_at="2026-01-01T00:00:00+00:00",
+    )
+    number = store_run(catalog, run)
+    moved = replace(FOUND[0], t_end=FOUND[0].t_end - 1.0)
+    store_maneuvers(catalog, FLIGHT, (moved, *FOUND[1:]))
+    (back,) = search_runs(catalog, method="ml", axis="lon", flight=FLIGHT.name)
+    assert back == replace(run, id=number)
+    edges = catalog.query("SELECT t_end FROM run_maneuvers WHERE run = ? ORDER BY t_end", (number,))
+    assert edges[0]["t_end"] == FOUND[0].t_end
+    assert search_runs(catalog, derivative="Cm_q") == ()
+    assert search_runs(catalog, axis="lat") == ()
+
+
+def test_a_run_of_unknown_origin_leaves_nothing_behind(catalog):
+    for wrong, words in (
+        (Run(method="ml", axis="lon", maneuvers=(("x", "1"),), estimates={}), "no flight 'x'"),
+        (
+            Run(method="ml", axis="lon", maneuvers=((FLIGHT.name, "77"),), estimates={"a": EARNED}),
+            "no maneuver '77'",
+        ),
+        (Run(method="ml", axis="lon", maneuvers=(), estimates={}, model="m"), "no model 'm'"),
+    ):
+        with pytest.raises(UnknownNameError, match=words):
+            store_run(catalog, wrong)
+    with pytest.raises(FlightError, match="cannot hold"):
+        store_run(
+            catalog,
+            Run(method="ml", axis="lon", maneuvers=(), estimates={}, settings={"x": float("nan")}),
+        )
+    assert search_runs(catalog) == ()
+    assert catalog.query("SELECT count(*) FROM run_maneuvers")[0][0] == 0
+
+
+def test_weights_belong_to_a_flight(catalog):
+    store_weights(catalog, FLIGHT.name, {"alpha": 5.0, "q": 8.0})
+    store_weights(catalog, FLIGHT.name, {"q": 9.0, "an": 35.0})
+    assert weights_of(catalog, FLIGHT.name) == {"an": 35.0, "q": 9.0}
+    assert weights_of(catalog, "nobody") == {}
+    with pytest.raises(UnknownNameError):
+        store_weights(catalog, "nobody", {"q": 1.0})
+    with pytest.raises(FlightError, match="refuses"):
+        store_weights(catalog, FLIGHT.name, {"q": -1.0})
+    assert weights_of(catalog, FLIGHT.name) == {"an": 35.0, "q": 9.0}
+
+
+def test_models_and_flights(catalog):
+    store_model(catalog, StoredModel(name="m", content="a = 1", evidence="better by half"))
+    store_model(catalog, StoredModel(name="m", content="a = 2", evidence="better still"))
+    assert (model_of(catalog, "m").content, model_of(catalog, "m").evidence) == (
+        "a = 2",
+        "better still",
+    )
+    with pytest.raises(UnknownNameError, match="no model 'n'"):
+        model_of(catalog, "n")
+    store_flight(catalog, OTHER, aircraft="B777")
+    # Dated flights first.
+    assert flights_of(catalog) == ("2003-05-13-b", "2003-05-12-a")
+    (row,) = catalog.query("SELECT * FROM flights WHERE name = ?", (OTHER.name,))
+    assert (row["takeoff_weight"], row["notes"]) == (205.0, "windy")
+
+
+def test_a_flight_taken_out_takes_its_rows_along(catalog):
+    """Foreign keys are in force on every connection."""
+    with catalog.writing() as connection:
+        connection.execute("DELETE FROM flights WHERE name = ?", (FLIGHT.name,))
+    for table in ("maneuvers", "inputs", "conditions", "grades"):
+        assert dump(catalog)["tables"][table] == []
+    with pytest.raises(FlightError, match="refuses"), catalog.writing() as connection:
+        connection.execute("INSERT INTO inputs (maneuver, surface) VALUES (99, 'de')")
+
+
+def test_everything_can_be_dumped(catalog):
+    store_run(
+        catalog,
+        Run(method="ee", axis="lon", maneuvers=((FLIGHT.name, "1"),), estimates={"CN_0": EARNED}),
+    )
+    whole = json.loads(json.dumps(dump(catalog)))
+    assert whole["version"] == len(schema.MIGRATIONS)
+    assert set(whole["tables"]) == set(schema.TABLES)
+    assert len(whole["tables"]["maneuvers"]) == len(FOUND)
+    assert whole["tables"]["estimates"][0]["value"] == -0.34
+    lines = list(csv.DictReader(io.StringIO(table_csv(catalog, "inputs"))))
+    assert [line["surface"] for line in lines].count("dr") == 2
+    found = list(csv.DictReader(io.StringIO(maneuvers_csv(search_maneuvers(catalog)))))
+    assert found[3]["inputs"] == "da+dr"
+    assert float(found[0]["V"]) == pytest.approx(30.0, abs=0.2)
+    with pytest.raises(UnknownNameError, match="no table 'secrets'; it has flights"):
+        table_csv(catalog, "secrets")
+
+
+def test_a_failure_in_between_changes_nothing(catalog):
+    before = dump(catalog)
+    broken = replace(FOUND[1], t_end=FOUND[1].t_start)
+    with pytest.raises(FlightError, match="refuses"):
+        store_maneuvers(catalog, FLIGHT, (FOUND[0], broken))
+    assert dump(catalog) == before
+
+
+WRITER = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+sys.path.insert(0, sys.argv[3])
+from maneuver_kit import make_flight
+from gsapp.flight.catalog import Catalog, search_maneuvers, store_maneuvers
+from gsapp.flight.maneuvers import FoundManeuver
+flight = make_flight(seconds=3.0, ground=0.0)
+one = FoundManeuver(id="1", t_start=0.0, t_end=2.0, inputs=("de",), kind="doublet",
+                    amplitude=0.1, grade="A")
+with Catalog(sys.argv[1]) as catalog:
+    for k in range(10):
+        store_maneuvers(catalog, replace(flight, name=f"{sys.argv[2]}-{k}"), [one])
+        search_maneuvers(catalog)
+"""
+
+
+def test_two_programs_fill_one_catalog_at_once(tmp_path):
+    """Both make the file, both write and read: all is there afterwards, and sound."""
+    path = tmp_path / "shared.sqlite"
+    here = str(Path(__file__).parent)
+    programs = [
+        subprocess.Popen(
+            [sys.executable, "-c", WRITER, str(path), name, here], stderr=subprocess.PIPE, text=True
+        )
+        for name in ("one", "two")
+    ]
+    for program in programs:
+        assert program.wait(60) == 0, program.stderr.read() if program.stderr else ""
+    for program in programs:
+        if program.stderr:
+            program.stderr.close()
+    with Catalog(path) as catalog:
+        assert len(search_maneuvers(catalog)) == 20
+        assert catalog.query("PRAGMA integrity_check")[0][0] == "ok"
+        assert catalog.query("PRAGMA foreign_key_check") == []
+
+
+def test_a_reader_does_not_wait_for_a_writer(tmp_path, catalog):
+    with Catalog(catalog.path) as reader, catalog.writing() as connection:
+        connection.execute("DELETE FROM flights")
+        assert len(search_maneuvers(reader)) == len(FOUND)
+
+
+# Files that are none -------------------------------------------------------------------
+
+
+def refused(path: Path, words: str) -> None:
+    before = path.read_bytes() if path.is_file() else b""
+    with pytest.raises(FlightError, match=words):
+        Catalog(path)
+    if path.is_file():
+        assert path.read_bytes() == before
+
+
+def test_a_file_of_another_kind_is_refused_and_left_alone(tmp_path):
+    text = tmp_path / "notes.txt"
+    text.write_text("these are notes and no catalog " * 40)
+    refused(text, "damaged or no catalog at all")
+    foreign = tmp_path / "photos.sqlite"
+    connection = sqlite3.connect(foreign)
+    connection.execute("CREATE TABLE photos (id INTEGER)")
+    connection.commit()
+    connection.close()
+    refused(foreign, "database of another program")
+    refused(tmp_path, "is a folder")
+    refused(tmp_path / "absent" / "c.sqlite", "there is no folder")
+
+
+def test_a_damaged_catalog_gets_one_sentence(tmp_path):
+    path = tmp_path / "c.sqlite"
+    with Catalog(path) as made:
+        store_maneuvers(made, FLIGHT, FOUND)
+        made.query("PRAGMA wal_checkpoint(TRUNCATE)")
+        made.query("PRAGMA journal_mode = DELETE")
+    data = bytearray(path.read_bytes())
+    # All pages but the first, which tells that it is a catalog.
+    data[4096:] = b"\xa5" * (len(data) - 4096)
+    path.write_bytes(bytes(data))
+    with pytest.raises(FlightError, match="damaged"), Catalog(path) as opened:
+        search_maneuvers(opened)
+    cut = tmp_path / "cut.sqlite"
+    cut.write_bytes(bytes(data[:3000]))
+    with pytest.raises(FlightError, match="damaged"), Catalog(cut) as opened:
+        search_maneuvers(opened)
+
+
+def test_a_newer_catalog_is_not_touched(tmp_path):
+    path = tmp_path / "c.sqlite"
+    with Catalog(path) as made:
+        made.query(f"PRAGMA user_version = {len(schema.MIGRATIONS) + 3}")
+    with pytest.raises(FlightError, match="newer version of this program"):
+        Catalog(path)
+
+
+def test_an_older_catalog_is_brought_up_to_date_with_its_content(tmp_path, monkeypatch):
+    """A further step runs once, on a filled file, whole or not at all."""
+    path = tmp_path / "c.sqlite"
+    with Catalog(path) as made:
+        store_maneuvers(made, FLIGHT, FOUND)
+    step = ("ALTER TABLE flights ADD COLUMN pilot TEXT", "UPDATE flights SET pilot = 'nobody'")
+    monkeypatch.setattr(schema, "MIGRATIONS", (*schema.MIGRATIONS, (*step, "NONSENSE")))
+    with pytest.raises(FlightError, match="cannot be used"):
+        Catalog(path)
+    monkeypatch.setattr(schema, "MIGRATIONS", (*schema.MIGRATIONS[:-1], step))
+    with Catalog(path) as opened:
+        assert opened.version == len(schema.MIGRATIONS)
+        assert opened.query("SELECT pilot FROM flights")[0]["pilot"] == "nobody"
+        assert len(search_maneuvers(opened)) == len(FOUND)
+    with Catalog(path) as again:
+        assert again.version == len(schema.MIGRATIONS)
