@@ -22,7 +22,7 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.sensors import accelerations_at, airspeed, alpha_vane, beta_vane, velocity_at
 from gsapp.dynamics.simulation import Commands, Simulator, run
 from gsapp.dynamics.trim import trim
-from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -55,6 +55,7 @@ STEPS: Mapping[str, float] = {
 """One count of the 12-bit converter, SI."""
 COLORED = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")
 BIASED = ("an", "ay")
+AXES: Mapping[str, Axis] = {"lon": "lon", "lat": "lat", "both": "both"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -194,8 +195,7 @@ def fly(
         mass=float(motion["mass"].mean()),
         kind="doublet",
     )
-    axis = kind if kind in ("lon", "lat") else "both"
-    known = {name: truth.derivative(name) for name in axis_derivatives(axis)}  # type: ignore[arg-type]
+    known = {name: truth.derivative(name) for name in axis_derivatives(AXES[kind])}
     return Virtual(maneuver=maneuver, truth=known, motion=motion)
 
 

@@ -13,8 +13,6 @@ from gsapp.identification.statistics.bounds import (
     information,
     joint_covariance,
     noise_covariance,
-    sandwich,
-    score_covariance,
 )
 from gsapp.identification.statistics.fit import response_fit
 from gsapp.identification.statistics.identifiability import (
@@ -22,11 +20,13 @@ from gsapp.identification.statistics.identifiability import (
     Verdict,
     identifiability,
 )
+from gsapp.identification.statistics.turbulence import Turbulence, turbulence
 from gsapp.identification.statistics.whiteness import Whiteness, whiteness
 
 __all__ = [
     "Identifiability",
     "Part",
+    "Turbulence",
     "Verdict",
     "Whiteness",
     "colored_covariance",
@@ -36,7 +36,6 @@ __all__ = [
     "joint_covariance",
     "noise_covariance",
     "response_fit",
-    "sandwich",
-    "score_covariance",
+    "turbulence",
     "whiteness",
 ]

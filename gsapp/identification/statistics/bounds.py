@@ -160,29 +160,6 @@ def colored_covariance(
     return joint_covariance([part], S.shape[2], lags=lags, prior=prior, passes=passes)
 
 
-def score_covariance(
-    S: FloatArray,
-    v: FloatArray,
-    W: FloatArray,
-    *,
-    lags: int | None = None,
-    segments: Sequence[slice] | None = None,
-) -> FloatArray:
-    """Return B, the covariance of the gradient, from the residuals as they are.
-
-    Parameters as in `Part` and `joint_covariance`.
-    """
-    return _Work(Part(S=S, v=v, W=W, segments=segments), lags).gradient_covariance()
-
-
-def sandwich(H: FloatArray, B: FloatArray) -> FloatArray:
-    """Return H^-1 B H^-1; infinite variances where H has no inverse."""
-    inverted, lost = _inverse(H)
-    found = inverted @ B @ inverted
-    found[lost, lost] = np.inf
-    return 0.5 * (found + found.T)
-
-
 class _Work:
     """The spectra of one maneuver."""
 

@@ -19,6 +19,7 @@ from gsapp.quantities import FloatArray
 PORTMANTEAU_LAGS = 20
 LOW_FREQUENCY_HZ = 2.0
 SIGNIFICANT = 0.001
+FEWEST_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,52 +68,36 @@ def whiteness(
         One for each response. Residuals of zero or fewer than 20 samples say nothing: p = 1.
     """
     lags = usual_lags(len(v))
-    centered = v - _means(v)
     layout = Layout(len(v), segments, lags)
-    C = autocovariance(centered, layout)
+    return tuple(_judge(v[:, [index]], layout, dt) for index in range(v.shape[1]))
+
+
+def _judge(v: FloatArray, layout: Layout, dt: float) -> Whiteness:
+    """Test one response, shape (n, 1)."""
+    count, lags = len(v), layout.lags
     counted = np.isfinite(v)
-    pairs = np.rint(layout.lagged_sums(counted.astype(np.float64)))
-    taper = bartlett(lags)
-    j = np.arange(-lags, lags + 1)
-    # Density of the tapered covariance, integrated to the edge of the low band.
+    samples = int(counted.sum())
     edge = min(2.0 * LOW_FREQUENCY_HZ * dt, 1.0)
-    band = edge * np.sinc(edge * j)
-    tested = min(PORTMANTEAU_LAGS, lags)
-    found = []
-    for index in range(v.shape[1]):
-        own = C[:, index, index]
-        size, samples = own[lags], int(counted[:, index].sum())
-        if samples < 20 or not size > 0.0:
-            found.append(
-                Whiteness(
-                    p_value=1.0,
-                    low_frequency_share=np.nan,
-                    white_share=edge,
-                    inflation=np.nan,
-                    white=True,
-                )
-            )
-            continue
-        rho = own / size
-        shrink = 1.0 - np.abs(j) / len(v)
-        straight = rho / shrink
-        after = slice(lags + 1, lags + 1 + tested)
-        available = pairs[after, index, index]
-        statistic = (samples + 2.0) / samples * float((straight[after] ** 2 * available).sum())
-        p_value = float(chi2.sf(statistic, tested))
-        found.append(
-            Whiteness(
-                p_value=p_value,
-                low_frequency_share=float(np.clip((rho * taper * band).sum(), 0.0, 1.0)),
-                white_share=edge,
-                inflation=float(max((rho * taper).sum(), 0.0)),
-                white=p_value >= SIGNIFICANT,
-            )
+    own = autocovariance(v, layout)[:, 0, 0]
+    if samples < FEWEST_SAMPLES or not own[lags] > 0.0:
+        return Whiteness(
+            p_value=1.0, low_frequency_share=np.nan, white_share=edge, inflation=np.nan, white=True
         )
-    return tuple(found)
-
-
-def _means(v: FloatArray) -> FloatArray:
-    counted = np.isfinite(v)
-    means: FloatArray = np.where(counted, v, 0.0).sum(axis=0) / np.maximum(counted.sum(axis=0), 1)
-    return means
+    rho = own / own[lags]
+    j = np.arange(-lags, lags + 1)
+    tapered = rho * bartlett(lags)
+    # Ljung-Box by the means over the pairs that there are.
+    after = slice(lags + 1, lags + 1 + min(PORTMANTEAU_LAGS, lags))
+    pairs = np.rint(layout.lagged_sums(counted.astype(np.float64)))[after, 0, 0]
+    mean = rho[after] / (1.0 - j[after] / count)
+    statistic = (samples + 2.0) / samples * float((mean * mean * pairs).sum())
+    p_value = float(chi2.sf(statistic, pairs.size))
+    # The density of the tapered covariance, integrated to the edge of the low band.
+    share = float((tapered * edge * np.sinc(edge * j)).sum())
+    return Whiteness(
+        p_value=p_value,
+        low_frequency_share=min(max(share, 0.0), 1.0),
+        white_share=edge,
+        inflation=max(float(tapered.sum()), 0.0),
+        white=p_value >= SIGNIFICANT,
+    )

@@ -1,0 +1,173 @@
+"""Residuals judged: whiteness, turbulence, quality of fit."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from gsapp.identification.maximum_likelihood import MLSettings, fit
+from gsapp.identification.statistics import Turbulence, response_fit, turbulence, whiteness
+from gsapp.quantities import FloatArray
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import AXES, fly
+
+
+def colored(random: np.random.Generator, count: int, color: float) -> FloatArray:
+    found: FloatArray = lfilter([1.0], [1.0, -color], random.standard_normal(count + 300))[300:]
+    return found
+
+
+# --- whiteness ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("share_missing", [0.0, 0.2])
+def test_white_residuals_pass(share_missing: float) -> None:
+    """Of 300 white records hardly one is called colored, missing samples or not."""
+    random = np.random.default_rng(3)
+    v = random.standard_normal((500, 300))
+    v[random.random(v.shape) < share_missing] = np.nan
+    found = whiteness(v)
+    assert sum(not one.white for one in found) <= 2
+    assert np.mean([one.p_value < 0.1 for one in found]) == pytest.approx(0.1, abs=0.05)
+    assert np.mean([one.inflation for one in found]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_colored_residuals_are_told_and_measured() -> None:
+    """AR(0.9): the density at zero is (1 + 0.9)/(1 - 0.9) = 19 times that of white noise."""
+    random = np.random.default_rng(4)
+    v = np.column_stack([colored(random, 4000, 0.9), random.standard_normal(4000)])
+    one, other = whiteness(v, [slice(0, 1500), slice(1500, 4000)], dt=0.01)
+    assert (one.white, other.white) == (False, True)
+    assert one.inflation == pytest.approx(19.0, rel=0.3)
+    # Integral of the AR(1) density from 0 to 2 Hz of 50: 2/pi atan(19 tan(pi 0.02)).
+    share = 2.0 / np.pi * np.arctan(19.0 * np.tan(np.pi * 0.02))
+    assert one.low_frequency_share == pytest.approx(share, abs=0.08)
+    assert other.low_frequency_share == pytest.approx(other.white_share, abs=0.02)
+    assert other.white_share == pytest.approx(0.04)
+
+
+def test_residuals_of_nothing_say_nothing() -> None:
+    """No sample, too few samples and residuals of zero neither pass for colored nor fail."""
+    v = np.zeros((60, 3))
+    v[:, 0] = np.nan
+    v[19:, 1] = np.nan
+    v[:19, 1] = 1.0
+    assert [one.p_value for one in whiteness(v)] == [1.0, 1.0, 1.0]
+
+
+# --- turbulence ---------------------------------------------------------------------------------
+
+
+def judged(seed: int, kind: str, *, gust: float = 0.0, color: float = 0.0) -> Turbulence:
+    """Fly a maneuver, fit it, and judge its residuals."""
+    virtual = fly(seed, kind, gust=gust, color=color)
+    part = fit([virtual.maneuver], MLSettings(axis=AXES[kind])).parts[0]
+    residuals = dict(zip(part.responses, part.residuals.T, strict=True))
+    sensors = virtual.maneuver.aircraft.sensors
+    (found,) = turbulence(
+        residuals,
+        dt=virtual.maneuver.dt,
+        V=float(virtual.motion["V"].mean()),
+        alpha=float(virtual.motion["alpha"].mean()),
+        arms=(sensors.alpha_vane.position[0], sensors.beta_vane.position[0]),
+        segments=part.segments,
+    )
+    return found
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_gusts_are_found_and_calm_air_is_left_alone(kind: str) -> None:
+    """Gusts of 0.6 m/s in 4 of 4 maneuvers; no alarm in 4 calm ones, colored noise or not."""
+    for seed in range(900, 904):
+        gusty = judged(seed, kind, gust=0.6)
+        assert gusty.detected
+        assert "compare equation error" in gusty.warning
+        assert 0.05 < gusty.gust < 0.6
+        calm = judged(seed, kind, color=0.9 if seed % 2 else 0.0)
+        assert not calm.detected
+        assert not calm.warning
+
+
+def synthetic(random: np.random.Generator, seconds: float = 10.0) -> dict[str, FloatArray]:
+    """Return residuals of instruments alone."""
+    count = round(seconds * 100)
+    return {
+        name: size * colored(random, count, 0.9)
+        for name, size in (("alpha", 2e-3), ("q", 1e-2), ("an", 5e-2))
+    }
+
+
+def test_a_bad_vane_is_no_gust() -> None:
+    """The vane alone wandering by a degree, or the accelerometer alone, raises no alarm."""
+    random = np.random.default_rng(6)
+    for name, size in (("alpha", 10.0), ("an", 10.0), ("q", 10.0)):
+        for _ in range(50):
+            residuals = synthetic(random)
+            residuals[name] = residuals[name] * size
+            (found,) = turbulence(residuals, dt=0.01, V=30.0)
+            assert not found.detected
+
+
+def test_motion_that_obeys_kinematics_is_no_gust() -> None:
+    """Wrong computed motion moves vane, gyro and accelerometer together, and is no gust.
+
+    The same lift with the air, not the body, moving is one.
+    """
+    random = np.random.default_rng(7)
+    V, lift, dt = 30.0, 150.0, 0.01
+    for _ in range(30):
+        wave = 0.02 * colored(random, 1000, 0.97)
+        quiet = {name: 0.1 * x for name, x in synthetic(random).items()}
+        an = lift * wave
+        # alpha' = q - an/V
+        body = {
+            "alpha": wave + quiet["alpha"],
+            "q": np.gradient(wave, dt) + an / V + quiet["q"],
+            "an": an + quiet["an"],
+        }
+        air = {**quiet, "alpha": wave + quiet["alpha"], "an": an + quiet["an"]}
+        assert not turbulence(body, dt=dt, V=V)[0].detected
+        assert turbulence(air, dt=dt, V=V)[0].detected
+
+
+def test_turbulence_needs_three_instruments_and_time() -> None:
+    """Without a gyro, or in two seconds, nothing is said."""
+    residuals = synthetic(np.random.default_rng(1))
+    assert turbulence({k: x for k, x in residuals.items() if k != "q"}, dt=0.01, V=30.0) == ()
+    parts = [slice(0, 200), slice(300, 500)]
+    assert turbulence(residuals, dt=0.01, V=30.0, segments=parts) == ()
+    residuals["an"][:] = np.nan
+    assert turbulence(residuals, dt=0.01, V=30.0) == ()
+    assert turbulence({}, dt=0.01, V=30.0) == ()
+
+
+# --- quality of fit -----------------------------------------------------------------------------
+
+
+def test_quality_of_fit_by_hand() -> None:
+    """Four samples, one missing: numbers worked out by hand."""
+    measured = np.array([0.0, 2.0, np.nan, 4.0])
+    computed = np.array([0.0, 1.0, 9.0, 3.0])
+    found = response_fit(measured, computed)
+    rms = np.sqrt(2.0 / 3.0)
+    assert found.samples == 3
+    assert found.rms == pytest.approx(rms)
+    assert found.rms_over_range_pct == pytest.approx(100.0 * rms / 4.0)
+    assert found.r2 == pytest.approx(1.0 - 2.0 / 8.0)
+    assert found.theil == pytest.approx(rms / (np.sqrt(20.0 / 3.0) + np.sqrt(10.0 / 3.0)))
+
+
+def test_quality_of_fit_without_samples_or_range() -> None:
+    """No sample: all NaN. A constant has no range; a perfect fit of nothing has Theil 0."""
+    nothing = response_fit(np.full(3, np.nan), np.zeros(3))
+    assert nothing.samples == 0
+    assert np.isnan([nothing.rms, nothing.r2, nothing.theil, nothing.rms_over_range_pct]).all()
+    constant = response_fit(np.zeros(3), np.zeros(3))
+    assert (constant.rms, constant.theil) == (0.0, 0.0)
+    assert np.isnan([constant.r2, constant.rms_over_range_pct]).all()
