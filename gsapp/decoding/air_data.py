@@ -3,12 +3,18 @@
 Dynamic pressure is taken as rho V^2 / 2. What a pitot tube feels is larger by the factor
 1 + M^2/4: 0.2 % at 100 ft/s, a fifth of what the transducer is good for, so compressibility is
 left out.
+
+Every formula takes single numbers as well as arrays, and gives the same bits for both, but for
+those with powers: there NumPy may round differently from Python, so they are for arrays only.
 """
 
 from __future__ import annotations
 
+from typing import TypeVar, cast
+
 import numpy as np
 
+from gsapp.dynamics.arithmetic import choose, functions
 from gsapp.dynamics.atmosphere import (
     GAS_CONSTANT,
     LAPSE_RATE,
@@ -18,14 +24,17 @@ from gsapp.dynamics.atmosphere import (
 )
 from gsapp.quantities import FloatArray
 
+Number = TypeVar("Number", float, FloatArray)
+"""A number, or one for each sample, shape (n,)."""
 
-def density(static_pressure: FloatArray, temperature: FloatArray) -> FloatArray:
+
+def density(static_pressure: Number, temperature: Number) -> Number:
     """Return the density (kg/m^3) of air at a pressure (Pa) and temperature (K).
 
     NaN where either is not positive, as an open input of a converter may read.
     """
     sound = (static_pressure > 0.0) & (temperature > 0.0)
-    return static_pressure / (GAS_CONSTANT * np.where(sound, temperature, np.nan))
+    return static_pressure / (GAS_CONSTANT * cast(Number, choose(sound, temperature, np.nan)))
 
 
 def standard_density(static_pressure: FloatArray) -> FloatArray:
@@ -44,21 +53,25 @@ def altitude(static_pressure: FloatArray) -> FloatArray:
     return np.asarray(pressure_altitude(positive), dtype=np.float64)
 
 
-def true_airspeed(qbar: FloatArray, rho: FloatArray) -> FloatArray:
+def true_airspeed(qbar: Number, rho: Number) -> Number:
     """Return V (m/s) from dynamic pressure (Pa) and density; 0 where noise makes qbar negative."""
-    return np.sqrt(2.0 * np.maximum(qbar, 0.0) / rho)
+    return cast(Number, functions(qbar).sqrt(2.0 * _not_negative(qbar) / rho))
 
 
-def calibrated_airspeed(qbar: FloatArray) -> FloatArray:
+def calibrated_airspeed(qbar: Number) -> Number:
     """Return Vc (m/s): the airspeed that this dynamic pressure (Pa) means at sea level."""
-    return np.sqrt(2.0 * np.maximum(qbar, 0.0) / SEA_LEVEL_DENSITY)
+    return cast(Number, functions(qbar).sqrt(2.0 * _not_negative(qbar) / SEA_LEVEL_DENSITY))
 
 
-def dynamic_pressure(V: FloatArray, rho: FloatArray) -> FloatArray:
+def dynamic_pressure(V: Number, rho: Number) -> Number:
     """Return rho V^2 / 2 (Pa), with the sign of V: noise about zero stays about zero."""
-    return 0.5 * rho * V * np.abs(V)
+    return 0.5 * rho * V * abs(V)
 
 
-def sea_level_dynamic_pressure(Vc: FloatArray) -> FloatArray:
+def sea_level_dynamic_pressure(Vc: Number) -> Number:
     """Return the dynamic pressure (Pa) that a calibrated airspeed (m/s) means, with its sign."""
-    return 0.5 * SEA_LEVEL_DENSITY * Vc * np.abs(Vc)
+    return 0.5 * SEA_LEVEL_DENSITY * Vc * abs(Vc)
+
+
+def _not_negative(value: Number) -> Number:
+    return cast(Number, choose(value <= 0.0, 0.0, value))

@@ -11,8 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from struct import Struct
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
 from gsapp.decoding.clock import FlightClock
-from gsapp.decoding.grid import Samples
+from gsapp.decoding.grid import Numbers
 from gsapp.decoding.health import LinkHealth
 from gsapp.decoding.messages import (
     Stamp,
@@ -33,7 +32,7 @@ from gsapp.decoding.messages import (
     stamp_of,
 )
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
-from gsapp.decoding.stream import Stream
+from gsapp.decoding.stream import Columns, Stream
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
@@ -41,7 +40,7 @@ _STATUSTEXT = 253
 _SYSTEM_TIME = 2
 _TEXT_CHUNK = 50
 _MANY = 1000
-_AT_ONCE = 1024
+_FEW = 8  # samples of one message that are quicker number by number
 _GIVE_UP_EVERY = 30_000_000
 # By custom ground stations number themselves from here on; what they send is no measurement.
 _GROUND_SYSTEM = 250
@@ -200,6 +199,10 @@ class Decoder:
         )
         self.sources: dict[str, ChannelSource] = self._pipeline.sources
         self._pending = [_Pending() for _ in self._pipeline.streams]
+        self._ids = [
+            None if stream.message == LINE else message_id(stream.message)
+            for stream in self._pipeline.streams
+        ]
         self._readers = [_reader(stream) for stream in self._pipeline.streams]
         self._next_give_up = 0
         self._routes: dict[int, list[_Route]] = {}
@@ -272,20 +275,18 @@ class Decoder:
         """
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]
-        for start in range(0, len(records), _AT_ONCE):
-            for record in records[start : start + _AT_ONCE]:
-                kind = record.kind
-                if kind == "frame":
-                    self._frame(record.stamp_us, record.data)
-                elif kind == "line":
-                    self._line(record.stamp_us, record.data)
-                if self.clock.now >= self._next_give_up:
-                    # At moments that depend on the record alone, not on how it is fed.
-                    blocks += self._pull(final=False)
-                    self._pipeline.give_up(self.clock.now)
-                    self._next_give_up = self.clock.now + _GIVE_UP_EVERY
-            blocks += self._pull(final=False)
-        return blocks
+        for record in records:
+            kind = record.kind
+            if kind == "frame":
+                self._frame(record.stamp_us, record.data)
+            elif kind == "line":
+                self._line(record.stamp_us, record.data)
+            if self.clock.now >= self._next_give_up:
+                # At moments that depend on the record alone, not on how it is fed.
+                blocks += self._pull(final=False)
+                self._pipeline.give_up(self.clock.now)
+                self._next_give_up = self.clock.now + _GIVE_UP_EVERY
+        return blocks + self._pull(final=False)
 
     def finish(self) -> list[Block]:
         """Return the rows that still waited for something better; nothing more will come."""
@@ -294,23 +295,20 @@ class Decoder:
         return self._pull(final=True)
 
     def _pull(self, *, final: bool) -> list[Block]:
-        batch: list[Samples] = []
-        numbers: list[list[bytes]] = []
-        stop = width = 0
         for stream, pending in enumerate(self._pending):
-            if not pending.times:
+            times, nows, items = pending.times, pending.nows, pending.items
+            if not times:
                 continue
             self._pending[stream] = _Pending()
-            start, stop = stop, stop + len(pending.times)
-            batch.append(Samples(stream, start, stop, pending.times, pending.nows))
             read = self._readers[stream]
-            numbers.append([read(item) for item in pending.items])
-            width = max(width, len(numbers[-1][0]))
-        if batch:
-            # Zero bytes are zeros: all rows become as long as the longest.
-            rows = [row.ljust(width, b"\0") for some in numbers for row in some]
-            raw = np.frombuffer(bytearray().join(rows)).reshape(stop, -1)
-            self._pipeline.take(batch, raw)
+            number = self._ids[stream]
+            if len(times) <= _FEW:
+                self._pipeline.push_few(stream, times, nows, [read(item) for item in items])
+            elif number is None:
+                self._pipeline.push(stream, times, nows, {"": np.array(items)})
+            else:
+                columns = cast(Columns, decode_columns(number, cast(list[bytes], items)))
+                self._pipeline.push(stream, times, nows, columns)
         return self._pipeline.pull(self.clock.first, self.clock.now, final=final)
 
     def _frame(self, host: int, data: bytes) -> None:
@@ -569,12 +567,11 @@ class Decoder:
         self._line_used = frozenset(columns)
 
 
-def _reader(stream: Stream) -> Callable[[Any], bytes]:
-    """Return what takes the numbers that a stream wants out of its items, as float64."""
+def _reader(stream: Stream) -> Callable[[Any], Numbers]:
+    """Return what takes the numbers that a stream wants out of its items."""
     if stream.message == LINE:
         places = [ref.index or 0 for ref in stream.wanted]
-        pack = Struct(f"={len(places)}d").pack
-        return lambda cells: pack(*[cells[place] for place in places])
+        return lambda cells: [cells[place] for place in places]
     wanted = [(ref.field, ref.index) for ref in stream.wanted]
     return number_reader(message_id(stream.message), wanted)
 

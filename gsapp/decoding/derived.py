@@ -8,15 +8,19 @@ a quick one.
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from gsapp.decoding import air_data
+from gsapp.decoding.air_data import Number
 from gsapp.quantities import FloatArray
 
-Compute = Callable[..., FloatArray]
+Compute = Callable[..., Any]
 
 LONGEST_HOLD = 30_000_000
 """Microseconds for which a slow input stands for itself."""
@@ -33,7 +37,11 @@ class Derivation:
     quick, slow : tuple of str
         Its inputs, in the order in which `compute` takes them.
     compute : callable
-        From arrays of shape (n,) to one.
+        From arrays of shape (n,) to one, or from numbers to a number.
+    density : callable or None
+        From the slow inputs to the density of the air, which `compute` takes in their place.
+    powers : bool
+        Whether its formulas are for arrays only; see `gsapp.decoding.air_data`.
     source : str
         The formula, or where it stands.
     assumed : str
@@ -44,6 +52,8 @@ class Derivation:
     quick: tuple[str, ...]
     slow: tuple[str, ...] = ()
     compute: Compute
+    density: Compute | None = None
+    powers: bool = False
     source: str
     assumed: str = ""
 
@@ -59,28 +69,12 @@ class Derivation:
         return self.quick + self.slow
 
 
-def _mean(left: FloatArray, right: FloatArray) -> FloatArray:
+def _mean(left: Number, right: Number) -> Number:
     return 0.5 * (left + right)
 
 
-def _same(value: FloatArray) -> FloatArray:
+def _same(value: Number) -> Number:
     return value
-
-
-def _airspeed(qbar: FloatArray, static: FloatArray, temperature: FloatArray) -> FloatArray:
-    return air_data.true_airspeed(qbar, air_data.density(static, temperature))
-
-
-def _airspeed_standard(qbar: FloatArray, static: FloatArray) -> FloatArray:
-    return air_data.true_airspeed(qbar, air_data.standard_density(static))
-
-
-def _qbar(V: FloatArray, static: FloatArray, temperature: FloatArray) -> FloatArray:
-    return air_data.dynamic_pressure(V, air_data.density(static, temperature))
-
-
-def _qbar_standard(V: FloatArray, static: FloatArray) -> FloatArray:
-    return air_data.dynamic_pressure(V, air_data.standard_density(static))
 
 
 _STANDARD_DAY = "temperature of the standard day"
@@ -107,14 +101,17 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="qbar",
         quick=("V",),
         slow=("static_pressure", "temperature"),
-        compute=_qbar,
+        compute=air_data.dynamic_pressure,
+        density=air_data.density,
         source="rho V^2 / 2",
     ),
     Derivation(
         output="qbar",
         quick=("V",),
         slow=("static_pressure",),
-        compute=_qbar_standard,
+        compute=air_data.dynamic_pressure,
+        density=air_data.standard_density,
+        powers=True,
         source="rho V^2 / 2",
         assumed=_STANDARD_DAY,
     ),
@@ -131,14 +128,17 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="V",
         quick=("qbar",),
         slow=("static_pressure", "temperature"),
-        compute=_airspeed,
+        compute=air_data.true_airspeed,
+        density=air_data.density,
         source="sqrt(2 qbar / rho)",
     ),
     Derivation(
         output="V",
         quick=("qbar",),
         slow=("static_pressure",),
-        compute=_airspeed_standard,
+        compute=air_data.true_airspeed,
+        density=air_data.standard_density,
+        powers=True,
         source="sqrt(2 qbar / rho)",
         assumed=_STANDARD_DAY,
     ),
@@ -153,6 +153,7 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="density",
         quick=("static_pressure",),
         compute=air_data.standard_density,
+        powers=True,
         source="ideal gas",
         assumed=_STANDARD_DAY,
     ),
@@ -160,6 +161,7 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="altitude",
         quick=("static_pressure",),
         compute=air_data.altitude,
+        powers=True,
         source="standard atmosphere",
     ),
 )
@@ -207,24 +209,43 @@ class SlowInput:
             kept.append(value)
 
     def at(self, micros: FloatArray) -> FloatArray:
-        """Return the value that counts at each of some times (us), NaN where there is none."""
+        """Return the value that counts at each of some times (us), NaN where there is none.
+
+        The times increase.
+        """
         result = np.full(micros.size, np.nan)
         for since, values in zip(self._since, self._values, strict=True):
-            if not since:
+            # Of all that is kept only a few are about these times.
+            start = max(bisect_left(since, micros[0]) - 1, 0)
+            stop = bisect_left(since, micros[-1])
+            if start >= stop:
                 continue
-            counts = np.array(since, dtype=np.float64)
+            counts = np.array(since[start:stop], dtype=np.float64)
             place = np.searchsorted(counts, micros, side="left") - 1
             known = place >= 0
             place = np.maximum(place, 0)
             known &= micros - counts[place] <= LONGEST_HOLD
-            value = np.where(known, np.array(values)[place], np.nan)
+            value = np.where(known, np.array(values[start:stop])[place], np.nan)
             result = np.where(np.isnan(result), value, result)
         return result
+
+    def at_singly(self, micros: Sequence[float]) -> list[float]:
+        """Return what `at` does, number by number."""
+        return [self._at(time) for time in micros]
+
+    def _at(self, time: float) -> float:
+        for since, values in zip(self._since, self._values, strict=True):
+            place = bisect_left(since, time) - 1
+            if place >= 0 and time - since[place] <= LONGEST_HOLD:
+                value = values[place]
+                if value == value:
+                    return value
+        return math.nan
 
     def forget(self, before: int) -> None:
         """Drop what no later row will ask for: all but the last sample before a time (us)."""
         for since, values in zip(self._since, self._values, strict=True):
             if len(since) > 256:
-                place = int(np.searchsorted(np.array(since), before, side="left")) - 1
+                place = bisect_left(since, before) - 1
                 if place > 0:
                     del since[:place], values[:place]

@@ -11,13 +11,14 @@ pause longer than `LONGEST_FILL` is not filled at all: rows go on after it, and 
 on it. A sample that is not later than its predecessor (a duplicate, or one overtaken on the way)
 is passed over and counted.
 
-Where rows lie depends on the times of the samples alone and is planned message by message. The
-values of all messages are then laid in one step on one matrix, since a step costs the same for a
-few numbers as for hundreds, and a live link gives but a few of each message at a time.
+Where rows lie depends on the times of the samples alone. Their values are computed in one of two
+ways that give the same bits: number by number for the few rows that a live link gives at a time
+(one step of NumPy costs as much as thirty of them), by whole matrices for many.
 """
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left, insort
 from collections import deque
 from collections.abc import Sequence
@@ -34,11 +35,13 @@ LONGEST_FILL = 60.0
 
 _WINDOW = 9
 _UNKNOWN_PERIOD = 1_000_000
-_TURN = 2.0 * np.pi
+_TURN = 2.0 * math.pi
+_FEW = 8  # rows that are quicker number by number
 _TABLE_BEFORE = 200
 _TABLE_AFTER = 1000
 BoolArray = npt.NDArray[np.bool_]
 ColumnIndex = slice | npt.NDArray[np.intp]
+Numbers = Sequence[float]
 
 
 def columns_at(places: Sequence[int] | npt.NDArray[np.intp]) -> ColumnIndex:
@@ -79,14 +82,14 @@ class Grid:
         """Return the times of rows `first` and following, s; read-only."""
         start = first - self._table_first
         if start < 0 or start + count > self._table.size:
-            # The messages of one batch lie about the same rows.
-            self._table_first = first - _TABLE_BEFORE
-            self._table = self._computed(self._table_first, _TABLE_BEFORE + count + _TABLE_AFTER)
-            self._table.setflags(write=False)
+            # All messages of a batch lie about the same rows, and so does the next batch.
             start = _TABLE_BEFORE
+            self._table_first = first - start
+            self._table = self._computed_times(self._table_first, start + count + _TABLE_AFTER)
+            self._table.setflags(write=False)
         return self._table[start : start + count]
 
-    def _computed(self, first: int, count: int) -> FloatArray:
+    def _computed_times(self, first: int, count: int) -> FloatArray:
         start = first * self.denominator
         stop = (first + count) * self.denominator
         return np.arange(start, stop, self.denominator, dtype=np.int64) / self.numerator
@@ -99,28 +102,6 @@ class Grid:
     def at_or_after(self, time: int) -> int:
         """Return the first row at or after a time (us)."""
         return -(-time * self.numerator // self.step)
-
-
-class Samples(NamedTuple):
-    """Samples of one message in a batch: rows `start` to `stop` of the batch's matrix.
-
-    Attributes
-    ----------
-    stream : int
-        Number of the message.
-    start, stop : int
-        The first row, and the row after the last.
-    times : sequence of int
-        Flight time of each sample, us.
-    nows : sequence of int
-        The latest flight time of any message when the sample came, us.
-    """
-
-    stream: int
-    start: int
-    stop: int
-    times: Sequence[int]
-    nows: Sequence[int]
 
 
 class Rows(NamedTuple):
@@ -150,55 +131,76 @@ class Rows(NamedTuple):
         return Rows(self.first, self.values[:, columns], self.silent)
 
 
-class _Piece(NamedTuple):
-    """Planned rows `start` to `stop`, of one stream, which are rows `first` on of the grid."""
-
-    stream: int
-    first: int
-    start: int
-    stop: int
-
-
 class _Plan:
-    """Rows to be laid, of all streams: each between two samples, or on one, given by their places.
+    """Successive rows to be laid: each between two samples, or on one, given by their places.
 
     Attributes
     ----------
+    first, end : int
+        The first row, and the row after the last.
     before, after : list of int
         Samples before and after each row; the same twice where the row stands on it.
     weights : list of float
         Share of the sample after.
     gaps, silent : list of int
-        Rows that lie in a gap; that lie in a silence.
-    passed_over : list of int
-        Samples that are not laid.
-    pieces : list of _Piece
-        Which rows are whose.
+        Rows, counted from the first, that lie in a gap; that lie in a silence.
+    bridged : bool
+        Whether any row lies between samples.
     """
 
-    __slots__ = ("after", "before", "gaps", "passed_over", "pieces", "silent", "weights")
+    __slots__ = ("after", "before", "bridged", "end", "first", "gaps", "silent", "weights")
 
-    def __init__(self) -> None:
+    def __init__(self, first: int) -> None:
+        self.first = self.end = first
         self.before: list[int] = []
         self.after: list[int] = []
         self.weights: list[float] = []
         self.gaps: list[int] = []
         self.silent: list[int] = []
-        self.passed_over: list[int] = []
-        self.pieces: list[_Piece] = []
+        self.bridged = False
+
+    def bridge(
+        self, before: int, after: int, weights: list[float], *, gap: bool, silent: bool
+    ) -> None:
+        """Lay rows between two samples."""
+        count = len(weights)
+        self.before += [before] * count
+        self.after += [after] * count
+        self.weights += weights
+        start, self.end = self.end - self.first, self.end + count
+        self.bridged = True
+        if gap:
+            self.gaps += range(start, start + count)
+        if silent:
+            self.silent += range(start, start + count)
+
+    def stand(self, place: int) -> None:
+        """Lay a row on a sample."""
+        self.before.append(place)
+        self.after.append(place)
+        self.weights.append(1.0)
+        self.end += 1
+
+    def silence(self) -> BoolArray | None:
+        """Return which rows lie in a silence; None for none."""
+        if not self.silent:
+            return None
+        flags = np.zeros(len(self.after), dtype=bool)
+        flags[self.silent] = True
+        return flags
 
 
-class Track:
-    """Plans the rows of one message as its samples come.
+class Gridder:
+    """Lays the samples of one message on the grid, as they come.
 
     Parameters
     ----------
-    stream : int
-        Number of the message; also the place of its last sample before a batch.
     grid : Grid
         The grid.
-    width : int
-        Number of channels.
+    circular : ndarray of bool, shape (m,)
+        Channels that go round: angles from -pi to pi. They come out in that range.
+    stepwise : ndarray of bool, shape (m,)
+        Channels that keep the former value.
     fallback : int
         Microseconds of silence after which another source counts; at least 2.5 periods.
 
@@ -206,6 +208,8 @@ class Track:
     ----------
     first : tuple of int, or None
         Time of the first sample, and the flight time when it came, us.
+    begin : int
+        The first row at or after the first sample.
     last : int or None
         Time of the last sample, us.
     samples, duplicates, overtaken : int
@@ -213,22 +217,29 @@ class Track:
         predecessor or came after a later one.
     gaps : int
         How often samples lay further apart than the grid bridges.
-    missing : ndarray of int, shape (width,)
+    missing : ndarray of int, shape (m,)
         Samples without a number, by channel.
     """
 
-    def __init__(self, stream: int, grid: Grid, width: int, fallback: int) -> None:
+    def __init__(
+        self, grid: Grid, *, circular: BoolArray, stepwise: BoolArray, fallback: int = 1_000_000
+    ) -> None:
         self.duplicates = 0
         self.overtaken = 0
         self.samples = 0
         self.gaps = 0
-        self.missing = np.zeros(width, dtype=np.intp)
+        self.missing = np.zeros(circular.size, dtype=np.intp)
         self.last: int | None = None
         self.first: tuple[int, int] | None = None
-        self._stream = stream
+        self.begin = 0
         self._grid = grid
         self._longest = grid.longest * grid.step
+        self._angles: list[int] = np.flatnonzero(circular).tolist()
+        self._steps: list[int] = np.flatnonzero(stepwise).tolist()
+        self._circular = columns_at(self._angles)
+        self._stepwise = columns_at(self._steps)
         self._fallback = fallback
+        self._value: Numbers = [math.nan] * circular.size
         self._next = 0
         self._intervals: deque[int] = deque()
         self._ordered: list[int] = []
@@ -244,80 +255,92 @@ class Track:
         """Return after what silence another source counts, us."""
         return max(self._fallback, self.period * 5 // 2)
 
-    def plan(self, samples: Samples, offset: int, plan: _Plan) -> int:
-        """Plan the rows that samples complete.
+    def feed(
+        self, times: Sequence[int], nows: Sequence[int], values: FloatArray | Sequence[Numbers]
+    ) -> list[Rows]:
+        """Take samples and return the rows that they complete.
 
         Parameters
         ----------
-        samples : Samples
-            The next samples of this message.
-        offset : int
-            Place of the batch's first sample; that of this message's last sample before it is
-            its number.
-        plan : _Plan
-            Takes the rows.
+        times : sequence of int
+            Flight time of each sample, us.
+        nows : sequence of int
+            The latest flight time of any message when the sample came, us.
+        values : ndarray, shape (n, m), or sequence of sequences of float
+            The samples, none of them infinite. They are kept: the caller writes to them no more.
 
         Returns
         -------
-        int
-            Place of the last sample that counts.
+        list of Rows
+            Usually one, or none; more where a long pause parts them.
         """
-        numerator, step = self._grid.numerator, self._grid.step
-        before, after, weights = plan.before, plan.after, plan.weights
-        place, last, row = self._stream, self.last, self._next
+        numerator, step, fallback = self._grid.numerator, self._grid.step, self._fallback
+        # Place 0 is the last sample before these, if there is one; place 1 the first of these.
+        place, last = 0, self.last
         at = 0 if last is None else last * numerator
-        first, start = row, len(after)
-        counted = 0
-        for number, (time, now) in enumerate(
-            zip(samples.times, samples.nows, strict=True), offset + samples.start
-        ):
+        plan = _Plan(self._next)
+        plans = [plan]
+        passed_over = []
+        index = 0
+        for time, now in zip(times, nows, strict=True):
+            index += 1
             came = now if now > time else time
-            former, at = at, time * numerator
-            gap = silent = False
             if last is None:
+                before, gap, silent = at, False, False
                 self.first = (time, came)
-            elif time <= last:
-                at = former
-                plan.passed_over.append(number - offset)
+            elif time > last:
+                passed = came - last
+                silent = passed > fallback and passed > self.patience
+                before, gap = at, self._is_gap(time - last)
+            else:
+                passed_over.append(index)
                 if time == last:
                     self.duplicates += 1
                 else:
                     self.overtaken += 1
                 continue
-            else:
-                silent = came - last > self._fallback and came - last > self.patience
-                gap = self._is_gap(time - last)
-            if last is None or at - former > self._longest:
-                # Rows begin, or go on after a pause too long to be filled.
-                if len(after) > start:
-                    plan.pieces.append(_Piece(self._stream, first, start, len(after)))
-                first = row = -(-at // step)
-                start = len(after)
-            position = row * step
+            at = time * numerator
+            if last is None:
+                self.begin = -(-at // step)
+            if last is None or at - before > self._longest:
+                plan = _Plan(-(-at // step))
+                plans.append(plan)
+            position = plan.end * step
             if position < at:
-                laid = len(after)
-                weights += [(each - former) / (at - former) for each in range(position, at, step)]
-                count = len(weights) - laid
-                before += [place] * count
-                after += [number] * count
-                row += count
-                position += count * step
-                if gap:
-                    plan.gaps += range(laid, laid + count)
-                if silent:
-                    plan.silent += range(laid, laid + count)
+                weights = [(each - before) / (at - before) for each in range(position, at, step)]
+                plan.bridge(place, index, weights, gap=gap, silent=silent)
+                position += len(weights) * step
             if position == at:
-                before.append(number)
-                after.append(number)
-                weights.append(1.0)
-                row += 1
-            place, last = number, time
-            counted += 1
-        if len(after) > start:
-            plan.pieces.append(_Piece(self._stream, first, start, len(after)))
-        self.samples += counted
-        self.last, self._next = last, row
-        return place
+                plan.stand(index)
+            place, last = index, time
+        self.samples += index - len(passed_over)
+        if not place:
+            return []
+        self._count_missing(values, passed_over)
+        if isinstance(values, np.ndarray):
+            known = np.concatenate((np.array((self._value,)), values))
+            rows = [self._laid(each, known) for each in plans if each.after]
+            self._value = values[place - 1].tolist()
+        else:
+            few = (self._value, *values)
+            rows = [self._laid_singly(each, few) for each in plans if each.after]
+            self._value = few[place]
+        self.last = last
+        self._next = plan.end
+        return rows
+
+    def _count_missing(
+        self, values: FloatArray | Sequence[Numbers], passed_over: Sequence[int]
+    ) -> None:
+        if isinstance(values, np.ndarray):
+            if np.isnan(values.sum()):
+                missing = np.isnan(values)
+                missing[[index - 1 for index in passed_over]] = False
+                self.missing += missing.sum(axis=0)
+            return
+        for index, numbers in enumerate(values, start=1):
+            if math.isnan(sum(numbers)) and index not in passed_over:
+                self.missing += np.isnan(numbers)
 
     def _is_gap(self, interval: int) -> bool:
         """Take note of an interval, and return whether it is too long to bridge."""
@@ -331,113 +354,64 @@ class Track:
         self.gaps += gap
         return gap
 
+    def _laid(self, plan: _Plan, known: FloatArray) -> Rows:
+        """Return planned rows between the samples known."""
+        result = self._between(plan, known) if plan.bridged else known.take(plan.after, axis=0)
+        if self._angles:
+            angles = result[:, self._circular]
+            result[:, self._circular] = angles - _TURN * np.ceil(angles / _TURN - 0.5)
+        return Rows(plan.first, result, plan.silence())
 
-class Gridder:
-    """Lays the samples of several messages on the grid, as they come.
-
-    Parameters
-    ----------
-    grid : Grid
-        The grid.
-    circular : sequence of ndarray of bool, shape (m,)
-        For each message its channels that go round: angles from -pi to pi. They come out in that
-        range.
-    stepwise : sequence of ndarray of bool, shape (m,)
-        For each message its channels that keep the former value.
-    fallback : int
-        Microseconds of silence after which another source counts; at least 2.5 periods.
-
-    Attributes
-    ----------
-    tracks : tuple of Track
-        Where each message stands.
-    """
-
-    def __init__(
-        self,
-        grid: Grid,
-        *,
-        circular: Sequence[BoolArray],
-        stepwise: Sequence[BoolArray],
-        fallback: int = 1_000_000,
-    ) -> None:
-        self._widths = [flags.size for flags in circular]
-        self.tracks = tuple(
-            Track(stream, grid, width, fallback) for stream, width in enumerate(self._widths)
-        )
-        self._circular = [columns_at(np.flatnonzero(f)) if f.any() else None for f in circular]
-        self._stepwise = [columns_at(np.flatnonzero(f)) if f.any() else None for f in stepwise]
-        self._last = np.full((len(self._widths), max(self._widths, default=0)), np.nan)
-
-    def feed(self, batch: Sequence[Samples], values: FloatArray) -> list[tuple[int, Rows]]:
-        """Take samples and return the rows that they complete.
-
-        Parameters
-        ----------
-        batch : sequence of Samples
-            Whose the samples are: each message once at most.
-        values : ndarray, shape (n, width)
-            The samples, none of them infinite; zeros beyond the channels of a message. As wide
-            as the widest of these messages.
-
-        Returns
-        -------
-        list of (int, Rows)
-            Number of the message, and its rows. Usually one piece or none of each; more where
-            a long pause parts them.
-        """
-        width = values.shape[1]
-        plan = _Plan()
-        streams = [samples.stream for samples in batch]
-        places = [self.tracks[each.stream].plan(each, len(self._last), plan) for each in batch]
-        known = np.concatenate((self._last[:, :width], values))
-        self._last[streams, :width] = known.take(places, axis=0)
-        self._count_missing(batch, values, plan)
-        return self._laid(plan, known) if plan.pieces else []
-
-    def _count_missing(self, batch: Sequence[Samples], values: FloatArray, plan: _Plan) -> None:
-        missing = np.isnan(values)
-        if np.count_nonzero(missing):
-            missing[plan.passed_over] = False
-            for stream, start, stop, _, _ in batch:
-                counts = missing[start:stop, : self._widths[stream]].sum(axis=0)
-                self.tracks[stream].missing += counts
-
-    def _laid(self, plan: _Plan, known: FloatArray) -> list[tuple[int, Rows]]:
-        """Return planned rows, each message's in memory of their own."""
+    def _between(self, plan: _Plan, known: FloatArray) -> FloatArray:
+        """Return values of planned rows. On a sample both ends are that sample."""
         ends = known.take((plan.before, plan.after), axis=0)
-        shares = np.empty((2, len(plan.weights), 1))
-        shares[1, :, 0] = plan.weights
-        np.subtract(1.0, shares[1], out=shares[0])
-        # On a sample both ends are that sample.
-        lower, upper = ends * shares
-        values: FloatArray = np.add(lower, upper, out=lower)
-        for stream, _, start, stop in plan.pieces:
-            angles = self._circular[stream]
-            if angles is not None:
-                values[start:stop, angles] = _between_angles(
-                    ends[0, start:stop, angles], ends[1, start:stop, angles], shares[1, start:stop]
-                )
-            steps = self._stepwise[stream]
-            if steps is not None:
-                values[start:stop, steps] = ends[0, start:stop, steps]
+        shares = np.array(([1.0 - weight for weight in plan.weights], plan.weights))
+        lower, upper = ends * shares[:, :, np.newaxis]
+        values: FloatArray = lower + upper
+        if self._angles:
+            start, stop = ends[:, :, self._circular]
+            turn = stop - start
+            turn -= _TURN * np.rint(turn / _TURN)
+            values[:, self._circular] = start + shares[1][:, np.newaxis] * turn
+        if self._steps:
+            values[:, self._stepwise] = ends[0][:, self._stepwise]
         if plan.gaps:
             values[plan.gaps] = np.nan
-        silent: BoolArray | None = None
-        if plan.silent:
-            silent = np.zeros(len(values), dtype=bool)
-            silent[plan.silent] = True
-        laid = []
-        for stream, first, start, stop in plan.pieces:
-            flags = None if silent is None else silent[start:stop]
-            own = values[start:stop, : self._widths[stream]].copy()
-            laid.append((stream, Rows(first, own, flags)))
-        return laid
+        return values
+
+    def _laid_singly(self, plan: _Plan, known: Sequence[Numbers]) -> Rows:
+        """Return planned rows: `_laid`, number by number if they are few."""
+        if len(plan.after) > _FEW:
+            return self._laid(plan, np.array(known))
+        rows: list[Numbers] = []
+        angles, steps = self._angles, self._steps
+        for before, after, share in zip(plan.before, plan.after, plan.weights, strict=True):
+            start, stop = known[before], known[after]
+            if before == after and not angles:
+                rows.append(stop)
+                continue
+            rest = 1.0 - share
+            row = [x * rest + y * share for x, y in zip(start, stop, strict=True)]
+            for place in angles:
+                row[place] = _angle_between(start[place], stop[place], share)
+            for place in steps:
+                row[place] = start[place]
+            rows.append(row)
+        values = np.array(rows)
+        if plan.gaps:
+            values[plan.gaps] = np.nan
+        return Rows(plan.first, values, plan.silence())
 
 
-def _between_angles(start: FloatArray, stop: FloatArray, share: FloatArray) -> FloatArray:
-    """Return angles between others, the shorter way round, from -pi to pi."""
+def _angle_between(start: float, stop: float, share: float) -> float:
+    """Return an angle between two, the shorter way round, from -pi to pi.
+
+    The steps of `Gridder._between` and `Gridder._laid` for a single number.
+    """
     turn = stop - start
-    turn -= _TURN * np.rint(turn / _TURN)
-    angles: FloatArray = start + share * turn
-    return angles - _TURN * np.ceil(angles / _TURN - 0.5)
+    if math.isnan(turn):
+        return math.nan
+    turn -= _TURN * round(turn / _TURN)
+    angle = start + share * turn
+    # Where NumPy subtracts a negative zero, whole numbers have a positive one.
+    return angle - _TURN * math.ceil(angle / _TURN - 0.5) + 0.0

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gsapp.decoding.grid import Grid, Rows, Track
+from gsapp.decoding.grid import Grid, Gridder, Rows
 
 _FOREVER = 2**62
 
@@ -26,7 +26,7 @@ class Merger:
     ----------
     grid : Grid
         The grid.
-    sources : sequence of Track
+    sources : sequence of Gridder
         The better first. Their rows go to `push`.
     width : int
         Number of channels.
@@ -34,7 +34,7 @@ class Merger:
         Microseconds that a source has for its first sample.
     """
 
-    def __init__(self, grid: Grid, sources: Sequence[Track], width: int, fallback: int) -> None:
+    def __init__(self, grid: Grid, sources: Sequence[Gridder], width: int, fallback: int) -> None:
         self._grid = grid
         self._sources = tuple(sources)
         self._rows: list[deque[Rows]] = [deque() for _ in sources]
@@ -49,9 +49,9 @@ class Merger:
         """Return how many pieces of rows wait for a decision."""
         return sum(map(len, self._rows))
 
-    def push(self, source: int, rows: Rows) -> None:
+    def push(self, source: int, rows: Sequence[Rows]) -> None:
         """Take rows of a source, with the columns of this merger's channels only."""
-        self._rows[source].append(rows)
+        self._rows[source].extend(rows)
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Rows]:
         """Return the rows that are decided.
@@ -94,8 +94,8 @@ class Merger:
             rows = self._rows[number]
             while rows and rows[0].end <= row:
                 rows.popleft()
-            if source.first is not None and row < self._grid.at_or_after(source.first[0]):
-                begin = self._grid.at_or_after(source.first[0])
+            if source.first is not None and row < source.begin:
+                begin = source.begin
                 if source.first[1] > self._start + self._fallback:
                     limit = min(limit, begin)
                     continue
@@ -108,6 +108,8 @@ class Merger:
                 if silent is not None and silent[offset]:
                     limit = min(limit, row + _run(~silent[offset:]))
                     continue
+                if silent is None and not offset and piece.end <= limit:
+                    return piece, piece.end
                 end = piece.end if silent is None else row + _run(silent[offset:])
                 end = min(end, limit)
                 return Rows(row, piece.values[offset : end - piece.first]), end

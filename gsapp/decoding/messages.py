@@ -228,11 +228,10 @@ def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np
 
 def number_reader(
     message_id: int, wanted: Sequence[tuple[str, int | None]]
-) -> Callable[[bytes], bytes]:
+) -> Callable[[bytes], tuple[float, ...]]:
     """Return a function that takes numbers out of one payload of a message.
 
-    The quick way for the few payloads that a live link gives at a time: NumPy comes in only where
-    the numbers of all messages are together.
+    The quick way for the few payloads that a live link gives at a time.
 
     Parameters
     ----------
@@ -244,8 +243,7 @@ def number_reader(
     Returns
     -------
     callable
-        From a payload, as `decode_columns` takes it, to the bytes of its numbers as float64 in
-        the machine's byte order, in the order wanted.
+        From a payload, as `decode_columns` takes it, to its numbers in the order wanted.
 
     Raises
     ------
@@ -267,13 +265,11 @@ def number_reader(
         form += f"{offset - end}x{_STRUCT_CODES[kind]}"
         end = offset + kind.itemsize
     size, unpack = end, Struct(form).unpack_from
-    pack = Struct(f"={len(places)}d").pack
     order = [slots.index(place) for place in places]
     # Of a single number `itemgetter` would make no tuple; a tuple stays itself.
     pick = tuple if order == list(range(len(slots))) else itemgetter(*order)
 
-    def read(payload: bytes) -> bytes:
-        whole = payload if len(payload) >= size else payload.ljust(size, b"\0")
-        return pack(*pick(unpack(whole)))
+    def read(payload: bytes) -> tuple[float, ...]:
+        return pick(unpack(payload if len(payload) >= size else payload.ljust(size, b"\0")))
 
     return read

@@ -10,30 +10,35 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
-from gsapp.decoding.derived import LONGEST_HOLD, Derivation, SlowInput, derivations_for
+from gsapp.decoding.derived import (
+    LONGEST_HOLD,
+    Compute,
+    SlowInput,
+    derivations_for,
+)
 from gsapp.decoding.grid import (
     LONGEST_FILL,
     ColumnIndex,
     Grid,
     Gridder,
+    Numbers,
     Rows,
-    Samples,
     columns_at,
 )
 from gsapp.decoding.merging import Merger
-from gsapp.decoding.stream import Columns, Converter, Stream
-from gsapp.quantities import Block, FloatArray
+from gsapp.decoding.stream import Columns, Stream
+from gsapp.quantities import Block
 
+_FEW_ROWS = 16
 _FORGET = 4 * LONGEST_HOLD
 _LONGEST_WAIT = 2 * round(LONGEST_FILL * 1e6)
-_AT_ONCE = 1024  # samples: so many that the cost of a step is spread, so few that they are cached
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,12 +74,25 @@ class ChannelSource:
     gaps: int | None = None
 
 
-@dataclass(slots=True)
-class _Step:
-    """One derived column of a group: inputs are columns, or slow inputs from elsewhere."""
+class _Step(NamedTuple):
+    """One more column of a group: a slow input, or what is computed from columns before it.
 
-    derivation: Derivation
-    inputs: list[int | SlowInput]
+    Attributes
+    ----------
+    compute : callable or None
+        From the columns `inputs` to this one; None for a slow input.
+    inputs : tuple of int
+        Places of columns.
+    powers : bool
+        Whether `compute` is for arrays only.
+    slow : SlowInput or None
+        The slow input.
+    """
+
+    compute: Compute | None
+    inputs: tuple[int, ...] = ()
+    powers: bool = False
+    slow: SlowInput | None = None
 
 
 @dataclass(slots=True)
@@ -82,12 +100,28 @@ class _Group:
     """Channels that share their rows: its own, then the derived ones.
 
     A group with `join` takes its own channels from other groups, and emits the derived ones only.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Its own and the derived ones.
+    width : int
+        Number of its own.
+    join : _Join or None
+        Where its own channels come from, if not from a stream.
+    steps : list of _Step
+        Columns that follow its own; some of them are derived channels, others lead to them.
+    derived : list of int
+        Places of the derived channels among all columns.
+    ready : list of Rows
+        What waits for the next pull.
     """
 
     channels: tuple[str, ...]
     width: int
     join: _Join | None = None
     steps: list[_Step] = field(default_factory=list)
+    derived: list[int] = field(default_factory=list)
     ready: list[Rows] = field(default_factory=list)
 
     @property
@@ -95,25 +129,60 @@ class _Group:
         """Return the channels of its blocks."""
         return self.channels if self.join is None else self.channels[self.width :]
 
+    def place(self, name: str) -> int:
+        """Return the place of a channel among all columns."""
+        index = self.channels.index(name)
+        return index if index < self.width else self.derived[index - self.width]
+
+    def add(self, step: _Step) -> int:
+        """Add a column, unless it is there already; return its place."""
+        if step not in self.steps:
+            self.steps.append(step)
+        return self.width + self.steps.index(step)
+
     def derive(self, grid: Grid, rows: Rows) -> Rows:
         """Add the derived columns."""
-        if not self.steps:
-            return rows
-        # Each channel in a row of its own: a function may round differently on a strided one.
-        table = np.empty((len(self.channels), len(rows.values)))
-        table[: self.width] = rows.values.T
-        micros: FloatArray | None = None
-        for place, step in enumerate(self.steps, start=self.width):
-            inputs = []
-            for each in step.inputs:
-                if isinstance(each, SlowInput):
-                    if micros is None:
-                        micros = grid.micros(rows.first, len(rows.values))
-                    inputs.append(each.at(micros))
-                else:
-                    inputs.append(table[each])
-            table[place] = step.derivation.compute(*inputs)
-        return Rows(rows.first, table.T)
+        count, width = len(rows.values), self.width
+        columns: Sequence[Any] | None = None
+        if count <= _FEW_ROWS:
+            columns = self._columns_singly(grid, rows)
+        if columns is None:
+            columns = self._columns(grid, rows)
+        values = np.empty((count, len(self.channels)))
+        values[:, :width] = rows.values
+        values.T[width:] = [columns[place] for place in self.derived]
+        return Rows(rows.first, values)
+
+    def _columns(self, grid: Grid, rows: Rows) -> Sequence[Any]:
+        """Return all columns, each an array."""
+        # Each by itself: a function may round differently on a column that is strided.
+        columns = list(np.ascontiguousarray(rows.values.T))
+        for compute, inputs, _, slow in self.steps:
+            if compute is not None:
+                columns.append(compute(*[columns[place] for place in inputs]))
+            elif slow is not None:
+                columns.append(slow.at(grid.micros(rows.first, len(rows.values))))
+        return columns
+
+    def _columns_singly(self, grid: Grid, rows: Rows) -> Sequence[Any] | None:
+        """Return `_columns`, number by number: quicker for a few rows, and the same bits.
+
+        None where Python refuses what NumPy answers with infinity.
+        """
+        columns: list[list[float]] = rows.values.T.tolist()
+        try:
+            for compute, inputs, powers, slow in self.steps:
+                if powers and compute is not None:
+                    arrays = [np.array(columns[place]) for place in inputs]
+                    columns.append(compute(*arrays).tolist())
+                elif compute is not None:
+                    columns.append(list(map(compute, *[columns[place] for place in inputs])))
+                elif slow is not None:
+                    micros = grid.micros(rows.first, len(rows.values)).tolist()
+                    columns.append(slow.at_singly(micros))
+        except ArithmeticError:
+            return None
+        return columns
 
     def block(self, grid: Grid, rows: Rows) -> Block:
         """Return rows, derived columns included, as a block."""
@@ -148,10 +217,12 @@ class _Join:
         return found
 
     def drop(self, end: int) -> None:
-        """Let go of rows before one."""
+        """Let go of the rows before one."""
         for queue in self.waiting:
             while queue and queue[0].end <= end:
                 queue.popleft()
+            if queue and queue[0].first < end:
+                queue[0] = Rows(end, queue[0].values[end - queue[0].first :])
 
 
 class Pipeline:
@@ -192,12 +263,17 @@ class Pipeline:
         self.grid = Grid(rate)
         self._fallback = round(channel_map.fallback * 1e6)
         self.streams = _streams(channel_map, certificates, vehicle_time)
-        self._converter = Converter(self.streams, {} if aircraft is None else _ranges(aircraft))
-        self._gridder = Gridder(
-            self.grid,
-            circular=[stream.circular for stream in self.streams],
-            stepwise=[stream.stepwise for stream in self.streams],
-            fallback=self._fallback,
+        if aircraft is not None:
+            for stream in self.streams:
+                stream.watch_ranges(_ranges(aircraft))
+        self._gridders = tuple(
+            Gridder(
+                self.grid,
+                circular=stream.circular,
+                stepwise=stream.stepwise,
+                fallback=self._fallback,
+            )
+            for stream in self.streams
         )
         self.sources: dict[str, ChannelSource] = {}
         self._groups: list[_Group] = []
@@ -223,17 +299,17 @@ class Pipeline:
     @property
     def duplicates(self) -> int:
         """Return how many samples had the stamp of their predecessor."""
-        return sum(track.duplicates for track in self._gridder.tracks)
+        return sum(gridder.duplicates for gridder in self._gridders)
 
     @property
     def overtaken(self) -> int:
         """Return how many samples came after a later one of the same message."""
-        return sum(track.overtaken for track in self._gridder.tracks)
+        return sum(gridder.overtaken for gridder in self._gridders)
 
     def push(
         self, stream: int, times: Sequence[int], nows: Sequence[int], columns: Columns
     ) -> None:
-        """Take samples of one stream, given by columns.
+        """Take samples of one stream.
 
         Parameters
         ----------
@@ -243,37 +319,40 @@ class Pipeline:
             Flight times, us.
         nows : sequence of int
             Latest flight time of any message when each came, us.
-        columns : mapping
-            Fields of the message by name, each of shape (n,) or (n, k).
+        columns : structured ndarray or mapping
+            Fields of the message.
         """
-        numbers = self.streams[stream].numbers(columns, len(times))
-        for start in range(0, len(times), _AT_ONCE):
-            piece = slice(start, start + _AT_ONCE)
-            part = numbers[piece]
-            samples = Samples(stream, 0, len(part), times[piece], nows[piece])
-            self.take((samples,), part)
+        values = self.streams[stream].convert(columns, len(times))
+        for slow, source, column in self._slow_feeds[stream]:
+            slow.push(source, times, nows, values[:, column].tolist())
+        self._distribute(stream, self._gridders[stream].feed(times, nows, values))
 
-    def take(self, batch: Sequence[Samples], raw: FloatArray) -> None:
-        """Take samples of several streams.
+    def push_few(
+        self, stream: int, times: Sequence[int], nows: Sequence[int], samples: Sequence[Numbers]
+    ) -> None:
+        """Take a few samples of one stream: `push`, with the same bits, quicker for some ten.
 
         Parameters
         ----------
-        batch : sequence of Samples
-            Whose rows of `raw` are whose: each stream once at most.
-        raw : ndarray, shape (n, n_wanted)
-            The numbers that each stream wants, zeros beyond them. Written to.
+        stream, times, nows
+            As for `push`.
+        samples : sequence of sequences of float
+            For each sample the numbers that the stream has `wanted`.
         """
-        values = self._converter.convert(batch, raw)
-        for number, start, stop, times, nows in batch:
-            for slow, source, column in self._slow_feeds[number]:
-                slow.push(source, times, nows, values[start:stop, column].tolist())
-        for number, rows in self._gridder.feed(batch, values):
-            direct = self._direct[number]
-            if direct is not None:
-                own, group = direct
-                group.ready.append(rows if own is None else rows.of(own))
-            for merger, source, chosen in self._merged[number]:
-                merger.push(source, rows.of(chosen))
+        values = self.streams[stream].convert_singly(samples)
+        for slow, source, column in self._slow_feeds[stream]:
+            slow.push(source, times, nows, [numbers[column] for numbers in values])
+        self._distribute(stream, self._gridders[stream].feed(times, nows, values))
+
+    def _distribute(self, stream: int, rows: Sequence[Rows]) -> None:
+        if not rows:
+            return
+        direct = self._direct[stream]
+        if direct is not None:
+            own, group = direct
+            group.ready += rows if own is None else [each.of(own) for each in rows]
+        for merger, source, chosen in self._merged[stream]:
+            merger.push(source, [each.of(chosen) for each in rows])
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
         """Return the blocks that are complete; see `Merger.pull` for the parameters."""
@@ -284,7 +363,8 @@ class Pipeline:
             if group.join is not None:
                 group.ready += group.join.pull()
             if group.ready:
-                group.ready = [group.derive(self.grid, rows) for rows in group.ready]
+                if group.steps:
+                    group.ready = [group.derive(self.grid, rows) for rows in group.ready]
                 blocks += [group.block(self.grid, rows) for rows in group.ready]
         for group in self._groups:
             group.ready = []
@@ -317,16 +397,16 @@ class Pipeline:
         return counted
 
     def _counted(self, name: str, source: ChannelSource) -> ChannelSource:
-        tracks = self._gridder.tracks
-        samples, track = max(
+        samples, gridder = max(
             (
-                (tracks[number].samples - int(tracks[number].missing[column]), tracks[number])
+                (gridder.samples - int(gridder.missing[column]), gridder)
                 for number, column in self._candidates[name]
+                for gridder in (self._gridders[number],)
             ),
             key=lambda each: each[0],
         )
-        rate = round(1e6 / track.period, 3) if samples > 1 else None
-        return replace(source, samples=samples, rate=rate, gaps=track.gaps)
+        rate = round(1e6 / gridder.period, 3) if samples > 1 else None
+        return replace(source, samples=samples, rate=rate, gaps=gridder.gaps)
 
     def _find_candidates(self) -> dict[str, list[tuple[int, int]]]:
         """Return (stream, column) of every source of every channel, the better first."""
@@ -365,7 +445,7 @@ class Pipeline:
             group = self._new_group(names)
             merger = Merger(
                 self.grid,
-                [self._gridder.tracks[number] for number in numbers],
+                [self._gridders[number] for number in numbers],
                 len(names),
                 self._fallback,
             )
@@ -382,12 +462,19 @@ class Pipeline:
     def _add_derived(self) -> None:
         for derivation in derivations_for(list(self._candidates)):
             group = self._group_with(derivation.quick)
-            inputs: list[int | SlowInput] = [group.channels.index(n) for n in derivation.quick]
-            inputs += [
-                group.channels.index(name) if name in group.channels else self._slow_input(name)
+            quick = [group.place(name) for name in derivation.quick]
+            slow = [
+                group.place(name)
+                if name in group.channels
+                else group.add(_Step(None, slow=self._slow_input(name)))
                 for name in derivation.slow
             ]
-            group.steps.append(_Step(derivation, inputs))
+            powers = derivation.powers
+            if derivation.density is not None:
+                slow = [group.add(_Step(derivation.density, tuple(slow), powers))]
+                powers = False
+            step = _Step(derivation.compute, (*quick, *slow), powers)
+            group.derived.append(group.add(step))
             group.channels += (derivation.output,)
             self._inputs[derivation.output] = tuple(derivation.quick)
             used = [self.sources[name] for name in derivation.inputs]

@@ -1,11 +1,13 @@
-"""Messages turned into numbers: fields, scale, unit, calibration.
+"""One message of one sender, turned into numbers: fields, scale, unit, calibration.
 
-A `Stream` says which numbers of one message of one sender become which channels. A `Converter`
-does what they ask for with the samples of all of them at once.
+What is done to a number is done in two ways that give the same bits: number by number for the few
+samples that a live link gives at a time (one step of NumPy costs as much as thirty of them), and
+by columns for the many that a file gives. The two stand beside each other, step by step.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,21 +18,22 @@ from calibration import Certificate
 from calibration.certificate import reference_ratio
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
 from gsapp.decoding.conversions import CONVERSIONS, Conversion
-from gsapp.decoding.grid import Samples, columns_at
+from gsapp.decoding.grid import Numbers, columns_at
 from gsapp.quantities import FloatArray, base_id, channel, to_si
 
 _CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
 _RAIL = 1e-3
-_FACTOR, _OFFSET, _LOW, _HIGH, _MISSING_FROM = range(5)
 _STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
-Columns = Mapping[str, npt.NDArray[np.generic]]
+Columns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]
 BoolArray = npt.NDArray[np.bool_]
 
 
-def number_of(columns: Columns, ref: FieldRef) -> npt.NDArray[np.generic]:
-    """Return one number of every sample, shape (n,).
+def number_of(columns: Columns, ref: FieldRef) -> FloatArray:
+    """Return one number of every sample, float64, shape (n,).
 
     An element of an array is found in a field of shape (n, k), or in one called ``name[index]``.
+
+    Contiguous, so that functions round alike however many samples there are.
 
     Raises
     ------
@@ -38,10 +41,11 @@ def number_of(columns: Columns, ref: FieldRef) -> npt.NDArray[np.generic]:
         If there is no such field.
     """
     if ref.index is None:
-        return columns[ref.field]
-    if ref.field not in columns:
-        return columns[f"{ref.field}[{ref.index}]"]
-    return columns[ref.field][:, ref.index]
+        return np.ascontiguousarray(columns[ref.field], dtype=np.float64)
+    names = getattr(columns, "dtype", None)
+    if names is None and ref.field not in columns:
+        return np.ascontiguousarray(columns[f"{ref.field}[{ref.index}]"], dtype=np.float64)
+    return np.ascontiguousarray(columns[ref.field][:, ref.index], dtype=np.float64)
 
 
 def linear_factors(entry: MapEntry) -> tuple[float, float]:
@@ -76,9 +80,10 @@ class _Calibrations:
 
     def __init__(self, certificates: Sequence[Certificate]) -> None:
         degree = max(certificate.degree for certificate in certificates)
+        # The highest power first; where a certificate has none, it is zero.
         self._coefficients = [
             np.array([(*c.si_coefficients, 0.0, 0.0, 0.0)[power] for c in certificates])
-            for power in range(degree + 1)
+            for power in range(degree, -1, -1)
         ]
         self._low = np.array([certificate.range[0] for certificate in certificates])
         self._high = np.array([certificate.range[1] for certificate in certificates])
@@ -88,9 +93,14 @@ class _Calibrations:
             certificate.excitation_voltage if certificate.ratiometric else None
             for certificate in certificates
         ]
-        self._ratiometric = np.array([supply is not None for supply in supplies])
-        self._any_ratiometric = bool(self._ratiometric.any())
-        self._supply = np.array([supply or 1.0 for supply in supplies])
+        # No measured supply is plausible beside a negative one: such volts are never corrected.
+        self._supply = np.array([supply or -1.0 for supply in supplies])
+        self._any_ratiometric = any(supplies)
+        cubic = [np.zeros(len(certificates))] * (3 - degree) + self._coefficients
+        self._curves: list[list[float]] = np.column_stack(
+            (self._supply, self._low, self._high, *cubic)
+        ).tolist()
+        self._slopes = [certificate.end_slopes for certificate in certificates]
 
     def evaluate(
         self, volts: FloatArray, excitation: FloatArray | None
@@ -102,20 +112,51 @@ class _Calibrations:
         The same steps as `Certificate.evaluate`, so the same numbers to the last bit.
         """
         if excitation is not None and self._any_ratiometric:
-            ratio = reference_ratio(self._supply, excitation[:, np.newaxis])
-            volts = volts * np.where(self._ratiometric, ratio, 1.0)
-        inside = np.minimum(np.maximum(volts, self._low), self._high)
-        values: FloatArray = self._coefficients[-1]
-        for coefficient in reversed(self._coefficients[:-1]):
-            values = values * inside + coefficient
-        if np.count_nonzero(volts == inside) == inside.size:
-            return values, None
+            volts = volts * reference_ratio(self._supply, excitation[:, np.newaxis])
+        inside = volts.clip(self._low, self._high)
         beyond = volts - inside
         below = beyond < 0.0
         outside = below | (beyond > 0.0)
+        values: FloatArray = self._coefficients[0]
+        for coefficient in self._coefficients[1:]:
+            values = values * inside + coefficient
         if not outside.any():
             return values, None
         return values + beyond * np.where(below, self._low_slope, self._high_slope), outside
+
+    def evaluate_singly(
+        self, values: list[float], places: Sequence[int], excitation: float
+    ) -> Sequence[int]:
+        """Turn volts of one sample into SI values in place; return where they were outside.
+
+        Parameters
+        ----------
+        values : list of float
+            All that the stream yields.
+        places : sequence of int
+            Where the volts stand.
+        excitation : float
+            The supply measured; NaN where there is none.
+        """
+        outside: Sequence[int] = ()
+        supposed, ratio = 0.0, 1.0
+        for place, (supply, low, high, c3, c2, c1, c0) in zip(places, self._curves, strict=True):
+            if supply != supposed:
+                supposed = supply
+                plausible = 0.5 * supply < excitation < 1.5 * supply
+                ratio = supply / excitation if plausible else 1.0
+            volts = values[place] * ratio
+            if low <= volts <= high:
+                values[place] = ((c3 * volts + c2) * volts + c1) * volts + c0
+            elif volts < low or volts > high:
+                inside = low if volts < low else high
+                slope = self._slopes[places.index(place)][volts > high]
+                value = ((c3 * inside + c2) * inside + c1) * inside + c0
+                values[place] = value + (volts - inside) * slope
+                outside = (*outside, place)
+            else:
+                values[place] = math.nan
+        return outside
 
 
 class Stream:
@@ -133,14 +174,12 @@ class Stream:
     Attributes
     ----------
     outputs : tuple of Output
-        Its channels, in order.
+        Columns of `convert`, in order.
     wanted : tuple of FieldRef
-        The numbers of the message that a `Converter` needs: one for each output, then all that
-        conversions and flags of validity need.
+        The numbers of the message that `convert_singly` takes: one for each output, then those
+        that conversions and flags of validity need.
     circular, stepwise : ndarray of bool
-        Which of its channels go round, and which keep their former value.
-    clipped : dict of str to int
-        Samples outside calibration or at the end of the instrument's range, by channel.
+        Which of them go round, and which keep their former value.
     """
 
     def __init__(
@@ -165,185 +204,196 @@ class Stream:
                 outputs.append(Output(channel=entry.channel, entry=entry, calibrated=True))
             outputs.append(Output(channel=entry.volts_channel, entry=entry, calibrated=False))
         self.outputs = tuple(outputs)
-        self.width = len(outputs)
-        self.wanted = self._plan_numbers()
+        factors = [linear_factors(output.entry) for output in outputs]
+        self._factors = [factor for factor, _ in factors]
+        self._offsets = [offset for _, offset in factors]
+        self._factor = np.array([factor for factor, _ in factors])
+        self._offset = np.array([offset for _, offset in factors])
+        self._places = [place for place, _ in calibrated]
         self._calibrated = columns_at([place for place, _ in calibrated])
         self._calibrations = _Calibrations([each for _, each in calibrated]) if calibrated else None
+        self._plan_fields()
         supply = [i for i, output in enumerate(outputs) if output.channel == "excitation"]
         self._supply = supply[0] if supply else None
         bases = [base_id(output.channel) for output in outputs]
         self.circular = np.array([base in _CIRCULAR for base in bases], dtype=bool)
         self.stepwise = np.array([base in _STEPWISE for base in bases], dtype=bool)
         self.clipped: dict[str, int] = {}
+        self._ranges: tuple[FloatArray, FloatArray] | None = None
+        self._limits: list[tuple[int, float, float]] = []
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Return the channel of each column."""
         return tuple(output.channel for output in self.outputs)
 
-    def numbers(self, columns: Columns, count: int) -> FloatArray:
-        """Return the numbers wanted, shape (n, n_wanted).
+    def watch_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:
+        """Count samples at the ends of these instruments' ranges, SI, by channel.
 
-        Parameters
-        ----------
-        columns : mapping
-            Fields by name, each of shape (n,) or (n, k).
-        count : int
-            Number of samples n.
+        A converter rounds the rail to one of its counts, so a thousandth of the range before
+        the end counts as the end.
         """
-        raw = np.empty((count, len(self.wanted)))
-        for place, ref in enumerate(self.wanted):
-            raw[:, place] = number_of(columns, ref)
-        return raw
-
-    def prepare(self, raw: FloatArray) -> None:
-        """Put the results of conversions in place, and NaN where a flag says not valid."""
-        for place, conversion, inputs in self._converted:
-            # Contiguous, so that functions round alike however many samples there are.
-            raw[:, place] = conversion.compute(
-                tuple(np.ascontiguousarray(raw[:, each]) for each in inputs)
-            )
-        for place, flag in self._valid:
-            raw[raw[:, flag] == 0.0, place] = np.nan
-
-    def calibrate(self, values: FloatArray) -> BoolArray | None:
-        """Turn volts into SI values; return where they were outside what was calibrated.
-
-        None stands for nowhere.
-        """
-        if self._calibrations is None:
-            return None
-        supply = None if self._supply is None else values[:, self._supply]
-        calibrated, beyond = self._calibrations.evaluate(values[:, self._calibrated], supply)
-        values[:, self._calibrated] = calibrated
-        if beyond is None:
-            return None
-        outside = np.zeros((len(values), self.width), dtype=bool)
-        outside[:, self._calibrated] = beyond
-        return outside
-
-    def count_clipped(self, clipped: BoolArray) -> None:
-        """Count samples outside calibration, or at the end of the instrument's range."""
-        totals = clipped.sum(axis=0)
-        for column in np.flatnonzero(totals).tolist():
-            name = self.outputs[column].channel
-            self.clipped[name] = self.clipped.get(name, 0) + int(totals[column])
-
-    def _plan_numbers(self) -> tuple[FieldRef, ...]:
-        """Decide which number stands where in the matrix that a `Converter` takes."""
-        wanted = [output.entry.inputs[0] for output in self.outputs]
-        self._converted: list[tuple[int, Conversion, range]] = []
-        self._valid: list[tuple[int, int]] = []
+        low = np.full(len(self.outputs), -np.inf)
+        high = np.full(len(self.outputs), np.inf)
         for place, output in enumerate(self.outputs):
-            entry = output.entry
-            if entry.convert is not None:
-                inputs = range(len(wanted), len(wanted) + len(entry.inputs))
-                self._converted.append((place, CONVERSIONS[entry.convert], inputs))
-                wanted += entry.inputs
-            if entry.valid:
-                self._valid.append((place, len(wanted)))
-                wanted.append(FieldRef(field=entry.valid))
-        self.prepared = bool(self._converted or self._valid)
-        return tuple(wanted)
+            if output.channel in ranges:
+                bottom, top = ranges[output.channel]
+                margin = _RAIL * (top - bottom if np.isfinite(top - bottom) else abs(top))
+                low[place], high[place] = bottom + margin, top - margin
+                self._limits.append((place, bottom + margin, top - margin))
+        if np.isfinite(low).any() or np.isfinite(high).any():
+            self._ranges = (low, high)
 
-
-class Converter:
-    """Turns the numbers of all streams into SI values at once.
-
-    A step on a matrix costs about the same for one message as for fifty. So what every channel
-    needs is done for all streams in one step, on a matrix with a row for each sample and the
-    parameters of its stream in every row; only what few of them need is done stream by stream.
-
-    Parameters
-    ----------
-    streams : sequence of Stream
-        The streams, by their numbers.
-    ranges : mapping of str to (float, float)
-        What instruments can show, SI, by channel. Samples at the ends are counted as clipped: a
-        converter rounds the rail to one of its counts, so a thousandth of the range before the
-        end counts as the end.
-    """
-
-    def __init__(
-        self, streams: Sequence[Stream], ranges: Mapping[str, tuple[float, float]]
-    ) -> None:
-        self._streams = tuple(streams)
-        width = max((stream.width for stream in streams), default=0)
-        most = max((len(o.entry.missing) for s in streams for o in s.outputs), default=0)
-        # Factor, offset, low and high end of the range, raw values that mean missing.
-        table = np.full((len(streams), _MISSING_FROM + most, width), np.nan)
-        table[:, _FACTOR], table[:, _OFFSET] = 1.0, 0.0
-        table[:, _LOW], table[:, _HIGH] = -np.inf, np.inf
-        for number, stream in enumerate(streams):
-            for place, output in enumerate(stream.outputs):
-                column = table[number, :, place]
-                column[_FACTOR], column[_OFFSET] = linear_factors(output.entry)
-                missing = output.entry.missing
-                column[_MISSING_FROM : _MISSING_FROM + len(missing)] = missing
-                if output.channel in ranges:
-                    bottom, top = ranges[output.channel]
-                    margin = _RAIL * (top - bottom if np.isfinite(top - bottom) else abs(top))
-                    column[_LOW], column[_HIGH] = bottom + margin, top - margin
-        self._table = table
-        self._any_missing = most > 0
-        self._any_range = bool(np.isfinite(table[:, _LOW : _HIGH + 1]).any())
-
-    def convert(self, batch: Sequence[Samples], raw: FloatArray) -> FloatArray:
+    def convert(self, columns: Columns, count: int) -> FloatArray:
         """Return SI values of samples.
 
         Parameters
         ----------
-        batch : sequence of Samples
-            Whose rows are whose.
-        raw : ndarray, shape (n, n_wanted)
-            The numbers that each stream wants, zeros beyond them. Written to.
+        columns : structured ndarray or mapping
+            Fields by name, each of shape (n,) or (n, k).
+        count : int
+            Number of samples n.
 
         Returns
         -------
-        ndarray, shape (n, width)
-            As wide as the widest of these streams, zeros beyond the channels of a stream. NaN
-            where the vehicle says that it does not know. It may be part of `raw`.
+        ndarray, shape (n, n_outputs)
+            NaN where the vehicle says that it does not know.
         """
-        owners: list[int] = []
-        width = 0
-        for number, start, stop, _, _ in batch:
-            stream = self._streams[number]
-            owners += [number] * (stop - start)
-            width = max(width, stream.width)
-            if stream.prepared:
-                stream.prepare(raw[start:stop])
-        values = raw[:, :width]
-        parameters = self._table[:, :, :width].take(owners, axis=0)
-        if self._any_missing:
-            unknown = values[:, np.newaxis] == parameters[:, _MISSING_FROM:]
-            if np.count_nonzero(unknown):
-                values[unknown.any(axis=1)] = np.nan
-        values *= parameters[:, _FACTOR]
-        values += parameters[:, _OFFSET]
-        beyond: list[tuple[Samples, BoolArray]] = []
-        for samples in batch:
-            outside = self._streams[samples.stream].calibrate(values[samples.start : samples.stop])
-            if outside is not None:
-                beyond.append((samples, outside))
+        values = self._fetch(columns, count)
+        values *= self._factor
+        values += self._offset
+        outside: BoolArray | None = None
+        if self._calibrations is not None:
+            supply = None if self._supply is None else values[:, self._supply]
+            calibrated, outside = self._calibrations.evaluate(values[:, self._calibrated], supply)
+            values[:, self._calibrated] = calibrated
         finite = np.isfinite(values)
-        if np.count_nonzero(finite) < finite.size:
+        if not finite.all():
             values[~finite] = np.nan
-        if beyond or self._any_range:
-            self._count_clipped(batch, values, parameters, beyond)
+            if outside is not None:
+                outside &= finite[:, self._calibrated]
+        self._count_clipped(values, outside)
         return values
 
-    def _count_clipped(
-        self,
-        batch: Sequence[Samples],
-        values: FloatArray,
-        parameters: FloatArray,
-        beyond: Sequence[tuple[Samples, BoolArray]],
-    ) -> None:
-        clipped = (values <= parameters[:, _LOW]) | (values >= parameters[:, _HIGH])
-        for (_, start, stop, _, _), outside in beyond:
-            width = outside.shape[1]
-            clipped[start:stop, :width] |= outside & ~np.isnan(values[start:stop, :width])
-        if np.count_nonzero(clipped):
-            for number, start, stop, _, _ in batch:
-                stream = self._streams[number]
-                stream.count_clipped(clipped[start:stop, : stream.width])
+    def convert_singly(self, samples: Sequence[Numbers]) -> list[list[float]]:
+        """Return SI values of samples: `convert`, number by number.
+
+        Parameters
+        ----------
+        samples : sequence of sequences of float
+            For each sample the numbers `wanted`.
+        """
+        return [self._convert_one(numbers) for numbers in samples]
+
+    def _convert_one(self, numbers: Numbers) -> list[float]:
+        if self._converted:
+            numbers = self._with_conversions(numbers)
+        values = [
+            number * factor + offset
+            # There may be more numbers than outputs.
+            for number, factor, offset in zip(numbers, self._factors, self._offsets, strict=False)
+        ]
+        for place, missing in self._missing:
+            if numbers[place] in missing:
+                values[place] = math.nan
+        for place, flag in self._flags:
+            if numbers[flag] == 0.0:
+                values[place] = math.nan
+        outside: Sequence[int] = ()
+        if self._calibrations is not None:
+            supply = math.nan if self._supply is None else values[self._supply]
+            outside = self._calibrations.evaluate_singly(values, self._places, supply)
+        if not math.isfinite(sum(values)):
+            values = [value if math.isfinite(value) else math.nan for value in values]
+        clipped = [p for p, low, high in self._limits if values[p] <= low or values[p] >= high]
+        if clipped or outside:
+            for place in {*clipped, *outside}:
+                if not math.isnan(values[place]):
+                    self._count(place, 1)
+        return values
+
+    def _with_conversions(self, numbers: Numbers) -> Numbers:
+        found = list(numbers)
+        for place, conversion, inputs in self._conversions:
+            # By NumPy as well: its functions may round differently from Python's.
+            parts = tuple(np.array([numbers[each]], dtype=np.float64) for each in inputs)
+            found[place] = float(conversion.compute(parts)[0])
+        return found
+
+    def _fetch(self, columns: Columns, count: int) -> FloatArray:
+        """Return the raw number of each output; NaN where it says that it is none."""
+        raw = np.empty((count, len(self.outputs)))
+        for name, elements, places in self._arrays:
+            raw[:, places] = columns[name].take(elements, axis=1)
+        for place, field in self._singles:
+            raw[:, place] = columns[field]
+        for place, conversion, refs in self._converted:
+            raw[:, place] = conversion.compute(tuple(number_of(columns, ref) for ref in refs))
+        if self._missing_places.size:
+            unknown = raw.take(self._missing_places, axis=1) == self._missing_values
+            if unknown.any():
+                rows, found = np.nonzero(unknown)
+                raw[rows, self._missing_places[found]] = np.nan
+        for place, flag in self._valid:
+            raw[number_of(columns, flag) == 0.0, place] = np.nan
+        return raw
+
+    def _count_clipped(self, values: FloatArray, outside: BoolArray | None) -> None:
+        """Count samples outside calibration, or at the end of the instrument's range."""
+        clipped: BoolArray | None = None
+        if self._ranges is not None:
+            clipped = (values <= self._ranges[0]) | (values >= self._ranges[1])
+        if outside is not None:
+            if clipped is None:
+                clipped = np.zeros(values.shape, dtype=bool)
+            clipped[:, self._calibrated] |= outside
+        if clipped is None or not clipped.any():
+            return
+        totals = clipped.sum(axis=0)
+        for column in np.flatnonzero(totals).tolist():
+            self._count(column, int(totals[column]))
+
+    def _count(self, column: int, clipped: int) -> None:
+        name = self.outputs[column].channel
+        self.clipped[name] = self.clipped.get(name, 0) + clipped
+
+    def _plan_fields(self) -> None:
+        """Gather where the raw numbers come from; elements of an array are fetched together."""
+        wanted = [output.entry.inputs[0] for output in self.outputs]
+        self._conversions: list[tuple[int, Conversion, range]] = []
+        self._flags: list[tuple[int, int]] = []
+        self._missing: list[tuple[int, frozenset[float]]] = []
+        gathered: dict[str, tuple[list[int], list[int]]] = {}
+        self._singles: list[tuple[int, str]] = []
+        self._converted: list[tuple[int, Conversion, tuple[FieldRef, ...]]] = []
+        missing: list[tuple[int, float]] = []
+        self._valid: list[tuple[int, FieldRef]] = []
+        for place, output in enumerate(self.outputs):
+            entry = output.entry
+            ref = entry.inputs[0]
+            if entry.convert is not None:
+                conversion = CONVERSIONS[entry.convert]
+                self._converted.append((place, conversion, entry.inputs))
+                inputs = range(len(wanted), len(wanted) + len(entry.inputs))
+                self._conversions.append((place, conversion, inputs))
+                wanted += entry.inputs
+            elif ref.index is None:
+                self._singles.append((place, ref.field))
+            else:
+                elements, places = gathered.setdefault(ref.field, ([], []))
+                elements.append(ref.index)
+                places.append(place)
+            missing += [(place, value) for value in entry.missing]
+            if entry.missing:
+                self._missing.append((place, frozenset(entry.missing)))
+            if entry.valid:
+                self._flags.append((place, len(wanted)))
+                wanted.append(FieldRef(field=entry.valid))
+                self._valid.append((place, FieldRef(field=entry.valid)))
+        self._arrays = [
+            (name, np.array(elements, dtype=np.intp), columns_at(places))
+            for name, (elements, places) in gathered.items()
+        ]
+        self._missing_places = np.array([place for place, _ in missing], dtype=np.intp)
+        self._missing_values = np.array([value for _, value in missing])
+        self.wanted = tuple(wanted)

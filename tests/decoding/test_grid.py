@@ -9,31 +9,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.decoding.grid import LONGEST_FILL, Grid, Gridder, Rows, Samples, columns_at
+from gsapp.decoding.grid import LONGEST_FILL, Grid, Gridder, Rows, columns_at
 from gsapp.decoding.merging import Merger
 
 
-class One:
-    """A gridder of one message."""
-
-    def __init__(self, *, rate: float = 100.0, circular: bool = False, step: bool = False,
-                 fallback: int = 1_000_000) -> None:  # fmt: skip
-        self._gridder = Gridder(
-            Grid(rate),
-            circular=[np.array([circular])],
-            stepwise=[np.array([step])],
-            fallback=fallback,
-        )
-        self.track = self._gridder.tracks[0]
-
-    def feed(self, times: list[int], nows: list[int], values: list[float]) -> list[Rows]:
-        samples = Samples(0, 0, len(times), times, nows)
-        matrix = np.array(values, dtype=float).reshape(-1, 1)
-        return [rows for _, rows in self._gridder.feed([samples], matrix)]
+def gridder(width: int = 1, *, rate: float = 100.0, circular: bool = False, step: bool = False,
+            fallback: int = 1_000_000) -> Gridder:  # fmt: skip
+    return Gridder(
+        Grid(rate),
+        circular=np.full(width, circular),
+        stepwise=np.full(width, step),
+        fallback=fallback,
+    )
 
 
-def feed(target: One, times: list[int], values: list[float]) -> list[Rows]:
-    return target.feed(times, times, values)
+def feed(target: Gridder, times: list[int], values: list[float]) -> list[Rows]:
+    return target.feed(times, times, np.array(values, dtype=float)[:, None])
 
 
 def joined(rows: list[Rows]) -> tuple[list[int], list[float]]:
@@ -44,7 +35,7 @@ def joined(rows: list[Rows]) -> tuple[list[int], list[float]]:
 def test_a_straight_line_stays_straight() -> None:
     """Samples of a line at odd moments give the line on the grid."""
     times = [3_000 + 7_919 * k for k in range(50)]
-    index, values = joined(feed(One(), times, [2.0 * t for t in times]))
+    index, values = joined(feed(gridder(), times, [2.0 * t for t in times]))
     assert index == list(range(1, times[-1] // 10_000 + 1))
     np.testing.assert_allclose(values, [2.0 * 10_000 * k for k in index], rtol=1e-12)
 
@@ -52,13 +43,13 @@ def test_a_straight_line_stays_straight() -> None:
 def test_a_row_on_a_sample_is_the_sample() -> None:
     """To the last bit, also beside a sample that is missing."""
     values = [0.1, math.nan, 0.3, 0.7]
-    index, found = joined(feed(One(), [0, 10_000, 20_000, 30_000], values))
+    index, found = joined(feed(gridder(), [0, 10_000, 20_000, 30_000], values))
     assert index == [0, 1, 2, 3]
     assert found[0] == 0.1
     assert math.isnan(found[1])
     assert found[2:] == [0.3, 0.7]
     # Between a number and a missing sample nothing is known.
-    _, between = joined(feed(One(), [0, 15_000, 30_000], [1.0, math.nan, 2.0]))
+    _, between = joined(feed(gridder(), [0, 15_000, 30_000], [1.0, math.nan, 2.0]))
     assert between[0] == 1.0
     assert math.isnan(between[1])
     assert math.isnan(between[2])
@@ -68,7 +59,7 @@ def test_a_row_on_a_sample_is_the_sample() -> None:
 def test_gaps_of_more_than_two_and_a_half_periods_are_empty() -> None:
     """Two lost samples at 100 Hz leave 30 ms: empty; one lost sample is bridged."""
     times = [0, 10_000, 20_000, 30_000, 50_000, 60_000, 90_000, 100_000]
-    index, values = joined(feed(One(), times, [float(t) for t in times]))
+    index, values = joined(feed(gridder(), times, [float(t) for t in times]))
     assert index == list(range(11))
     missing = [k for k, value in zip(index, values, strict=True) if math.isnan(value)]
     assert missing == [7, 8]
@@ -78,7 +69,7 @@ def test_gaps_of_more_than_two_and_a_half_periods_are_empty() -> None:
 def test_a_slow_message_is_bridged_between_its_samples() -> None:
     """Five samples a second fill the whole grid."""
     times = [200_000 * k for k in range(10)]
-    _, values = joined(feed(One(), times, [float(t) for t in times]))
+    _, values = joined(feed(gridder(), times, [float(t) for t in times]))
     np.testing.assert_allclose(values, 10_000.0 * np.arange(181))
 
 
@@ -86,7 +77,7 @@ def test_the_period_follows_a_change_of_rate() -> None:
     """A message that becomes ten times slower is bridged again after half a window."""
     times = [10_000 * k for k in range(20)]
     times += [times[-1] + 100_000 * k for k in range(1, 15)]
-    index, values = joined(feed(One(), times, [1.0] * len(times)))
+    index, values = joined(feed(gridder(), times, [1.0] * len(times)))
     filled = np.isfinite(values)
     assert filled[:20].all()
     assert not filled[20:28].any()
@@ -96,7 +87,7 @@ def test_the_period_follows_a_change_of_rate() -> None:
 def test_angles_go_round_the_short_way() -> None:
     """From 170 to -170 degrees the heading passes 180, not 0, and stays within half a turn."""
     a = math.radians(170.0)
-    index, values = joined(feed(One(circular=True), [0, 40_000], [a, -a]))
+    index, values = joined(feed(gridder(circular=True), [0, 40_000], [a, -a]))
     assert index == [0, 1, 2, 3, 4]
     np.testing.assert_allclose(np.degrees(values)[[0, 1, 3, 4]], [170, 175, -175, -170], atol=1e-9)
     assert abs(math.degrees(values[2])) == pytest.approx(180.0)
@@ -104,22 +95,22 @@ def test_angles_go_round_the_short_way() -> None:
 
 def test_counts_keep_their_value() -> None:
     """Satellites are not interpolated."""
-    _, values = joined(feed(One(step=True), [0, 40_000], [7.0, 9.0]))
+    _, values = joined(feed(gridder(step=True), [0, 40_000], [7.0, 9.0]))
     assert values == [7.0, 7.0, 7.0, 7.0, 9.0]
 
 
 def test_duplicates_and_overtaken_samples_are_counted_and_left_out() -> None:
     """The later sample of two with one stamp, and one that comes too late, change nothing."""
-    target = One()
+    target = gridder()
     _, values = joined(feed(target, [0, 10_000, 10_000, 5_000, 20_000], [0, 1, 9, 9, 2]))
     assert values == [0.0, 1.0, 2.0]
-    assert (target.track.duplicates, target.track.overtaken) == (1, 1)
+    assert (target.duplicates, target.overtaken) == (1, 1)
 
 
 def test_hours_of_silence_cost_nothing() -> None:
     """A pause of a day hands out the rows before and after it, and none between."""
     day = 86_400_000_000
-    rows = feed(One(), [0, 10_000, day, day + 10_000], [1.0, 2.0, 3.0, 4.0])
+    rows = feed(gridder(), [0, 10_000, day, day + 10_000], [1.0, 2.0, 3.0, 4.0])
     index, values = joined(rows)
     assert index == [0, 1, 8_640_000, 8_640_001]
     assert values == [1.0, 2.0, 3.0, 4.0]
@@ -128,7 +119,9 @@ def test_hours_of_silence_cost_nothing() -> None:
 def test_a_pause_that_is_filled() -> None:
     """Up to LONGEST_FILL the rows go on without interruption, empty."""
     pause = int(LONGEST_FILL * 1e6)
-    index, values = joined(feed(One(), [0, 10_000, 20_000, 20_000 + pause], [1.0, 2.0, 3.0, 4.0]))
+    index, values = joined(
+        feed(gridder(), [0, 10_000, 20_000, 20_000 + pause], [1.0, 2.0, 3.0, 4.0])
+    )
     assert index == list(range(2 + 6000 + 1))
     assert np.isnan(values[3:-1]).all()
 
@@ -137,7 +130,7 @@ def test_a_pause_that_is_filled() -> None:
 def test_other_rates(rate: float) -> None:
     """Rows lie at k / rate for rates that do not divide a second as well."""
     times = [1_000 * k for k in range(0, 500, 3)]
-    target = One(rate=rate)
+    target = gridder(rate=rate)
     rows = feed(target, times, [t / 1e6 for t in times])
     grid = Grid(rate)
     for row in rows:
@@ -170,8 +163,8 @@ def test_pieces_give_the_same_rows(steps: list[int], cuts: list[int]) -> None:
     """Fed one by one (the quick way for live links) or together: the same bits."""
     times = np.cumsum([max(steps[0], 0), *steps[1:]]).tolist()
     values = np.sin(np.arange(len(times)) * 1.7).tolist()
-    whole = joined(feed(One(), times, values))
-    target, rows, start = One(), [], 0
+    whole = joined(feed(gridder(), times, values))
+    target, rows, start = gridder(), [], 0
     for cut in cuts * len(times):
         if start < len(times):
             rows += feed(target, times[start : start + cut], values[start : start + cut])
@@ -185,16 +178,16 @@ class Pair:
 
     def __init__(self, fallback: int = 300_000) -> None:
         self.grid = Grid(100.0)
-        self.better, self.worse = One(fallback=fallback), One(fallback=fallback)
-        self.merger = Merger(self.grid, (self.better.track, self.worse.track), 1, fallback)
+        self.better, self.worse = gridder(fallback=fallback), gridder(fallback=fallback)
+        self.merger = Merger(self.grid, (self.better, self.worse), 1, fallback)
         self.now = 0
         self.rows: list[Rows] = []
 
     def sample(self, source: int, time: int, value: float) -> None:
         target = (self.better, self.worse)[source]
-        for rows in target.feed([time], [self.now], [value]):
-            self.merger.push(source, rows)
+        rows = target.feed([time], [self.now], np.array([[value]]))
         self.now = max(self.now, time)
+        self.merger.push(source, rows)
         self.rows += self.merger.pull(0, self.now)
 
 

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsapp.decoding.grid import Grid, Gridder, Samples
+from gsapp.decoding.grid import Grid, Gridder
 from gsapp.decoding.merging import Merger
 
 
 def test_the_rows_of_a_source_that_nobody_asks_are_not_kept() -> None:
     """Of two sources, the better one always there, only what is undecided is held."""
     grid = Grid(100.0)
-    flags = [np.zeros(1, dtype=bool)] * 2
-    gridder = Gridder(grid, circular=flags, stepwise=flags)
-    merger = Merger(grid, gridder.tracks, 1, 1_000_000)
+    flags = np.zeros(1, dtype=bool)
+    sources = [Gridder(grid, circular=flags, stepwise=flags) for _ in range(2)]
+    merger = Merger(grid, sources, 1, 1_000_000)
     most = decided = 0
     for k in range(20_000):
         now = 10_000 * k
         for number, every in ((0, 1), (1, 10)):
             if k % every == 0:
-                samples = Samples(number, 0, 1, [now], [now])
-                for source, rows in gridder.feed([samples], np.array([[float(number)]])):
-                    merger.push(source, rows)
+                merger.push(number, sources[number].feed([now], [now], np.array([[float(number)]])))
         decided += sum(len(rows.values) for rows in merger.pull(0, now))
         most = max(most, merger.waiting)
     assert decided == 20_000
