@@ -361,6 +361,8 @@ class Desk(QObject):
             return
         now = time.monotonic()
         tells = now - self._told_at >= _TELL_SECONDS
+        if self._timer.interval() != LOOK_MS:
+            self._timer.setInterval(LOOK_MS)
         paints = self._pace.allows(now)
         hurries = self._hurries(session)
         if not (tells or hurries or (paints and (session.has_news or self._is_behind(session)))):
@@ -376,7 +378,11 @@ class Desk(QObject):
             self.painted.emit(self._idle_time(now))
         if paints and (self._painted_at == now or session.replaying is not None):
             # A replay always has news; they come with the frames, not with the looks.
-            self._pace.took(now, time.monotonic())
+            end = time.monotonic()
+            self._pace.took(now, end)
+            if not hurries:
+                # No look can lead to a frame before.
+                self._timer.setInterval(max(int(1000 * self._pace.wait(end)), LOOK_MS))
         if tells:
             self._told_at = now
             self._tell(session)

@@ -3,11 +3,29 @@
 A sender in a process of its own speaks the full-rate link of the aircraft's box (some 250
 messages a second, 100 of them volts) over UDP. A recorder in its own process stamps and writes
 it. The main window, with 16 charts, its own timer and all that stands beside the charts, follows
-the folder. A sample has arrived when the recorder stamped it, and is on screen when the window
-has been flushed after painting the columns that hold it.
+the folder.
+
+What is measured, in milliseconds, for every sample of the pitch rate:
+
+arrival
+    The stamp that the recorder gave to the datagram as it read it from the socket: host time.
+to painted pixels
+    Until the window was flushed after painting the row that holds all of the sample: the first
+    row of the charts' grid at or after the sample's own time. Stamps on the grid: the sample
+    itself. Stamps beside the grid: a row between this sample and the next, so the wait for the
+    next one, 10 ms, is part of the figure.
+to pixels that it moves
+    The same until the row before it, beside the grid only: it lies between the sample before and
+    this one, so these are the first pixels that change because this sample came.
+to the session's history
+    Until decoded, converted and laid on the grid: without painting.
 
 That this means pixels is proven as it runs: the pitch rate leaps every 0.4 s, and the screen is
-read after every flush for the color of its line at the new value.
+read after every flush for the color of its line at the new value. `ui.pace` tells how the time is
+shared out.
+
+Beside each run stands what the machine gave to a loop that only looks at the clock, as often as
+the window looks at the record: how late its timer came, and its share of a core.
 """
 
 from __future__ import annotations
@@ -15,12 +33,13 @@ from __future__ import annotations
 import math
 import os
 import socket
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -196,6 +215,8 @@ class Result:
     frames_per_second: float
     charts: int
     off_grid: bool
+    idle: float
+    idle_late: float
 
 
 def processor_time(pid: int) -> float | None:
@@ -221,7 +242,29 @@ def sending(port: int, seconds: float, shift_us: int) -> Iterator[None]:
         process.wait()
 
 
-def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Result:
+def empty_loop(seconds: float) -> tuple[float, float]:
+    """Return share of a core, and the 95th percentile of lateness (ms), of an idle Qt timer."""
+    from PySide6.QtCore import QEventLoop, Qt, QTimer
+
+    from ui.app import make_application
+    from ui.pace import LOOK_MS
+
+    make_application()
+    ticks: list[float] = []
+    loop, timer = QEventLoop(), QTimer()
+    timer.setTimerType(Qt.TimerType.PreciseTimer)
+    timer.timeout.connect(lambda: ticks.append(time.perf_counter()))
+    QTimer.singleShot(round(1000 * seconds), loop.quit)
+    used, begin = time.process_time(), time.perf_counter()
+    timer.start(LOOK_MS)
+    loop.exec()
+    timer.stop()
+    share = (time.process_time() - used) / (time.perf_counter() - begin)
+    late = 1e3 * np.diff(ticks) - LOOK_MS
+    return share, float(np.percentile(late, 95))
+
+
+def measure(seconds: float, shift_us: int = 0) -> Result:
     """Run sender, recorder and window for a while.
 
     Parameters
@@ -230,8 +273,6 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
         How long to measure.
     shift_us : int
         How far the vehicle's stamps lie behind the places of the grid.
-    tick_ms : int or None
-        In place of the window's own interval between looks.
     """
     from PySide6.QtCore import QEventLoop, QTimer
 
@@ -245,6 +286,7 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
         QTimer.singleShot(round(1000 * how_long), loop.quit)
         loop.exec()
 
+    idle, idle_late = empty_loop(0.25 * seconds)
     frames = Frames()
     with tempfile.TemporaryDirectory() as place:
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(Path(place) / "runtime")
@@ -265,8 +307,6 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
                 run(0.05)
                 if time.monotonic() > deadline:
                     raise TimeoutError("the recorder did not start")
-            if tick_ms is not None:
-                window.desk._timer.setInterval(tick_ms)
             recorder = window.desk.session.recorder
             with sending(port, seconds + 60.0, shift_us):
                 while not frames.shown:
@@ -312,6 +352,8 @@ def measure(seconds: float, shift_us: int = 0, tick_ms: int | None = None) -> Re
         frames_per_second=drawn / wall,
         charts=charts,
         off_grid=shift_us != 0,
+        idle=idle,
+        idle_late=idle_late,
     )
 
 
@@ -357,10 +399,10 @@ def describe(title: str, ms: np.ndarray) -> str:
     )
 
 
-def tell(words: str, result: Result) -> None:
+def tell(result: Result) -> None:
     """Print a result."""
     recorder = "" if result.recorder is None else f", recorder {100 * result.recorder:.0f} %"
-    print(f"\n{words}")
+    load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "?"
     print(f"    {'ms':34}{'50th':>7}{'95th':>7}{'99th':>7}{'worst':>7}")
     print(describe("arrival to the session's history", result.history))
     if result.off_grid:
@@ -370,25 +412,43 @@ def tell(words: str, result: Result) -> None:
     print(
         f"    {len(result.leaps)} of {result.leaps_sent} leaps seen, {result.same_frame} of them "
         f"in the very frame reckoned; {result.charts} charts, "
-        f"{result.frames_per_second:.0f} frames/s; share of a core: window "
-        f"{100 * result.window:.0f} %{recorder}",
+        f"{result.frames_per_second:.0f} frames/s\n"
+        f"    share of a core: window {100 * result.window:.0f} %, an idle loop "
+        f"{100 * result.idle:.1f} %{recorder}; {load} processes want {os.cpu_count()} cores; "
+        f"an idle timer is up to {result.idle_late:.1f} ms late (95th)",
+        flush=True,
+    )
+
+
+def sum_up(results: Sequence[Result]) -> None:
+    """Print the medians of several runs."""
+    pixels = [float(np.percentile(result.pixels, 95)) for result in results if result.pixels.size]
+    if not pixels:
+        return
+    shares = [100 * result.window for result in results]
+    ratios = [result.window / result.idle for result in results]
+    print(
+        f"    median of {len(pixels)} runs: 95th percentile {statistics.median(pixels):.1f} ms "
+        f"(goal 20 ms), window {statistics.median(shares):.0f} % of a core, "
+        f"{statistics.median(ratios):.0f} times an idle loop",
         flush=True,
     )
 
 
 def main(*options: str) -> None:
     """Measure with stamps on the grid of the charts and beside it."""
-    seconds = 4.0 if "--quick" in options else 10.0
+    seconds, runs = (4.0, 1) if "--quick" in options else (8.0, 3)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    if hasattr(os, "getloadavg"):
-        # Where others want the processor, the waits for it are part of every figure.
-        print(f"    before: {os.getloadavg()[0]:.1f} processes want {os.cpu_count()} cores")
-    tell("stamps on the grid, as the aircraft's box sends them", measure(seconds))
-    tell(
-        "stamps beside the grid: the row after a sample is complete with the next sample, 10 ms "
-        "later",
-        measure(seconds, _OFF_GRID_US),
-    )
+    for words, shift in (
+        ("stamps on the grid, as the aircraft's box sends them", 0),
+        ("stamps beside the grid: the row after a sample waits for the next sample", _OFF_GRID_US),
+    ):
+        results = []
+        for number in range(runs):
+            print(f"\n{words}, run {number + 1} of {runs}")
+            results.append(measure(seconds, shift))
+            tell(results[-1])
+        sum_up(results)
 
 
 if __name__ == "__main__":

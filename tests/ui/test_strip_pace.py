@@ -45,7 +45,20 @@ def test_every_sample_of_a_hundred_hertz_has_its_frame_and_no_more():
                 pace.took(now, now + 0.002)
         assert len(begun) == pytest.approx(1200, abs=2)
     always = frames(Pace(SOONEST_LIVE), looks, 0.001)
-    assert len(always) / 12.0 < 1.0 / SOONEST_LIVE
+    assert len(always) / 12.0 < 1.01 / SOONEST_LIVE
+
+
+def test_a_late_frame_does_not_put_off_the_next_one():
+    """Proves that after a wait for the processor the samples that follow are in time again."""
+    pace = Pace(SOONEST_LIVE)
+    for k in range(5):
+        pace.took(0.01 * k, 0.01 * k + 0.002)
+    # This one began late and was held up, too.
+    pace.took(0.055, 0.0575)
+    assert pace.allows(0.0605)
+    pace.took(0.0605, 0.0625)
+    assert not pace.allows(0.064)
+    assert pace.allows(0.0705)
 
 
 @given(cost=st.floats(0.004, 0.2))
@@ -78,8 +91,7 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
             desk.tick()
         return len(painted) / seconds
 
-    assert look(3.0) == pytest.approx(1.0 / 0.018, abs=2)  # the first look after SOONEST_REPLAY
-    assert 0.015 < SOONEST_REPLAY <= 0.018
+    assert look(3.0) == pytest.approx(1.0 / SOONEST_REPLAY, abs=2)
     assert painted == sorted(painted)
     desk.toggle_play()
     look(0.1)
