@@ -115,7 +115,8 @@ def main(*options: str) -> dict[str, float]:
     print(f"{len(block)} samples, {len(block.channels)} channels, {len(found)} maneuvers found")
     print(f"{'detection, whole flight at once':40} {whole:9.3f} s CPU")
     print(
-        f"{'plain loops, the same figures only':40} {plain:9.3f} s CPU   {plain / whole:6.2f} x as long"
+        f"{'plain loops, the same figures only':40} {plain:9.3f} s CPU   "
+        f"{plain / whole:6.2f} x as long"
     )
     print(f"{'detection, a tenth of a second at a time':40} {pieces:9.3f} s CPU   "
           f"{100.0 * results['live, share of a core']:6.2f} % of a core")  # fmt: skip
