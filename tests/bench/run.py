@@ -21,6 +21,7 @@ BENCHMARKS = {
     "framing": "framing, decoding and mapping against pymavlink",
     "strips": "screen updates against pyqtgraph; share of a core; memory over an hour",
     "latency": "arrival to painted pixels",
+    "window": "start of the program to its first useful picture",
     "memory": "memory over a simulated hour, down the whole road",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }
