@@ -80,18 +80,23 @@ class AxisRows:
     columns : ndarray, shape (n, p + 1 + 3 + 3 + 1)
         qbar x for every regressor; qbar; the three static parts; the three spun parts; what makes
         qbar x of a rate (qbar c/2V or qbar b/2V). Zero where not valid.
-    absent : ndarray of bool, shape (n, 3)
-        Equations whose own instrument was silent at that sample.
+    running : ndarray of bool, shape (n, 3)
+        Equations all of whose instruments spoke of late.
     """
 
     valid: BoolArray
     columns: FloatArray
-    absent: BoolArray
+    running: BoolArray
 
     def part(self, place: int) -> AxisRows:
         """Return one of the blocks that the rows are cut into."""
         one = slice(place, place + 1)
-        return AxisRows(valid=self.valid[one], columns=self.columns[one], absent=self.absent[one])
+        return AxisRows(valid=self.valid[one], columns=self.columns[one], running=self.running[one])
+
+    def first_blocks(self, count: int) -> AxisRows:
+        """Return the first of the blocks that the rows are cut into."""
+        few = slice(0, max(count, 0))
+        return AxisRows(valid=self.valid[few], columns=self.columns[few], running=self.running[few])
 
     @staticmethod
     def joined(parts: Sequence[AxisRows]) -> AxisRows:
@@ -99,12 +104,12 @@ class AxisRows:
         return AxisRows(
             valid=np.concatenate([part.valid for part in parts]),
             columns=np.concatenate([part.columns for part in parts]),
-            absent=np.concatenate([part.absent for part in parts]),
+            running=np.concatenate([part.running for part in parts]),
         )
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
         """Return the arrays by name."""
-        return {"valid": self.valid, "columns": self.columns, "absent": self.absent}
+        return {"valid": self.valid, "columns": self.columns, "running": self.running}
 
     @staticmethod
     def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> AxisRows:
@@ -112,7 +117,7 @@ class AxisRows:
         return AxisRows(
             valid=np.array(state["valid"], dtype=bool),
             columns=np.array(state["columns"], dtype=np.float64),
-            absent=np.array(state["absent"], dtype=bool),
+            running=np.array(state["running"], dtype=bool),
         )
 
 
@@ -199,6 +204,7 @@ class Equations:
         # Rows since the last sample of each channel; at first all get the benefit of the doubt.
         self.silence = np.zeros(count)
         self.heard = np.zeros(count, dtype=bool)
+        self._ever = np.zeros((1, count), dtype=bool)  # up to each row
         self.held = np.full(count, np.nan)
         self.levers = np.full(2, np.nan)  # throttle and difference, as the engines follow them
         self.burned = np.zeros(1)
@@ -295,20 +301,25 @@ class Equations:
         flying: BoolArray,
     ) -> AxisRows:
         valid = flying.copy()
+        speaks = np.full(valid.size, self.settings.speed is not None)
+        for name in _PITOT:
+            speaks |= alive[:, _PLACE[name]]
         for name in _REQUIRED[axis]:
-            if name not in self.settings.still or self._ever(name):
-                valid &= finite[:, _PLACE[name]]
+            place = _PLACE[name]
+            # A surface that stands still may do without an instrument.
+            spared = ~self._ever[:, place] if name in self.settings.still else False
+            valid &= finite[:, place] | spared
+            speaks &= alive[:, place] | spared
         # What may be missing altogether still interrupts while it only pauses.
         own = [_OWN.get(name) for name in COEFFICIENTS[axis]]
         for name in (*_OPTIONAL[axis], *(one for one in own if one is not None)):
             valid &= finite[:, _PLACE[name]] | ~alive[:, _PLACE[name]]
-        absent = np.zeros((valid.size, 3), dtype=bool)
+        running = np.empty((valid.size, 3), dtype=bool)
         for index, one in enumerate(own):
-            if one is not None:
-                absent[:, index] = valid & ~alive[:, _PLACE[one]]
+            running[:, index] = speaks if one is None else speaks & alive[:, _PLACE[one]]
         stacked = np.stack(columns, axis=1)
         stacked[~valid] = 0.0
-        return AxisRows(valid=valid, columns=stacked, absent=absent)
+        return AxisRows(valid=valid, columns=stacked, running=running)
 
     def _unclipped(self, values: FloatArray) -> FloatArray:
         """Return the values with samples at the end of an instrument's range missing."""
@@ -326,7 +337,10 @@ class Equations:
     def _alive(self, values: FloatArray) -> BoolArray:
         """Return which channels spoke within the last moments, shape (n, n_channels)."""
         finite = np.isfinite(values)
-        self.heard |= finite.any(axis=0)
+        ever = np.logical_or.accumulate(
+            np.concatenate((self.heard[np.newaxis], finite)), axis=0, dtype=bool
+        )
+        self._ever, self.heard = ever[1:], ever[-1].copy()
         if self._known is not None:
             return np.broadcast_to(self._known, finite.shape)
         count = len(values)
@@ -345,7 +359,7 @@ class Equations:
         self.held = held[-1].copy()
         return held[1:]
 
-    def _ever(self, name: str) -> bool:
+    def _heard(self, name: str) -> bool:
         place = _PLACE[name]
         return bool(self.heard[place] if self._known is None else self._known[place])
 
@@ -353,7 +367,6 @@ class Equations:
         self, values: FloatArray, held: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return density, airspeed and dynamic pressure; NaN where there is none."""
-        count = len(values)
 
         def one(name: str) -> FloatArray:
             return values[:, _PLACE[name]]
@@ -362,19 +375,17 @@ class Equations:
             return held[:, _PLACE[name]]
 
         with np.errstate(divide="ignore", invalid="ignore"):
-            V, qbar = one("V"), np.where(np.isfinite(one("qbar")), one("qbar"), np.nan)
-            if self._ever("dynamic_pressure"):
-                qbar = np.where(np.isfinite(qbar), qbar, one("dynamic_pressure"))
-            if self._ever("density"):
-                rho = slow("density")
-            elif self._ever("static_pressure"):
+            V, qbar = one("V"), one("qbar")
+            qbar = np.where(np.isfinite(qbar), qbar, one("dynamic_pressure"))
+            rho = slow("density")
+            if not np.isfinite(rho).all():
                 static = slow("static_pressure")
-                rho = density(static, slow("temperature"))
-                rho = np.where(np.isfinite(rho), rho, standard_density(static))
-            elif self._ever("V"):
-                rho = 2.0 * qbar / (V * V)
-            else:
-                rho = np.full(count, np.nan)
+                rho = _first(
+                    rho,
+                    density(static, slow("temperature")),
+                    standard_density(static),
+                    2.0 * qbar / (V * V),
+                )
             # A density off by more than a factor of two is no air: take that of sea level.
             sound = (rho > 0.3) & (rho < 2.0)
             rho = np.where(sound, rho, SEA_LEVEL_DENSITY)
@@ -390,8 +401,6 @@ class Equations:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the thrust, what left exceeds right by in thrust over two, and zeros."""
         zero = np.zeros(len(values))
-        if self.aircraft.propulsion.max_thrust == 0.0 and not self._ever("thrust"):
-            return zero, zero, zero
         left, right = held[:, _PLACE["throttle_left"]], held[:, _PLACE["throttle_right"]]
         lever = np.where(
             np.isfinite(left + right), 0.5 * (left + right), held[:, _PLACE["throttle"]]
@@ -488,7 +497,7 @@ class Equations:
         missing = [
             name
             for name in _REQUIRED[axis]
-            if not there(name) and not (name in self.settings.still and not self._ever(name))
+            if not there(name) and not (name in self.settings.still and not self._heard(name))
         ]
         if not any(there(name) for name in _PITOT) and self.settings.speed is None:
             missing.insert(0, "airspeed")
@@ -505,7 +514,7 @@ class Equations:
         """Return what stands in for what, in words."""
         found: list[str] = []
         for axis in self.axes:
-            silent = [name for name in _OPTIONAL[axis] if not self._ever(name)]
+            silent = [name for name in _OPTIONAL[axis] if not self._heard(name)]
             if silent:
                 what = "longitudinal" if axis == "lon" else "lateral"
                 found.append(
@@ -515,11 +524,11 @@ class Equations:
             name
             for axis in self.axes
             for name in SURFACES[axis]
-            if name in self.settings.still and not self._ever(name)
+            if name in self.settings.still and not self._heard(name)
         ]
         if still:
             found.append(f"{', '.join(still)} not measured: taken as standing still")
-        if not any(self._ever(name) for name in _PITOT) and self.settings.speed is not None:
+        if not any(self._heard(name) for name in _PITOT) and self.settings.speed is not None:
             found.append(
                 f"airspeed was not measured; the constant {self.settings.speed:.1f} m/s stands in"
             )
@@ -527,10 +536,18 @@ class Equations:
         if (
             "lon" in self.axes
             and self.aircraft.propulsion.max_thrust > 0.0
-            and not any(self._ever(name) for name in engine)
+            and not any(self._heard(name) for name in engine)
         ):
             found.append("neither throttle nor thrust was measured: CA_0 then holds the thrust")
         return tuple(found)
+
+
+def _first(*candidates: FloatArray) -> FloatArray:
+    """Return the first of several values that is a number, sample by sample."""
+    found = candidates[0]
+    for other in candidates[1:]:
+        found = np.where(np.isfinite(found), found, other)
+    return found
 
 
 def _instrument_limits(aircraft: Aircraft) -> tuple[FloatArray, FloatArray]:

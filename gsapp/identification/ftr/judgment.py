@@ -60,7 +60,7 @@ def judge(
     ----------
     solution : Solution
     settings : FTRSettings
-    running : ndarray of bool, shape (3,)
+    running : ndarray of bool, shape (U, 3)
         Equations whose instruments are there.
 
     Returns
@@ -92,7 +92,7 @@ def judge(
     own[noisy] = Verdict.NOT_EXCITED
     own[noisy_together | (uncertain_together & ~noisy)] = Verdict.TOGETHER
     verdicts[solution.freedom < settings.least_freedom] = Verdict.TOO_SHORT
-    verdicts[np.broadcast_to(~running, solution.freedom.shape)] = Verdict.NOT_MEASURED
+    verdicts[~running] = Verdict.NOT_MEASURED
     return verdicts, companions
 
 

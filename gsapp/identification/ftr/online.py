@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -83,8 +84,18 @@ class _AxisRun:
         self.restart()
 
     def restart(self) -> None:
-        self.past = Information.none(self.p)
+        self.past = self.checkpoint = Information.none(self.p)
         self.solution: Solution | None = None
+        self.begin()
+
+    def open_window(self) -> None:
+        """Begin a window, which may have to be gone through again."""
+        self.checkpoint = self.past
+        self.begin()
+
+    def rewind(self) -> None:
+        """Go back to where the window began."""
+        self.past = self.checkpoint
         self.begin()
 
     def begin(self) -> None:
@@ -103,7 +114,7 @@ class _AxisRun:
 
     def advance(self, first: int, rows: AxisRows) -> Solution:
         """Take in blocks from number `first` on; return the estimates after each."""
-        valid, columns, absent = rows.valid, rows.columns, rows.absent
+        valid, columns, running = rows.valid, rows.columns, rows.running
         joined = np.asarray(valid[:, 1:] & valid[:, :-1], dtype=bool)
         heard = np.asarray(joined.any(axis=1)).tolist()
         parts: list[Solution] = []
@@ -114,13 +125,13 @@ class _AxisRun:
                 boundary = self._record is not None and (first + k) % self._record == 0
                 lost = self.open and not heard[k] and self.silent + 1 >= self._longest_gap
                 if boundary or lost:
-                    parts += self._stretch(valid, columns, absent, start, k)
+                    parts += self._stretch(valid, columns, running, start, k)
                     start = k
                     self.close()
                 self.open = self.open or heard[k]
                 self.silent = 0 if heard[k] else self.silent + 1
             else:
-                parts += self._stretch(valid, columns, absent, start, k)
+                parts += self._stretch(valid, columns, running, start, k)
         together = Solution.joined(parts)
         self.solution = together.at(-1)
         return together
@@ -129,14 +140,14 @@ class _AxisRun:
         self,
         valid: npt.NDArray[np.bool_],
         columns: FloatArray,
-        absent: npt.NDArray[np.bool_],
+        running: npt.NDArray[np.bool_],
         start: int,
         stop: int,
     ) -> list[Solution]:
         if stop == start:
             return []
         part = slice(start, stop)
-        transforms = self.transform.advance(columns[part], valid[part], absent[part])
+        transforms = self.transform.advance(columns[part], valid[part], running[part])
         before: list[Information] = []
         for _ in range(stop - start):
             if self._fade < 1.0 and self.past.listened.any():
@@ -160,6 +171,7 @@ class _AxisRun:
         parts = {
             "transform": self.transform.state(),
             "past": self.past.state(),
+            "checkpoint": self.checkpoint.state(),
             "own": self.own.state(),
         }
         if self.solution is not None:
@@ -172,6 +184,7 @@ class _AxisRun:
         self.open, self.silent = bool(table["open"]), int(table["silent"])
         self.transform.restore(_under("transform", table))
         self.past = Information.from_state(_under("past", table))
+        self.checkpoint = Information.from_state(_under("checkpoint", table))
         self.own = Information.from_state(_under("own", table))
         solution = _under("solution", table)
         self.solution = Solution.from_state(solution) if solution else None
@@ -190,8 +203,8 @@ class FTR:
     """Fourier transform regression on a flight as it comes in.
 
     It is a consumer of a session's feed: `feed` takes blocks of some channels, in order, however
-    they were cut; nothing that it gives depends on the cutting. `settings.updates` times a second
-    it renews the estimates of the six equations.
+    they were cut, `settle` concludes; nothing that it gives depends on the cutting.
+    `settings.updates` times a second of flight it renews the estimates of the six equations.
 
     Parameters
     ----------
@@ -275,11 +288,12 @@ class FTR:
             block = Block(
                 channels=block.channels, times=block.times - self.origin, values=block.values
             )
-        for number, rows in self._rows.feed(block):
-            self._take(number, rows)
+        self._rows.feed(block)
 
     def settle(self) -> None:
-        """Do nothing: all is concluded block by block."""
+        """Renew the estimates, after all blocks of a step."""
+        for number, rows in self._rows.complete():
+            self._take(number, rows)
 
     def reset(self) -> None:
         """Forget everything; the flight begins anew."""
@@ -326,7 +340,7 @@ class FTR:
                 )
         self._window = _Window(start)
         for run in self._runs.values():
-            run.begin()
+            run.open_window()
         self._replay()
 
     def end(self, stop: float) -> None:
@@ -349,7 +363,7 @@ class FTR:
             )
         self._window.stop = stop - self.origin
         if self._next is not None:
-            self._window.overrun = self._next * self.block / self.rate > self._window.stop
+            self._window.overrun = self._next > self._blocks_of(self._window)[1] - 1
         self._close_if_due()
 
     def _must_be_gated(self) -> None:
@@ -361,22 +375,22 @@ class FTR:
         window = self._window
         if window is None:
             return
-        inside = [
-            (number, rows)
-            for number, rows in self._ring
-            if (number + 1) * self.block / self.rate > window.start
-            and (window.stop is None or number * self.block / self.rate < window.stop)
-        ]
+        first, end = self._blocks_of(window)
+        inside = [(number, rows) for number, rows in self._ring if first <= number < end]
         if not inside:
             return
-        first, count = inside[0][0], len(inside)
-        moments = {
-            axis: run.advance(
-                first, self._masked(first, AxisRows.joined([rows[axis] for _, rows in inside]))
-            )
-            for axis, run in self._runs.items()
-        }
-        self._log_moments(first, count, moments)
+        self._advance(
+            inside[0][0],
+            {axis: AxisRows.joined([rows[axis] for _, rows in inside]) for axis in self.axes},
+        )
+
+    def _blocks_of(self, window: _Window) -> tuple[int, int]:
+        """Return the first block of a window, and the one after the last."""
+        N = self.block
+        first = (math.ceil(window.start * self.rate - 1e-6) - 1) // N
+        if window.stop is None:
+            return first, 2**62
+        return first, -(-math.floor(window.stop * self.rate + 1e-6) // N)
 
     def _masked(self, first: int, rows: AxisRows) -> AxisRows:
         """Return rows of whole blocks with what lies outside the window not valid."""
@@ -389,24 +403,25 @@ class FTR:
         inside = times >= window.start - 1e-9
         if window.stop is not None:
             inside &= times <= window.stop + 1e-9
-        return AxisRows(valid=rows.valid & inside, columns=rows.columns, absent=rows.absent)
+        return AxisRows(valid=rows.valid & inside, columns=rows.columns, running=rows.running)
 
     def _close_if_due(self) -> None:
         window = self._window
         if window is None or window.stop is None or self._next is None:
             return
-        if self._next * self.block / self.rate < window.stop - 1e-9:
+        if self._next < self._blocks_of(window)[1]:
             return
         if window.overrun:
             # Anew, so that what counts does not depend on when the end became known.
             for run in self._runs.values():
-                run.begin()
+                run.rewind()
             self._replay()
         for run in self._runs.values():
             run.close()
         self._window = None
+        running = {axis: rows.running for axis, rows in self._last.items()}
         moments = {axis: run.conclude() for axis, run in self._runs.items()}
-        self._log_moments(self._next - 1, 1, moments)
+        self._log_moments(self._next - 1, moments, running)
 
     # --- blocks ---------------------------------------------------------------------------------
 
@@ -421,7 +436,7 @@ class FTR:
             before = self._last.get(axis) if follows else None
             shaped[axis] = _with_heads(rows, before, blocks, N)
             self._last[axis] = AxisRows(
-                valid=rows.valid[-1:], columns=rows.columns[-1:], absent=rows.absent[-1:]
+                valid=rows.valid[-1:], columns=rows.columns[-1:], running=rows.running[-1:]
             )
         if self.settings.gate == "maneuvers":
             for k in range(blocks):
@@ -430,21 +445,35 @@ class FTR:
                 )
             if self._window is None:
                 return
-        moments = {
-            axis: run.advance(first, self._masked(first, shaped[axis]))
-            for axis, run in self._runs.items()
-        }
-        self._log_moments(first, blocks, moments)
+            if self._window.stop is not None:
+                _, end = self._blocks_of(self._window)
+                shaped = {axis: rows.first_blocks(end - first) for axis, rows in shaped.items()}
+        self._advance(first, shaped)
         self._close_if_due()
 
-    def _log_moments(self, first: int, count: int, moments: Mapping[FTRAxis, Solution]) -> None:
+    def _advance(self, first: int, rows: Mapping[FTRAxis, AxisRows]) -> None:
+        """Run whole blocks through the regressions, and keep the estimates."""
+        if not len(rows[self.axes[0]].valid):
+            return
+        moments = {
+            axis: run.advance(first, self._masked(first, rows[axis]))
+            for axis, run in self._runs.items()
+        }
+        running = {axis: one.running[:, -1] for axis, one in rows.items()}
+        self._log_moments(first, moments, running)
+
+    def _log_moments(
+        self,
+        first: int,
+        moments: Mapping[FTRAxis, Solution],
+        running: Mapping[FTRAxis, npt.NDArray[np.bool_]],
+    ) -> None:
+        count = len(moments[self.axes[0]].theta)
         times = self.origin + (first + 1 + np.arange(count)) * self.block / self.rate
         parts = []
         for axis in self.axes:
-            missing = self._equations.why_not(axis)
-            running = np.array([name not in missing for name in COEFFICIENTS[axis]])
             solution = moments[axis]
-            parts.append(Moment.of(solution, *judge(solution, self.settings, running)))
+            parts.append(Moment.of(solution, *judge(solution, self.settings, running[axis])))
         self._log.append(times, Moment.side_by_side(parts))
 
     # --- what it found --------------------------------------------------------------------------
@@ -701,7 +730,7 @@ def _with_heads(rows: AxisRows, before: AxisRows | None, blocks: int, N: int) ->
     return AxisRows(
         valid=np.asarray(shaped(rows.valid, None if before is None else before.valid)),
         columns=np.asarray(shaped(rows.columns, None if before is None else before.columns)),
-        absent=np.asarray(shaped(rows.absent, None if before is None else before.absent)),
+        running=np.asarray(shaped(rows.running, None if before is None else before.running)),
     )
 
 

@@ -1,8 +1,8 @@
 """Blocks of some channels, joined to rows of all channels in fixed blocks of the grid.
 
 Channels of one sample may come in several blocks, one after the other. A row is complete when
-every channel that speaks has passed it, or when the newest sample lies `PATIENCE` ahead of it;
-so what comes out does not depend on how the samples were cut into blocks.
+every channel that speaks has passed it, or when the newest sample lies `PATIENCE` ahead of it at
+the end of a step; so what comes out does not depend on how the samples were cut into blocks.
 """
 
 from __future__ import annotations
@@ -20,10 +20,54 @@ PATIENCE = 1.0
 LONGEST_FILL = 60.0
 """Seconds of a pause that are filled with missing rows; a longer one is jumped over."""
 
+IndexArray = npt.NDArray[np.int64]
 _NOT_YET = -(2**62)
 # Not waited for once there is the density that follows from them.
 _SPARED = ("static_pressure", "temperature")
 _PLACE = {name: place for place, name in enumerate(NEEDED_CHANNELS)}
+
+
+class _Stretch:
+    """Rows without a long pause between them."""
+
+    def __init__(self, first: int, block: int) -> None:
+        self.first = first  # grid index of the first row kept; begins a block
+        self.newest = first - 1
+        self.rows = np.full((4 * block, len(NEEDED_CHANNELS)), np.nan)
+        self.before = np.full((1, len(NEEDED_CHANNELS)), np.nan)
+
+    def put(self, index: IndexArray, values: FloatArray, places: list[int]) -> None:
+        """Lay samples in their rows; those that come too late are left out."""
+        rows = index - self.first
+        self._make_room(int(rows[-1]) + 1)
+        if rows[0] < 0:
+            fresh = rows >= 0
+            rows, values = rows[fresh], values[fresh]
+        if rows.size:
+            self.rows[rows[:, np.newaxis], places] = values
+            self.newest = max(self.newest, int(index[-1]))
+
+    def take(self, count: int, ahead: int) -> FloatArray:
+        """Return the first rows, with the one before them and some ahead; forget them."""
+        self._make_room(count + ahead)
+        taken = np.concatenate((self.before, self.rows[: count + ahead]))
+        self.before = taken[count : count + 1].copy()
+        left = max(0, self.newest - self.first + 1 - count)
+        self.rows[:left] = self.rows[count : count + left]
+        self.rows[left : left + count] = np.nan
+        self.first += count
+        return taken
+
+    @property
+    def left(self) -> FloatArray:
+        """Return the rows not taken yet."""
+        return self.rows[: max(0, self.newest - self.first + 1)]
+
+    def _make_room(self, count: int) -> None:
+        if count > len(self.rows):
+            grown = np.full((2 * count, self.rows.shape[1]), np.nan)
+            grown[: len(self.rows)] = self.rows
+            self.rows = grown
 
 
 class RowAssembler:
@@ -49,18 +93,28 @@ class RowAssembler:
 
     def restart(self) -> None:
         """Forget all samples."""
-        self._first = 0  # grid index of the first row kept
+        self._stretches: list[_Stretch] = []
         self._began = _NOT_YET  # grid index of the first sample of all
-        self._rows = np.full((4 * self._block, len(NEEDED_CHANNELS)), np.nan)
         self._reached = np.full(len(NEEDED_CHANNELS), _NOT_YET, dtype=np.int64)
-        self._newest = _NOT_YET
-        self._before = np.full((1, len(NEEDED_CHANNELS)), np.nan)
         self._columns: dict[tuple[str, ...], tuple[list[int], list[int]]] = {}
 
-    def feed(self, block: Block) -> list[tuple[int, FloatArray]]:
-        """Take in samples, and return the blocks that are complete now.
+    def feed(self, block: Block) -> None:
+        """Take in samples."""
+        columns, places = self._places_of(block.channels)
+        if not len(block) or not columns:
+            return
+        index = np.rint(block.times * self._rate).astype(np.int64)
+        values = block.values[:, columns]
+        self._reached[places] = np.maximum(self._reached[places], index[-1])
+        if self._began == _NOT_YET:
+            self._began = int(index[0])
+        cuts = (np.flatnonzero(np.diff(index) > self._longest) + 1).tolist()
+        for start, stop in zip([0, *cuts], [*cuts, index.size], strict=True):
+            stretch = self._stretch_for(int(index[start]))
+            stretch.put(index[start:stop], values[start:stop], places)
 
-        Samples that come later than `PATIENCE` are left out.
+    def complete(self) -> list[tuple[int, FloatArray]]:
+        """Return the blocks that are complete after a step.
 
         Returns
         -------
@@ -68,34 +122,47 @@ class RowAssembler:
             Number of the first block, and rows of shape (1 + U N + ahead, len(NEEDED_CHANNELS)):
             one before, the blocks', and those ahead.
         """
-        columns, places = self._places_of(block.channels)
-        if not len(block) or not columns:
+        newest = int(self._reached.max())
+        if newest < self._began + self._patience:
             return []
-        index = np.rint(block.times * self._rate).astype(np.int64)
-        values = block.values[:, columns]
-        cuts = (np.flatnonzero(np.diff(index) > self._longest) + 1).tolist()
-        found: list[tuple[int, FloatArray]] = []
-        for start, stop in zip([0, *cuts], [*cuts, index.size], strict=True):
-            if self._began == _NOT_YET:
-                self._began = int(index[start])
-                self._first = self._head(self._began)
-            elif int(index[start]) - self._newest > self._longest:
-                found += self.flush()
-                self._before[:] = np.nan
-                self._first = self._head(int(index[start]))
-            self._put(index[start:stop], values[start:stop], places)
-            found += self._complete()
-        return found
+        found = [self._rest(one) for one in self._stretches[:-1]]
+        del self._stretches[:-1]
+        speaking = self._reached > _NOT_YET
+        if speaking[_PLACE["density"]]:
+            speaking[[_PLACE[name] for name in _SPARED]] = False
+        slowest = int(self._reached[speaking].min()) if speaking.any() else newest
+        limit = max(slowest, newest - self._patience)
+        stretch = self._stretches[-1]
+        blocks = (limit - self._ahead - stretch.first + 1) // self._block
+        if blocks > 0:
+            found.append(self._take(stretch, blocks))
+        return [one for one in found if one is not None]
 
     def flush(self) -> list[tuple[int, FloatArray]]:
         """Return what is left as blocks, the last one filled up with missing rows."""
-        if self._began == _NOT_YET or self._newest < self._first:
-            return []
-        return self._take(-(-(self._newest - self._first + 1) // self._block))
+        found = [self._rest(one) for one in self._stretches]
+        return [one for one in found if one is not None]
 
-    def _head(self, index: int) -> int:
-        """Return the first index of the block that holds a sample."""
-        return (index - 1) // self._block * self._block + 1
+    def _rest(self, stretch: _Stretch) -> tuple[int, FloatArray] | None:
+        blocks = -(-len(stretch.left) // self._block)
+        return self._take(stretch, blocks) if blocks else None
+
+    def _take(self, stretch: _Stretch, blocks: int) -> tuple[int, FloatArray]:
+        number = (stretch.first - 1) // self._block
+        return number, stretch.take(blocks * self._block, self._ahead)
+
+    def _stretch_for(self, index: int) -> _Stretch:
+        for stretch in reversed(self._stretches):
+            if index >= stretch.first:
+                if index - stretch.newest <= self._longest:
+                    return stretch
+                break
+        else:
+            if self._stretches:
+                return self._stretches[0]  # where it will be found too late
+        head = (index - 1) // self._block * self._block + 1
+        self._stretches.append(_Stretch(head, self._block))
+        return self._stretches[-1]
 
     def _places_of(self, channels: tuple[str, ...]) -> tuple[list[int], list[int]]:
         """Return columns of a block with these channels, and their places in a row."""
@@ -106,73 +173,29 @@ class RowAssembler:
             self._columns[channels] = known
         return known
 
-    def _put(self, index: npt.NDArray[np.int64], values: FloatArray, places: list[int]) -> None:
-        rows = index - self._first
-        last = int(rows[-1])
-        if last >= len(self._rows):
-            size = -(-(2 * last + 2) // self._block) * self._block
-            grown = np.full((size, self._rows.shape[1]), np.nan)
-            grown[: len(self._rows)] = self._rows
-            self._rows = grown
-        fresh = rows >= 0
-        if not fresh.all():
-            rows, values = rows[fresh], values[fresh]
-        if not rows.size:
-            return
-        self._rows[rows[:, np.newaxis], places] = values
-        newest = int(index[-1])
-        self._reached[places] = np.maximum(self._reached[places], newest)
-        self._newest = max(self._newest, newest)
-
-    def _complete(self) -> list[tuple[int, FloatArray]]:
-        if self._newest < self._began + self._patience:
-            return []
-        speaking = self._reached > _NOT_YET
-        if speaking[_PLACE["density"]]:
-            speaking[[_PLACE[name] for name in _SPARED]] = False
-        reached = int(self._reached[speaking].min()) if speaking.any() else self._newest
-        limit = max(reached, self._newest - self._patience)
-        return self._take((limit - self._ahead - self._first + 1) // self._block)
-
-    def _take(self, blocks: int) -> list[tuple[int, FloatArray]]:
-        if blocks <= 0:
-            return []
-        count = blocks * self._block
-        need = count + self._ahead
-        if need > len(self._rows):
-            missing = np.full((need - len(self._rows), self._rows.shape[1]), np.nan)
-            self._rows = np.concatenate((self._rows, missing))
-        taken = np.concatenate((self._before, self._rows[:need]))
-        self._before = taken[count : count + 1].copy()
-        number = (self._first - 1) // self._block
-        left = max(0, self._newest - self._first + 1 - count)
-        self._rows[:left] = self._rows[count : count + left]
-        self._rows[left : left + count] = np.nan
-        self._first += count
-        return [(number, taken)]
-
     # --- saved state ----------------------------------------------------------------------------
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
-        left = max(0, self._newest - self._first + 1)
-        return {
-            "first": np.array(self._first),
+        """Return all that is remembered, for `restore`; to be asked for after `complete`."""
+        table: dict[str, npt.NDArray[np.generic]] = {
             "began": np.array(self._began),
-            "newest": np.array(self._newest),
             "reached": self._reached,
-            "rows": self._rows[:left],
-            "before": self._before,
+            "firsts": np.array([one.first for one in self._stretches], dtype=np.int64),
         }
+        for k, one in enumerate(self._stretches):
+            table[f"rows{k}"], table[f"before{k}"] = one.left, one.before
+        return table
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
         """Go on from what `state` gave."""
         self.restart()
-        self._first, self._began = int(state["first"]), int(state["began"])
-        self._newest = int(state["newest"])
+        self._began = int(state["began"])
         self._reached = np.array(state["reached"], dtype=np.int64)
-        self._before = np.array(state["before"], dtype=np.float64)
-        rows = np.array(state["rows"], dtype=np.float64)
-        size = max(4, -(-(2 * len(rows) + 2) // self._block)) * self._block
-        self._rows = np.full((size, len(NEEDED_CHANNELS)), np.nan)
-        self._rows[: len(rows)] = rows
+        for k, first in enumerate(np.asarray(state["firsts"], dtype=np.int64).tolist()):
+            stretch = _Stretch(first, self._block)
+            rows = np.asarray(state[f"rows{k}"], dtype=np.float64)
+            if len(rows):
+                every = list(range(len(NEEDED_CHANNELS)))
+                stretch.put(first + np.arange(len(rows)), rows, every)
+            stretch.before = np.array(state[f"before{k}"], dtype=np.float64)
+            self._stretches.append(stretch)

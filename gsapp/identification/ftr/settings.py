@@ -38,7 +38,7 @@ class FTRSettings:
         Of the frequencies, Hz. While less than ``1/spacing`` seconds were listened to, only every
         second, third, ... frequency is used: a record does not resolve closer ones.
     forgetting : float or None
-        Time constant, s, with which signals fade; None keeps them all.
+        Time constant, s of listening, with which signals fade; None keeps them all.
     gate : {"always", "maneuvers"}
     record_length : float or None
         Listening always and without forgetting, s after which a stretch of flight is closed, its

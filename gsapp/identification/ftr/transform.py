@@ -137,7 +137,7 @@ class RunningTransform:
         self._broken = np.zeros(3, dtype=bool)
         self._begun = False
 
-    def advance(self, columns: FloatArray, valid: BoolArray, absent: BoolArray) -> Transforms:
+    def advance(self, columns: FloatArray, valid: BoolArray, running: BoolArray) -> Transforms:
         """Take in U blocks, and return the transforms after each.
 
         Parameters
@@ -145,7 +145,7 @@ class RunningTransform:
         columns : ndarray, shape (U, N + 1, p + 8)
             As `AxisRows.columns`, each block headed by the last row of the block before.
         valid : ndarray of bool, shape (U, N + 1)
-        absent : ndarray of bool, shape (U, N + 1, 3)
+        running : ndarray of bool, shape (U, N + 1, 3)
         """
         p, count = self.p, self._count
         many = len(columns)
@@ -179,7 +179,7 @@ class RunningTransform:
         flat[:, ends:-1] = ((second**2) * triple[:, :, np.newaxis]).sum(axis=1) / 6.0
         flat[:, -1] = triple.sum(axis=1)
         missed = np.concatenate(
-            (self._broken[np.newaxis], (absent & (weights > 0.0)[:, :, np.newaxis]).any(axis=1))
+            (self._broken[np.newaxis], ((weights > 0.0)[:, :, np.newaxis] & ~running).any(axis=1))
         )
         broken: BoolArray = np.logical_or.accumulate(missed, axis=0)[1:]
         self._broken = broken[-1].copy()
