@@ -8,8 +8,6 @@ from calibration import shipped_sets
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.reading import shipped_aircraft
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
-from gsapp.dynamics.pilot.plan import SHIPPED as PLANS
-from gsapp.dynamics.terms import effect_ids, make_term
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.sources.serial_port import plugged_in
@@ -51,12 +49,17 @@ def connect_choices() -> ConnectChoices:
 
 def virtual_choices() -> VirtualChoices:
     """Return what can be chosen for the virtual aircraft."""
+    # With their modules the window would start a quarter of a second later.
+    from gsapp.dynamics.pilot.plan import SHIPPED as PLANS
+
     plans = sorted(PLANS.names(), key=lambda name: (name != _USUAL_PLAN, name))
     return VirtualChoices(plans=tuple(plans), effects=hidden_effects)
 
 
 def hidden_effects() -> tuple[tuple[str, str], ...]:
     """Return id and title of the effects that can be hidden in the virtual aircraft."""
+    from gsapp.dynamics.terms import effect_ids, make_term
+
     for module in _EFFECT_MODULES:
         importlib.import_module(module)
     aircraft = load_aircraft(_VIRTUAL_AIRCRAFT)

@@ -76,7 +76,6 @@ class MainWindow(QMainWindow):
         self.faults = faults
         self.look = Look(settings.theme, settings.scale, settings.units)
         self.appearance = Appearance(self.look, store, self)
-        self.appearance.apply()
         self.commands = CommandSet(self)
         self.banners = BannerStack(self.look)
         self.desk = Desk(faults, store, self)
@@ -94,6 +93,8 @@ class MainWindow(QMainWindow):
             page = self.flight_place if place.id == "flight" else ComingPage(place, self.look)
             self.places.addWidget(page)
         self._arrange()
+        # Once, when everything is in its place: Qt styles anew whatever moves.
+        self.appearance.apply()
         self._bind()
         self._keeper = KeyKeeper(self)
         application = QApplication.instance()
