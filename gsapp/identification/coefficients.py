@@ -15,22 +15,26 @@ regression, pass the same zero-phase filter (`gsapp.identification.smoothing`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
-from gsapp.dynamics.equations import POLAR_STATES, Body
+from gsapp.dynamics.equations import POLAR_STATES, Body, PolarState, flow_rates
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import accelerations_at_cg
 from gsapp.dynamics.terms import COEFFICIENTS, Term
-from gsapp.identification.maneuver import BoolArray, Maneuver
+from gsapp.foundation import FlightError
+from gsapp.identification.alignment import advanced
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import (
+    BoolArray,
     Smoother,
-    advanced,
     bridge,
     choose_cutoff,
     runs,
@@ -97,6 +101,9 @@ class Coefficients:
         Samples of each variable that count once smoothed.
     measured : frozenset of str
         Channels that an instrument measured.
+    integrated : frozenset of str
+        Flow angles that no vane measured, integrated from accelerations and rates instead: their
+        changes are right, their offset and a slow drift are not known.
     missing : mapping of str to str
         Coefficients that cannot be had: why.
     smoother : Smoother
@@ -111,6 +118,7 @@ class Coefficients:
     variables: Mapping[str, FloatArray]
     known: Mapping[str, BoolArray]
     measured: frozenset[str]
+    integrated: frozenset[str]
     missing: Mapping[str, str]
     smoother: Smoother
     remarks: tuple[str, ...]
@@ -166,15 +174,22 @@ def reconstruct(
     cutoff : float, optional
         Of the smoothing, Hz; by default chosen from the data.
     delays : mapping of str to float, optional
-        How late channels come, s, beyond lag and delay in the aircraft file: a filter before the
-        converter on all but the rates (a 50 Hz Butterworth is 4.5 ms late). A difference of half
-        a sample between gyros and surfaces bends damping and control derivatives by 5 %.
+        How late channels come, s, beyond what the aircraft file says (`cut_maneuver` has undone
+        that already). A difference of half a sample between gyros and surfaces bends damping and
+        control derivatives by 5 %.
+
+    Raises
+    ------
+    FlightError
+        If the mass is not greater than zero, or no airspeed can be had.
     """
+    if not maneuver.mass > 0.0:
+        raise FlightError(
+            f"maneuver {maneuver.id} of '{maneuver.flight}' has a mass of {maneuver.mass:g} kg; "
+            "give the mass in the aircraft file, or the weights in flight.toml"
+        )
     moved = measured_motion(maneuver, stand_ins=stand_ins) if motion is None else motion
     dt = maneuver.dt
-    late = instrument_delays(maneuver.aircraft)
-    for name, delay in (delays or {}).items():
-        late[name] = late.get(name, 0.0) + delay
     if cutoff is None:
         cutoff = choose_cutoff(moved.states[:, 1:6], dt)
     filtering = smoother(dt, cutoff)
@@ -184,7 +199,7 @@ def reconstruct(
         gaps[name] = ~np.isfinite(accelerations[:, column])
         accelerations[:, column] = bridge(accelerations[:, column], gaps[name])
     states, inputs_shown = moved.states.copy(), moved.inputs.copy()
-    for name, delay in late.items():
+    for name, delay in (delays or {}).items():
         for names, values in (
             (POLAR_STATES, states),
             (INPUTS, inputs_shown),
@@ -192,7 +207,10 @@ def reconstruct(
         ):
             if delay and name in names:
                 column = names.index(name)
-                values[:, column] = advanced(values[:, column], delay / dt)
+                moved_on = advanced(values[:, column], delay / dt)
+                unknown = ~np.isfinite(moved_on)
+                values[:, column] = bridge(moved_on, unknown)
+                gaps[name] = gaps.get(name, np.zeros(unknown.size, dtype=bool)) | unknown
     measured = moved.measured | {name for name in _ACCELERATIONS if not gaps[name].all()}
 
     signals = filtering.matched(
@@ -232,19 +250,28 @@ def reconstruct(
         name: np.broadcast_to(np.asarray(values, dtype=np.float64), qbar.shape)
         for name, values in zip(_VARIABLES, totals.variables, strict=True)
     }
+    flow = _flow_without_vanes(state, (ax, ay, an), measured, moved.times)
+    variables.update(flow)
     half = 0.5 / variables["V"]
-    variables["alpha_dot_hat"] = rates_of[0] * half * geometry.chord
-    variables["beta_dot_hat"] = rates_of[1] * half * geometry.span
+    turning = {
+        name: filtering.differentiate(flow[name]) if name in flow else rates_of[index]
+        for index, name in enumerate(("alpha", "beta"))
+    }
+    variables["alpha_dot_hat"] = turning["alpha"] * half * geometry.chord
+    variables["beta_dot_hat"] = turning["beta"] * half * geometry.span
     for term, parameters in by_flow_rates:
         given = term.value([variables[name] for name in term.reads], (), parameters)
         raw[:, COEFFICIENTS.index(term.target)] -= given
 
     good = _usable(gaps, _hard_gaps(gaps, moved.times, dt), filtering)
     missing = {
-        name: f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
+        name: why
         for name, needs in NEEDED.items()
-        if (absent := [one for one in needs if one not in measured])
+        if (why := _why_missing(needs, measured, maneuver))
     }
+    for name in flow:
+        # Integrated over its own gaps, so that only the samples themselves are lost.
+        good[name] = good[_INTEGRATED_FROM[name]]
     for name in missing:
         good[name] = np.zeros(qbar.size, dtype=bool)
     return Coefficients(
@@ -255,24 +282,56 @@ def reconstruct(
         variables=variables,
         known={name: good[name] for name in REGRESSORS},
         measured=frozenset(measured),
+        integrated=frozenset(flow),
         missing=missing,
         smoother=filtering,
-        remarks=(*moved.remarks, *remarks),
+        remarks=(
+            *(text for text in moved.remarks if text.partition(" ")[0] not in flow),
+            *remarks,
+            *(f"{name} was not measured; it is integrated from other instruments" for name in flow),
+            *(_SPEED_STANDS_IN for name in ("V",) if name not in measured),
+        ),
     )
 
 
-def instrument_delays(aircraft: Aircraft) -> dict[str, float]:
-    """Return how late each channel comes for the lag and delay of its instrument, s."""
-    sensors = aircraft.sensors
-    groups = (
-        (sensors.alpha_vane, ("alpha",)),
-        (sensors.beta_vane, ("beta",)),
-        (sensors.air_data, ("V",)),
-        (sensors.gyro, _RATES),
-        (sensors.accelerometer, _ACCELERATIONS),
-        (sensors.surfaces, ("de", "da", "dr")),
-    )
-    return {name: one.lag + one.delay for one, names in groups for name in names}
+_SPEED_STANDS_IN = (
+    "the airspeed is a guess: coefficients go with its square, and no bound holds its error"
+)
+_INTEGRATED_FROM = {"alpha": "CN", "beta": "CY"}
+_CHANNELS_INTEGRATED = {"alpha": ("q", "an"), "beta": ("p", "r", "ay")}
+_PASSES = 3
+
+
+def _flow_without_vanes(
+    state: tuple[FloatArray, ...],
+    accelerations: tuple[Value, Value, Value],
+    measured: AbstractSet[str],
+    times: FloatArray,
+) -> dict[str, FloatArray]:
+    """Return the flow angles that no vane measured, integrated (4.1.16), (4.1.17).
+
+    Unit mass makes forces of the accelerations at the CG. The angles themselves hardly enter
+    their own rates, so that a few passes settle.
+    """
+    lacking = [
+        name
+        for name, needs in _CHANNELS_INTEGRATED.items()
+        if name not in measured and all(need in measured for need in needs)
+    ]
+    if not lacking:
+        return {}
+    ax, ay, an = accelerations
+    flow = dict.fromkeys(lacking, state[1])
+    angles = {"alpha": state[1], "beta": state[2]}
+    for _ in range(_PASSES):
+        now = PolarState(state[0], angles["alpha"], angles["beta"], *state[3:])
+        rates = flow_rates(now, ax, ay, -np.asarray(an), 1.0)
+        for name in lacking:
+            index = POLAR_STATES.index(name)
+            turned = cumulative_trapezoid(np.asarray(rates[index]), times, initial=0.0)
+            flow[name] = state[index][0] + turned
+        angles.update(flow)
+    return flow
 
 
 def moments(
@@ -341,6 +400,19 @@ def _term_states(
         ]
         found.append(own)
     return tuple(np.array(found).T)
+
+
+def _why_missing(needs: Sequence[str], measured: AbstractSet[str], maneuver: Maneuver) -> str:
+    """Return why a coefficient cannot be had; empty if it can."""
+    absent = [name for name in needs if name not in measured]
+    if absent:
+        return f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
+    for name in needs:
+        shown = maneuver.samples(name)
+        shown = shown[np.isfinite(shown)]
+        if shown.size > 1 and not np.ptp(shown):
+            return f"{name} does not change at all: the instrument is stuck"
+    return ""
 
 
 def _hard_gaps(gaps: Mapping[str, BoolArray], times: FloatArray, dt: float) -> dict[str, BoolArray]:

@@ -155,33 +155,18 @@ def choose_cutoff(signals: FloatArray, dt: float) -> float:
     # The median of an exponential distribution is ln 2 of its mean; tones do not move it.
     floor = np.median(power[_high(frequency, dt)], axis=0) / np.log(2.0)
     width = max(3, round(0.5 * count * dt))
-    seen = convolve1d(power, np.full(width, 1.0 / width), axis=0, mode="nearest") > 4.0 * floor
-    # The first frequency at which a signal is lost; beyond it a tone may stand out, not motion.
-    lost = np.where(seen.all(axis=0), len(frequency) - 1, np.argmin(seen, axis=0))
-    return float(np.clip(frequency[lost].max(), LOWEST_CUTOFF, highest))
+    power = convolve1d(power, np.full(width, 1.0 / width), axis=0, mode="nearest")
+    inside = frequency <= highest
+    peak = np.argmax(power[inside], axis=0)
+    # From the peak upwards; what stands out again further up is a tone, not motion.
+    hidden = (power <= 4.0 * floor) & (np.arange(len(frequency))[:, None] >= peak)
+    lost = np.where(hidden.any(axis=0), np.argmax(hidden, axis=0), len(frequency) - 1)
+    seen = power[peak, np.arange(power.shape[1])] > 4.0 * floor
+    return float(np.clip(frequency[lost[seen]].max(initial=0.0), LOWEST_CUTOFF, highest))
 
 
 def _high(frequency: FloatArray, dt: float) -> BoolArray:
     return (frequency > 0.25 / dt) & (frequency < 0.48 / dt)
-
-
-def advanced(signal: FloatArray, samples: float) -> FloatArray:
-    """Return a signal that came late by `samples` at its right time, shape (n,).
-
-    Cubic interpolation, so that frequencies far below the sample rate keep their size; the last
-    value stands for what has not come yet.
-    """
-    whole = int(np.floor(samples))
-    part = samples - whole
-    places = np.arange(signal.size) + whole
-    a, b, c, d = (signal[np.clip(places + step, 0, signal.size - 1)] for step in (-1, 0, 1, 2))
-    found: FloatArray = (
-        -part * (part - 1.0) * (part - 2.0) / 6.0 * a
-        + (part * part - 1.0) * (part - 2.0) / 2.0 * b
-        - part * (part + 1.0) * (part - 2.0) / 2.0 * c
-        + part * (part * part - 1.0) / 6.0 * d
-    )
-    return found
 
 
 def bridge(signal: FloatArray, missing: BoolArray) -> FloatArray:

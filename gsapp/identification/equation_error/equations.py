@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from gsapp.dynamics.buildup import LONGITUDINAL_READS, reads_of
 from gsapp.identification.coefficients import Coefficients
@@ -32,6 +33,10 @@ WORDS = {
     "da": "aileron",
     "dr": "rudder",
 }
+DRIFT = "drift."
+"""Columns for offset and drift of instruments begin so."""
+FORCES = ("CN", "CA", "CY")
+"""Coefficients that the bias of an accelerometer shifts, by another amount each day."""
 _SURFACES = ("de", "da", "dr")
 _LEAST_ANGLE = 0.1 * DEGREE
 _LEAST_RATE = 0.3 * DEGREE
@@ -118,20 +123,32 @@ def form(
         )
         return Formed(equation=None, unearned=_all_unknown(names, why), remarks=remarks)
     unearned = _unexcited(stacked, used)
-    keep = [index for index, name in enumerate(names) if name not in unearned]
-    if all(name.endswith("_0") for name in names if name not in unearned) and unearned:
+    angles = {suffix for suffix in needed for one in used if suffix in one.integrated}
+    bias = f"{coefficient}_0"
+    if angles and bias in names:
+        why = f"the offset of the integrated {WORDS[angles.pop()]} is not known"
+        unearned[bias] = DerivativeEstimate(value=None, status="unknown", why=why)
+    keep = [
+        index for index, name in enumerate(stacked.names) if name not in unearned or name == bias
+    ]
+    if all(name == bias for name in names if name not in unearned) and unearned:
         why = "nothing moved"
         return Formed(
             equation=None, unearned={**_all_unknown(names, why), **unearned}, remarks=remarks
         )
     reduced = stacked.of(keep)
-    twins = collinear_columns(reduced)
+    twins = {
+        name: tuple(other for other in partners if not other.startswith(DRIFT))
+        for name, partners in collinear_columns(reduced).items()
+        if name != bias or name not in unearned
+    }
     for name, partners in twins.items():
+        others = " and ".join(partners) or "a drift"
         unearned[name] = DerivativeEstimate(
             value=None,
             status="not-identifiable",
             confounded_with=partners,
-            why=f"it cannot be told apart from {' and '.join(partners)} in this motion",
+            why=f"it cannot be told apart from {others} in this motion",
         )
     dropped = _dropped(twins)
     keep = [index for index, name in enumerate(reduced.names) if name not in dropped]
@@ -146,7 +163,9 @@ def explain(equation: Equation, solution: Regression) -> ResponseFit:
 def _lacking(coefficient: str, needed: Sequence[str], one: Coefficients) -> str:
     if coefficient in one.missing:
         return one.missing[coefficient]
-    absent = [WORDS[name] for name in needed if name not in one.measured]
+    absent = [
+        WORDS[name] for name in needed if name not in one.measured and name not in one.integrated
+    ]
     if not absent:
         return ""
     return f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
@@ -189,6 +208,8 @@ def _stack(
     Zs: list[FloatArray] = []
     stretches: list[Stretch] = []
     noise = np.zeros((len(names), len(names)))
+    drifts: list[FloatArray] = []
+    drifting = any(suffix in one.integrated for suffix in suffixes for one in used)
     at = 0
     for number, one in enumerate(used):
         columns = dict(zip(reads, one.smoothed(tuple(reads.values())).T, strict=True))
@@ -204,10 +225,12 @@ def _stack(
                 good = good & one.known[reads[suffix]]
         rows = 0
         segments = []
+        parts_taken = []
         for part in runs(good):
             taken = slice(part.start, part.stop, stride)
             Xs.append(np.column_stack([columns[suffix][taken] for suffix in suffixes]))
             ys.append(y[taken])
+            parts_taken.append(taken)
             where = (number, part.start, part.stop, longitudinal)
             if where not in cache.instruments:
                 cache.instruments[where] = simulated(
@@ -217,6 +240,7 @@ def _stack(
             Zs.append(_instruments(Xs[-1], suffixes, moving, cache.instruments[where]))
             segments.append(slice(rows, rows + ys[-1].size))
             rows += ys[-1].size
+        drifts.append(_drift(one.times, parts_taken, needs_drift=drifting))
         if rows:
             stretches.append(Stretch(rows=slice(at, at + rows), segments=tuple(segments)))
         at += rows
@@ -226,16 +250,42 @@ def _stack(
         places = [order.index(suffix) for suffix in suffixes]
         noise += rows * cache.noise[key][np.ix_(places, places)]
     empty = np.empty((0, len(names)))
+    drift = block_diag(*drifts)
+    # The bias of the first maneuver is the common one.
+    drift = drift[:, 1:] if drifting and "0" in suffixes else drift
+    if not drifting and coefficient in FORCES and "0" in suffixes:
+        drift = offsets(stretches)
+    spare = drift.shape[1]
     return Equation(
         y=np.concatenate(ys) if ys else np.empty(0),
-        X=np.concatenate(Xs) if Xs else empty,
-        Z=np.concatenate(Zs) if Zs else empty,
-        names=tuple(names),
+        X=np.column_stack((np.concatenate(Xs), drift)) if Xs else empty,
+        Z=np.column_stack((np.concatenate(Zs), drift)) if Zs else empty,
+        names=(*names, *(f"{DRIFT}{index}" for index in range(spare))),
         stretches=tuple(stretches),
         dt=stride * smoothing.dt,
         stride=stride,
-        noise=noise / max(at, 1),
+        noise=np.pad(noise / max(at, 1), (0, spare)),
     )
+
+
+def offsets(stretches: Sequence[Stretch]) -> FloatArray:
+    """Return the columns that give each maneuver an offset of its own, n_maneuvers - 1 of them.
+
+    The offsets add up to zero, so that the bias beside them is their mean.
+    """
+    columns = np.zeros((sum(one.rows.stop - one.rows.start for one in stretches), len(stretches)))
+    for index, one in enumerate(stretches):
+        columns[one.rows, index] = 1.0
+    return np.asarray(columns[:, :-1] - columns[:, -1:], dtype=np.float64)
+
+
+def _drift(times: FloatArray, parts: Sequence[slice], *, needs_drift: bool) -> FloatArray:
+    """Return offset, ramp and parabola over the rows of a maneuver, or no column."""
+    rows = np.concatenate([times[part] for part in parts]) if parts else np.empty(0)
+    if not needs_drift or not rows.size:
+        return np.empty((rows.size, 0))
+    ramp = (rows - rows[0]) / max(float(rows[-1] - rows[0]), 1e-9)
+    return np.column_stack((np.ones(rows.size), ramp, ramp * ramp))
 
 
 def _instruments(
@@ -256,7 +306,7 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
     found = {}
     for index, name in enumerate(stacked.names):
         suffix = name.partition("_")[2]
-        if suffix == "0":
+        if suffix == "0" or name.startswith(DRIFT):
             continue
         spread = float(np.std(stacked.X[:, index]))
         noise = float(np.sqrt(stacked.noise[index, index]))

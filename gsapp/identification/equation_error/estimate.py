@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -10,18 +12,19 @@ from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import COEFFICIENTS, Axis, axis_derivatives, free_derivatives
-from gsapp.identification.coefficients import Coefficients, reconstruct
+from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.equations import Cache, explain, form
+from gsapp.identification.equation_error.preparing import coefficients_of
 from gsapp.identification.equation_error.regression import (
     Equation,
     Regression,
     growth_by_instruments,
     solve,
 )
+from gsapp.identification.equation_error.timing import LATE_TOGETHER, relative_delay
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
-from gsapp.identification.smoothing import choose_cutoff
 
 
 def estimate(
@@ -34,7 +37,7 @@ def estimate(
     model: Model | None = None,
     cutoff: float | None = None,
     motions: Sequence[MeasuredMotion] | None = None,
-    delays: Mapping[str, float] | None = None,
+    delays: Mapping[str, float] | Literal["estimate"] | None = None,
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several in one stacked regression.
 
@@ -54,8 +57,11 @@ def estimate(
         Of the smoothing, Hz; by default chosen from the data.
     motions : sequence of MeasuredMotion, optional
         If they are known already, one for each maneuver.
-    delays : mapping of str to float, optional
+    delays : mapping of str to float or "estimate", optional
         How late channels come, as in `gsapp.identification.coefficients.reconstruct`.
+        ``"estimate"`` finds how late vanes and surfaces come against the gyros
+        (`gsapp.identification.equation_error.timing`), undoes what is proven, and widens the
+        bounds by what is not known of it.
 
     Returns
     -------
@@ -67,9 +73,66 @@ def estimate(
     FlightError
         If there is no maneuver, or the airspeed is missing and nothing can stand in for it.
     """
-    found = coefficients_of(
-        maneuvers, stand_ins=stand_ins, model=model, cutoff=cutoff, motions=motions, delays=delays
+    if not maneuvers:
+        raise FlightError("there is no maneuver to estimate from; name at least one")
+    if motions is None:
+        motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
+    known = delays if isinstance(delays, Mapping) else {}
+    found = coefficients_of(maneuvers, motions, model=model, cutoff=cutoff, delays=known)
+    inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
+    shift = relative_delay(found, axis, tuple(inputs))
+    proven = shift is not None and abs(shift[0]) > max(_SURE * shift[1], _LEAST_SHIFT)
+    plain = _estimated(found, maneuvers, axis, free=free, held=held, model=model)
+    if shift is None or not proven:
+        return plain
+    told = (
+        f"vanes and surfaces come {1e3 * shift[0]:.1f} +- {1e3 * shift[1]:.1f} ms "
+        f"{'late' if shift[0] > 0.0 else 'early'} against the gyros"
     )
+    if delays != "estimate":
+        bent = f"{told}: derivatives of the moments are bent by it, and no bound holds that"
+        return replace(plain, warnings=(*plain.warnings, bent))
+    late = dict.fromkeys(LATE_TOGETHER, shift[0])
+    right = coefficients_of(maneuvers, motions, model=model, cutoff=cutoff, delays=late)
+    better = _estimated(right, maneuvers, axis, free=free, held=held, model=model)
+    return _widened(better, plain, shift, f"{told}, which is undone")
+
+
+_SURE = 3.0
+_LEAST_SHIFT = 1e-3
+"""A shift is proven at three bounds; below a millisecond it does no harm."""
+
+
+def _widened(better: Estimate, plain: Estimate, shift: tuple[float, float], told: str) -> Estimate:
+    """Return the estimate with the uncertainty of the shift in its bounds."""
+    slopes = np.zeros(len(better.free))
+    for index, name in enumerate(better.free):
+        now, before = better.value(name), plain.value(name)
+        if now is not None and before is not None:
+            slopes[index] = (now - before) / shift[0]
+    covariance = better.covariance + shift[1] ** 2 * np.outer(slopes, slopes)
+    derivatives = dict(better.derivatives)
+    for index, name in enumerate(better.free):
+        wider = float(np.sqrt(covariance[index, index]))
+        derivatives[name] = replace(derivatives[name], std=wider)
+    return replace(
+        better,
+        derivatives=derivatives,
+        covariance=covariance,
+        nuisance={f"{one}.shift.surfaces": shift for one in better.maneuvers},
+        warnings=(*better.warnings, told),
+    )
+
+
+def _estimated(
+    found: Sequence[Coefficients],
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    *,
+    free: Sequence[str] | None,
+    held: Mapping[str, float] | None,
+    model: Model | None,
+) -> Estimate:
     inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
     wanted = free_derivatives(axis, inputs) if free is None else tuple(free)
     fixed = {} if model is None else {name: model.derivative(name) for name in model.derivatives}
@@ -100,7 +163,7 @@ def estimate(
         blocks.append(solution)
         fits[coefficient] = explain(formed.equation, solution)
         for index, name in enumerate(solution.names):
-            if name not in formed.unearned:
+            if name in derivatives and name not in formed.unearned:
                 derivatives[name] = DerivativeEstimate(
                     value=float(solution.values[index]),
                     std=float(solution.std[index]),
@@ -139,31 +202,6 @@ _WEAK = 1.7
 """Growth of the bounds at which instruments cost more than the noise that they avoid."""
 
 
-def coefficients_of(
-    maneuvers: Sequence[Maneuver],
-    *,
-    stand_ins: Mapping[str, float] | None = None,
-    model: Model | None = None,
-    cutoff: float | None = None,
-    motions: Sequence[MeasuredMotion] | None = None,
-    delays: Mapping[str, float] | None = None,
-) -> list[Coefficients]:
-    """Return the coefficients of all maneuvers, smoothed alike."""
-    if not maneuvers:
-        raise FlightError("there is no maneuver to estimate from; name at least one")
-    if motions is None:
-        motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
-    if cutoff is None:
-        cutoff = max(
-            choose_cutoff(motion.states[:, 1:6], maneuver.dt)
-            for maneuver, motion in zip(maneuvers, motions, strict=True)
-        )
-    return [
-        reconstruct(maneuver, motion=motion, model=model, cutoff=cutoff, delays=delays)
-        for maneuver, motion in zip(maneuvers, motions, strict=True)
-    ]
-
-
 def _joined(
     blocks: Sequence[Regression], derivatives: Mapping[str, DerivativeEstimate]
 ) -> tuple[tuple[str, ...], np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
@@ -174,7 +212,7 @@ def _joined(
         kept = [
             index
             for index, name in enumerate(block.names)
-            if derivatives[name].status == "estimated"
+            if name in derivatives and derivatives[name].status == "estimated"
         ]
         names += [block.names[index] for index in kept]
         parts.append(block.covariance[np.ix_(kept, kept)])

@@ -10,7 +10,7 @@ from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.model import Model
 from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.equations import least_motion
-from gsapp.identification.equation_error.estimate import coefficients_of
+from gsapp.identification.equation_error.preparing import coefficients_of
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.quantities import FloatArray
@@ -67,7 +67,8 @@ def start_values(
         moved = [
             index
             for index, name in enumerate(names)
-            if name.endswith("_0") or X[:, index].std() > least_motion(name[3:], found[0])
+            if X[:, index].any()
+            and (name.endswith("_0") or X[:, index].std() > least_motion(name[3:], found[0]))
         ]
         scale = np.maximum(np.linalg.norm(X[:, moved], axis=0), 1e-300)
         solution = np.linalg.lstsq(X[:, moved] / scale, y, rcond=_PRIOR)[0] / scale
@@ -102,4 +103,12 @@ def _rows(
     for suffix in suffixes:
         if suffix != "0":
             good = good & one.known[reads[suffix]][::stride]
-    return np.column_stack([table[suffix] for suffix in suffixes])[good], y[good]
+    X = np.column_stack([table[suffix] for suffix in suffixes])
+    if not one.integrated.isdisjoint(suffixes):
+        # An integrated angle has an offset and a drift: they are taken out of both sides.
+        ramp = np.linspace(-1.0, 1.0, y.size)
+        drift = np.linalg.qr(np.column_stack((np.ones(y.size), ramp, ramp * ramp))[good])[0]
+        both = np.column_stack((X, y))[good]
+        both = both - drift @ (drift.T @ both)
+        return both[:, :-1], both[:, -1]
+    return X[good], y[good]

@@ -1,0 +1,168 @@
+"""Coefficients reconstructed from motion are those that made the motion."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import fly
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.equations import Body, angular_accelerations
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import load_model
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import COEFFICIENTS
+from gsapp.identification.coefficients import moments, reconstruct
+from gsapp.identification.motion import measured_motion
+from gsapp.quantities import Block
+
+AIRCRAFT = load_aircraft("b777")
+TRUTH = load_model("b777")
+
+
+@cache
+def flown(axis, *effects):
+    """Return a maneuver without noise."""
+    model = TRUTH
+    for effect in effects:
+        model = model.with_effect(effect)
+    return fly(0, axis, noise=0.0, model=model).maneuver
+
+
+def without(maneuver, *names):
+    kept = [name for name in maneuver.block.channels if name not in names]
+    return replace(maneuver, block=maneuver.block.select(kept))
+
+
+def true_coefficients(maneuver, model=TRUTH):
+    motion = measured_motion(maneuver)
+    equations = FlightModel(AIRCRAFT, model)
+    totals = equations.totals(tuple(motion.states.T), tuple(motion.inputs.T))
+    return totals.coefficients
+
+
+@pytest.mark.parametrize("axis", ["lon", "lat"])
+def test_every_coefficient_at_every_sample(axis):
+    """Proves the reconstruction: thrust, lever arms and inertia coupling taken out, to 0.1 %."""
+    maneuver = flown(axis)
+    found = reconstruct(maneuver, cutoff=5.0)
+    true_ones = true_coefficients(maneuver)
+    for name in COEFFICIENTS[axis]:
+        true = true_ones[name]
+        expected = found.smooth(np.broadcast_to(true, found.times.shape))
+        counts = found.counts(name)
+        assert counts.sum() > 900
+        error = found.value(name)[counts] - expected[counts]
+        assert np.sqrt(np.mean(error**2)) < 1e-3 * np.ptp(expected)
+        # Where a surface starts with a jerk, between two samples, it may be more.
+        assert np.abs(error).max() < 1e-2 * np.ptp(expected)
+    assert axis == "lat" or found.value("CX")[500] == -found.value("CA")[500]
+
+
+_NUMBERS = st.floats(-2.0, 2.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.tuples(*[_NUMBERS] * 6))
+def test_moments_are_the_inverse_of_the_equations(numbers):
+    """Proves `moments` against the equations of motion, products of inertia included."""
+    p, q, r, L, M, N = numbers
+    body = Body(mass=20.0, ixx=7.0, iyy=8.6, izz=9.4, ixz=0.4)
+    spin = angular_accelerations(p, q, r, L, M, N, body)
+    np.testing.assert_allclose(moments((p, q, r), spin, body), (L, M, N), atol=1e-10)
+
+
+def test_effects_of_a_model_are_taken_out():
+    """Proves that with the model's effects known only the linear build-up is left."""
+    model = TRUTH.with_effect("aero.Cm.alpha2").with_effect("aero.Cm.alphadot")
+    model = model.with_effect("mass.cg.x")
+    maneuver = flown("lon", "aero.Cm.alpha2", "aero.Cm.alphadot", "mass.cg.x")
+    linear = true_coefficients(maneuver)["Cm"]
+    found = reconstruct(maneuver, model=model)
+    blind = reconstruct(maneuver)
+    counts = found.counts("Cm")
+    expected = found.smooth(linear)[counts]
+    right = np.abs(found.value("Cm")[counts] - expected).max()
+    wrong = np.abs(blind.value("Cm")[counts] - expected).max()
+    assert right < 2e-2 * np.ptp(expected)
+    assert wrong > 5.0 * right
+
+
+def test_missing_samples_do_not_count_and_long_gaps_block_their_neighbors():
+    """Proves how dropouts and a pause of the record are treated."""
+    maneuver = flown("lon")
+    values = maneuver.block.values.copy()
+    q = maneuver.block.channels.index("q")
+    values[300:302, q] = np.nan
+    values[500:520, q] = np.nan
+    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
+    found = reconstruct(replace(maneuver, block=block), cutoff=5.0)
+    good = found.counts("Cm")
+    reach = found.smoother.reach
+    assert good[299]
+    assert not good[300:302].any()
+    assert good[302]
+    assert not good[500 - reach : 520 + reach].any()
+    # The elevator itself was there all the time.
+    assert found.known["de"][500:520].all()
+
+
+def test_a_pause_of_the_record_is_not_smoothed_over():
+    """Proves that samples on both sides of a jump in time do not mix."""
+    maneuver = flown("lon")
+    times = maneuver.block.times.copy()
+    times[400:] += 30.0
+    block = Block(channels=maneuver.block.channels, times=times, values=maneuver.block.values)
+    found = reconstruct(replace(maneuver, block=block), cutoff=5.0)
+    reach = found.smoother.reach
+    assert not found.counts("Cm")[400 - reach : 400 + reach - 1].any()
+    assert found.counts("Cm")[400 + reach :].any()
+
+
+def test_clipped_samples_do_not_count():
+    """Proves that samples at the end of an instrument's range are left out."""
+    maneuver = flown("lat")
+    clipped = np.zeros(len(maneuver.block), dtype=bool)
+    clipped[200:230] = True
+    found = reconstruct(replace(maneuver, clipped={"p": clipped}), cutoff=5.0)
+    assert not found.counts("Cl")[200:230].any()
+    assert not found.known["p_hat"][200:230].any()
+
+
+def test_a_missing_or_stuck_instrument_is_named():
+    """Proves that a coefficient without its instrument says so."""
+    maneuver = flown("lon")
+    assert "an was not measured" in reconstruct(without(maneuver, "an")).missing["CN"]
+    values = maneuver.block.values.copy()
+    values[:, maneuver.block.channels.index("q")] = 0.1
+    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
+    found = reconstruct(replace(maneuver, block=block))
+    assert "stuck" in found.missing["Cm"]
+    assert not found.counts("Cm").any()
+
+
+def test_a_vane_that_is_missing_is_replaced_by_integration():
+    """Proves that sideslip follows from accelerations and rates, but for offset and drift."""
+    maneuver = flown("lat")
+    found = reconstruct(without(maneuver, "beta"))
+    assert found.integrated == {"beta"}
+    true = measured_motion(maneuver).state("beta")
+    difference = found.variables["beta"] - true
+    drift = np.polynomial.Polynomial.fit(found.times, difference, 1)(found.times)
+    assert np.std(difference - drift) < 0.01 * np.ptp(true)
+
+
+def test_no_mass_is_refused():
+    """Proves that a mass of zero is told, not divided by."""
+    with pytest.raises(FlightError, match="mass of 0 kg"):
+        reconstruct(replace(flown("lon"), mass=0.0))
