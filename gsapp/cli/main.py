@@ -264,6 +264,169 @@ def export(
     command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units, json=json)
 
 
+FlightPaths = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="FLIGHT...",
+        readable=False,
+        help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+    ),
+]
+AircraftName = Annotated[
+    Optional[str],  # noqa: UP045
+    typer.Option(
+        "--aircraft",
+        metavar="FILE",
+        help="Aircraft: a file, or the name of a shipped one; else the copy in the flight folder",
+    ),
+]
+ManeuverList = Annotated[
+    Optional[list[str]],  # noqa: UP045
+    typer.Option(
+        "--maneuver",
+        metavar="START:STOP",
+        help="Seconds, in place of what would be found; K:START:STOP for the K-th flight; "
+        "repeatable",
+    ),
+]
+CatalogFile = Annotated[
+    Optional[Path],  # noqa: UP045
+    typer.Option(
+        "--catalog", readable=False, metavar="FILE", help="Keep the results in this catalog"
+    ),
+]
+
+
+@app.command()
+def maneuvers(
+    flight: FlightPath,
+    aircraft: AircraftName = None,
+    channel_map: MapName = None,
+    catalog: CatalogFile = None,
+    json: JsonFile = None,
+) -> None:
+    """Find the maneuvers of a flight and grade them.
+
+    Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
+    """
+    from gsapp.cli import maneuvers as command
+
+    command.run(
+        flight=flight, aircraft=aircraft, channel_map=channel_map, json=json, catalog=catalog
+    )
+
+
+@app.command()
+def estimate(
+    flights: FlightPaths,
+    aircraft: AircraftName = None,
+    method: Annotated[
+        Literal["ml", "ee", "ftr"],
+        typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
+    ] = "ml",
+    axis: Annotated[
+        Literal["lon", "lat", "both"],
+        typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
+    ] = "both",
+    six_degrees: Annotated[
+        bool, typer.Option("--six-degrees", help="Fit all six degrees of freedom together")
+    ] = False,
+    weights: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FILE",
+            help="Weights of the responses, such as the shipped table-6.2.7; "
+            "by default the noise is estimated",
+        ),
+    ] = None,
+    hold: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(metavar="NAME=VALUE", help="Hold a derivative; repeatable"),
+    ] = None,
+    free: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="NAME,..", help="Estimate these alone; the model's values elsewhere"),
+    ] = None,
+    prior: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(metavar="NAME=VALUE:STD", help="A-priori value; repeatable"),
+    ] = None,
+    stand_in: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="NAME=VALUE", help="SI constant for what was not measured, as V=30; repeatable"
+        ),
+    ] = None,
+    states: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="ID,..", help="Active states; the others come from measurement"),
+    ] = None,
+    responses: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="ID,..", help="Responses compared with measurement"),
+    ] = None,
+    biases: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="ID,..", help="Responses whose sensor bias is free"),
+    ] = None,
+    scales: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="ID,..", help="Responses whose scale factor is free"),
+    ] = None,
+    shifts: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="ID,..", help="Responses whose time shift is free"),
+    ] = None,
+    euler: Annotated[
+        bool, typer.Option("--euler", help="Integrate by Euler's rule, not Runge and Kutta's")
+    ] = False,
+    bound_factor: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(
+            metavar="X",
+            help="Multiply the Cramer-Rao bounds in place of the correction for colored "
+            "residuals; the source: 10",
+        ),
+    ] = None,
+    joint: Annotated[
+        bool, typer.Option("--joint", help="Fit all maneuvers of an axis together, too")
+    ] = False,
+    model: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FILE", help="Model: its effects are known, its values held where not free"
+        ),
+    ] = None,
+    maneuver: ManeuverList = None,
+    every_grade: Annotated[
+        bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
+    ] = False,
+    channel_map: MapName = None,
+    catalog: CatalogFile = None,
+    json: JsonFile = None,
+) -> None:
+    """Estimate stability and control derivatives with honest bounds.
+
+    Examples
+    --------
+    gsapp estimate flights/a flights/b --aircraft b777 --json derivatives.json
+
+    gsapp estimate flights/a --method ml --axis lon --weights table-6.2.7 --hold CN_q=5
+
+    gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
+    """
+    from gsapp.cli import estimate as command
+
+    command.run(
+        flights=flights, aircraft=aircraft, method=method, axis=axis, six_degrees=six_degrees,
+        weights=weights, hold=hold or (), free=free, prior=prior or (), stand_in=stand_in or (),
+        states=states, responses=responses, biases=biases, scales=scales, shifts=shifts,
+        euler=euler, bound_factor=bound_factor, joint=joint, model=model,
+        maneuver=maneuver or (), every_grade=every_grade, channel_map=channel_map,
+        catalog=catalog, json=json,
+    )  # fmt: skip
+
+
 TableFile = Annotated[
     Path,
     typer.Option(

@@ -1,0 +1,340 @@
+"""``gsapp estimate``: derivatives with bounds from the maneuvers of flights."""
+
+from __future__ import annotations
+
+import json as json_module
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.cli._maneuvers import FlownFlight
+    from gsapp.identification.campaign import CampaignResult, CampaignValue
+    from gsapp.identification.results import Estimate
+
+_WIDEST = 6
+"""Maneuvers that get a column of their own each."""
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    aircraft: str | None = None,
+    method: Literal["ml", "ee", "ftr"] = "ml",
+    axis: Literal["lon", "lat", "both"] = "both",
+    six_degrees: bool = False,
+    weights: str | None = None,
+    hold: Sequence[str] = (),
+    free: str | None = None,
+    prior: Sequence[str] = (),
+    stand_in: Sequence[str] = (),
+    states: str | None = None,
+    responses: str | None = None,
+    biases: str | None = None,
+    scales: str | None = None,
+    shifts: str | None = None,
+    euler: bool = False,
+    bound_factor: float | None = None,
+    joint: bool = False,
+    model: str | None = None,
+    maneuver: Sequence[str] = (),
+    every_grade: bool = False,
+    channel_map: str | None = None,
+    catalog: Path | None = None,
+    json: Path | None = None,
+) -> None:
+    """Estimate derivatives.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+    aircraft, model, channel_map : str, optional
+        Names or paths.
+    method : {"ml", "ee", "ftr"}
+    axis : {"lon", "lat", "both"}
+    six_degrees : bool
+        Fit all six degrees of freedom in every maneuver.
+    weights : str, optional
+        A weights file, or the name of a shipped one.
+    hold : sequence of str
+        Each ``NAME=VALUE``.
+    free : str, optional
+        Names with commas between: these alone are estimated.
+    prior : sequence of str
+        Each ``NAME=VALUE:STD``.
+    stand_in : sequence of str
+        Each ``NAME=VALUE`` in SI, for states and inputs that were not measured.
+    states, responses, biases, scales, shifts : str, optional
+        Channels with commas between: active states, responses, and responses whose sensor bias,
+        scale factor or time shift is free.
+    euler : bool
+        Integrate by Euler's rule in place of Runge and Kutta's.
+    bound_factor : float, optional
+        In place of the correction for colored residuals.
+    joint : bool
+        Fit all maneuvers of an axis together, too.
+    maneuver : sequence of str
+        ``START:STOP`` or ``K:START:STOP``.
+    every_grade : bool
+        Keep maneuvers that were graded unfit.
+    catalog : Path, optional
+        Where runs are stored.
+    json : Path, optional
+        Where the result for programs goes.
+
+    Raises
+    ------
+    GroundStationError
+        If a file or name is wrong, or no maneuver gives anything.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._maneuvers import flown_flights
+    from gsapp.cli._results import on_screen, write_result
+    from gsapp.dynamics.model import load_model
+    from gsapp.flight.catalog import Catalog, store_maneuvers
+    from gsapp.foundation import FlightError
+    from gsapp.identification.campaign import CampaignSettings, run_campaign
+    from gsapp.identification.estimate_json import campaign_json
+    from gsapp.identification.maximum_likelihood import MLSettings
+    from gsapp.identification.storing import store_campaign
+    from gsapp.identification.weights import load_weights
+
+    console = Console(stderr=on_screen(json))
+    known = None if model is None else load_model(model)
+    loaded_weights = None if weights is None else load_weights(weights)
+    likelihood = MLSettings(
+        axis="lon",
+        states=_names(states),
+        responses=_names(responses),
+        biases=_names(biases),
+        scale_factors=_names(scales) or (),
+        time_shifts=_names(shifts) or (),
+        model=known,
+        priors=_priors(prior),
+        stand_ins=_values(stand_in, "--stand-in"),
+        integration="euler" if euler else "rk4",
+        bound_factor=bound_factor,
+    )
+    held = _values(hold, "--hold")
+    _check_derivatives((*held, *(_names(free) or ()), *likelihood.priors), known)
+    flown = flown_flights(
+        flights, aircraft=aircraft, channel_map=channel_map, given=maneuver,
+        every_grade=every_grade, console=console,
+    )  # fmt: skip
+    settings = CampaignSettings(
+        method=method,
+        axis=axis,
+        six_degrees=six_degrees,
+        free=_names(free),
+        held=held,
+        weights=None
+        if loaded_weights is None
+        else {one.flight.name: loaded_weights.for_flight(one.flight.name) for one in flown},
+        likelihood=likelihood,
+        joint=joint,
+    )
+    for number, one in enumerate(flown):
+        if one.aircraft not in [before.aircraft for before in flown[:number]]:
+            warn_of_aircraft(console, one.aircraft)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("estimating", total=None)
+
+        def step(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=what or "done")
+
+        result = run_campaign(
+            [one for flight in flown for one in flight.maneuvers], settings, progress=step
+        )
+    if catalog is not None:
+        with Catalog(catalog) as store:
+            for one in flown:
+                store_maneuvers(store, one.flight, one.surveyed, aircraft=one.aircraft.name)
+            store_campaign(store, result)
+    if json is not None:
+        text = json_module.dumps(campaign_json(result), indent=1, allow_nan=False)
+        write_result(json, text + "\n")
+    _describe(console, flown, result)
+    failures = [one.failure for one in result.results if one.estimate is None]
+    if len(failures) == len(result.results):
+        raise FlightError(f"no maneuver could be fitted: {failures[0]}")
+    for path in (json, catalog):
+        if path is not None and not on_screen(path):
+            console.print(f"written to {path}", highlight=False, soft_wrap=True)
+
+
+# --- what is typed ------------------------------------------------------------------------------
+
+
+def _names(text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _values(texts: Sequence[str], option: str) -> dict[str, float]:
+    from gsapp.foundation import FlightError
+
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise FlightError(f"{option} '{text}' cannot be read; write NAME=VALUE, as Cm_q=-20")
+    return found
+
+
+def _priors(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
+    from gsapp.foundation import FlightError
+
+    found: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        name, equals, pair = text.partition("=")
+        value, colon, std = pair.partition(":")
+        try:
+            found[name.strip()] = (float(value), float(std))
+        except ValueError:
+            equals = ""
+        if not equals or not colon:
+            raise FlightError(
+                f"--prior '{text}' cannot be read; write NAME=VALUE:STD, as Cm_q=-20:5"
+            )
+    return found
+
+
+def _check_derivatives(names: Sequence[str], model: object) -> None:
+    """Raise unless every name is a derivative, or the parameter of an effect of the model."""
+    import difflib
+
+    from gsapp.dynamics.buildup import derivative_names
+    from gsapp.foundation import UnknownNameError
+
+    known = list(derivative_names())
+    for name in names:
+        if name in known or (model is not None and "." in name):
+            continue
+        near = difflib.get_close_matches(name, known, n=2)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known)}"
+        raise UnknownNameError(f"there is no derivative '{name}'; {hint}")
+
+
+# --- the screen ---------------------------------------------------------------------------------
+
+
+def _describe(console: Console, flown: Sequence[FlownFlight], result: CampaignResult) -> None:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    results = result.results
+    wide = len(results) <= _WIDEST
+    table = Table(
+        title=f"{result.settings.method.upper()}: {len(results)} maneuvers, per radian",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    table.add_column("", no_wrap=True)
+    for heading in ("mean", "std", "scatter", "n"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    if wide:
+        for one in results:
+            heading = f"{one.maneuver.id} {'+'.join(one.maneuver.inputs) or 'none'}"
+            table.add_column(escape(heading), justify="right", no_wrap=True)
+    for name in _rows(result):
+        value = result.values.get(name)
+        cells = _summary(value)
+        if wide:
+            cells += [_cell(one.estimate, name) for one in results]
+        table.add_row(name, *cells)
+    console.print(table)
+    fits = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    responses = list(
+        dict.fromkeys(name for one in results if one.estimate for name in one.estimate.fit)
+    )
+    for heading in ("maneuver", "flight", "from [s]", "to [s]", "inputs", "rounds"):
+        fits.add_column(heading, no_wrap=True)
+    for name in responses:
+        fits.add_column(f"R2 {name}", justify="right", no_wrap=True)
+    for one in results:
+        maneuver, estimate = one.maneuver, one.estimate
+        rounds = "failed" if estimate is None else str(estimate.iterations)
+        if estimate is not None and not estimate.converged:
+            rounds += ", not converged"
+        fits.add_row(
+            escape(maneuver.id), escape(maneuver.flight), f"{maneuver.t_start:.2f}",
+            f"{maneuver.t_end:.2f}", "+".join(maneuver.inputs) or "none", rounds,
+            *("" if estimate is None or name not in estimate.fit
+              else f"{estimate.fit[name].r2:.3f}" for name in responses),
+        )  # fmt: skip
+    console.print(fits)
+    for sentence in _sentences(flown, result):
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+
+
+def _rows(result: CampaignResult) -> list[str]:
+    """Return the names of all that was to be estimated, in the order of the build-up."""
+    from gsapp.dynamics.buildup import derivative_names
+
+    names = dict.fromkeys(
+        name
+        for one in result.results
+        if one.estimate is not None
+        for name, found in one.estimate.derivatives.items()
+        if found.status != "held"
+    )
+    order = {name: place for place, name in enumerate(derivative_names())}
+    return sorted(names, key=lambda name: order.get(name, len(order)))
+
+
+def _summary(value: CampaignValue | None) -> list[str]:
+    if value is None:
+        return ["unknown", "", "", ""]
+    scatter = "" if value.scatter is None else f"{value.scatter:.4f}"
+    return [f"{value.mean:.4f}", f"{value.std:.4f}", scatter, str(value.n)]
+
+
+def _cell(estimate: Estimate | None, name: str) -> str:
+    if estimate is None or name not in estimate.derivatives:
+        return ""
+    one = estimate.derivatives[name]
+    if one.status == "held":
+        return f"[dim]held {one.value:.4g}[/dim]" if one.value else "[dim]held[/dim]"
+    if one.value is None or one.std is None:
+        return f"[dim]{one.status}[/dim]"
+    return f"{one.value:.3f} ±{one.std:.3f}"
+
+
+def _sentences(flown: Sequence[FlownFlight], result: CampaignResult) -> list[str]:
+    """Return what is to be said, each sentence once, with the maneuvers it is about."""
+    said: dict[str, list[str]] = {}
+    for one in result.results:
+        told = (one.failure,) if one.estimate is None else one.estimate.warnings
+        why: tuple[str, ...] = ()
+        if one.estimate is not None:
+            why = tuple(
+                f"{name}: {found.why}"
+                for name, found in one.estimate.derivatives.items()
+                if found.status in ("unknown", "not-identifiable") and found.why
+            )
+        for sentence in (*told, *why):
+            said.setdefault(sentence, []).append(one.maneuver.id)
+    remarks = [
+        *(f"{one.flight.name}: {remark}" for one in flown for remark in one.remarks),
+        *result.remarks,
+    ]
+    return [
+        *remarks,
+        *(
+            f"maneuver{'s' if len(ids) > 1 else ''} {', '.join(ids)}: {sentence}"
+            for sentence, ids in said.items()
+        ),
+    ]

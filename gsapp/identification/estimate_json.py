@@ -1,0 +1,121 @@
+"""The JSON of ``gsapp estimate``: SI, per radian, absent = null."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult
+from gsapp.identification.results import DerivativeEstimate, Estimate
+
+
+def campaign_json(result: CampaignResult) -> dict[str, Any]:
+    """Return what a program needs of a campaign."""
+    return {
+        "method": result.settings.method,
+        "axis": result.settings.axis,
+        "maneuvers": [_maneuver(one) for one in result.results],
+        "campaign": {name: _value(one) for name, one in result.values.items()},
+        "joint": _joint(result) if result.settings.joint else None,
+        "remarks": list(result.remarks),
+    }
+
+
+def _maneuver(result: ManeuverResult) -> dict[str, Any]:
+    maneuver, estimate = result.maneuver, result.estimate
+    content: dict[str, Any] = {
+        "id": maneuver.id,
+        "flight": maneuver.flight,
+        "t_start": round(maneuver.t_start, 6),
+        "t_end": round(maneuver.t_end, 6),
+        "input": "+".join(maneuver.inputs),
+        "axis": None if estimate is None else estimate.axis,
+    }
+    if estimate is None:
+        return {
+            **content,
+            **{key: {} for key in ("derivatives", "cramer_rao", "fit")},
+            "iterations": 0,
+            "converged": False,
+            "why": result.failure,
+        }
+    return {**content, **_estimate(estimate)}
+
+
+def _estimate(estimate: Estimate) -> dict[str, Any]:
+    return {
+        "derivatives": {
+            name: _derivative(one)
+            for name, one in estimate.derivatives.items()
+            if one.status != "held"
+        },
+        "held": {
+            name: _number(one.value)
+            for name, one in estimate.derivatives.items()
+            if one.status == "held"
+        },
+        "cramer_rao": {
+            name: _number(one.cramer_rao)
+            for name, one in estimate.derivatives.items()
+            if one.status == "estimated"
+        },
+        "fit": {
+            name: {
+                "rms": _number(one.rms),
+                "rms_over_range_pct": _number(one.rms_over_range_pct),
+                "r2": _number(one.r2),
+                "theil": _number(one.theil),
+            }
+            for name, one in estimate.fit.items()
+        },
+        "nuisance": {
+            name: {"value": _number(value), "std": _number(std)}
+            for name, (value, std) in estimate.nuisance.items()
+        },
+        "correlation": {
+            "names": list(estimate.free),
+            "matrix": [[_number(one) for one in row] for row in estimate.correlation.tolist()],
+        },
+        "iterations": estimate.iterations,
+        "converged": estimate.converged,
+        "message": estimate.message,
+        "warnings": list(estimate.warnings),
+    }
+
+
+def _derivative(one: DerivativeEstimate) -> dict[str, Any]:
+    if one.status == "estimated":
+        return {"value": _number(one.value), "std": _number(one.std)}
+    return {
+        "value": None,
+        "std": None,
+        "status": one.status,
+        "with": list(one.confounded_with),
+        "why": one.why,
+    }
+
+
+def _value(one: CampaignValue) -> dict[str, Any]:
+    return {"mean": one.mean, "std": one.std, "scatter": _number(one.scatter), "n": one.n}
+
+
+def _joint(result: CampaignResult) -> dict[str, Any] | None:
+    """Return all joint fits in one: their derivatives are those of different axes."""
+    if not result.joint:
+        return None
+    derivatives: dict[str, Any] = {}
+    for estimate in result.joint:
+        for name, one in estimate.derivatives.items():
+            if one.status != "held" and derivatives.get(name, {}).get("value") is None:
+                derivatives[name] = _derivative(one)
+    return {
+        "derivatives": derivatives,
+        "fits": [
+            {"axis": one.axis, "maneuvers": list(one.maneuvers), **_estimate(one)}
+            for one in result.joint
+        ],
+    }
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
