@@ -26,6 +26,7 @@ Integration = Literal["rk4", "euler"]
 _ROUNDS = 12
 _SETTLED = 3e-6
 """A Newton correction smaller than this (of 1, or of the state) leaves an error of its square."""
+_SETTLED_NEAR = 1e-10
 _BEYOND = 1e4
 """States beyond this (SI, radians) have left all bounds."""
 
@@ -172,6 +173,7 @@ class Engine:
         start: FloatArray,
         guess: FloatArray,
         *,
+        Phi: FloatArray | None = None,
         at_any_rate: bool = False,
     ) -> FloatArray | None:
         """Return the states at all samples, shape (n_states, n); None where the model diverges.
@@ -181,24 +183,50 @@ class Engine:
         start : ndarray, shape (n_states,)
             At the first sample.
         guess : ndarray, shape (n_states, n)
+        Phi : ndarray, shape (n_states, n_states, n - 1), optional
+            Derivatives of the steps near by. Where exact ones are dear, these do instead.
         at_any_rate : bool
             Step through time, slowly, where Newton's method fails.
         """
-        x = guess.copy()
         with np.errstate(all="ignore"):
-            for _ in range(_ROUNDS):
+            found = None
+            if Phi is not None and self.kernel.slopes_are_dear:
+                found = self._newton(drives, h, values, start, guess, Phi)
+            if found is None:
+                found = self._newton(drives, h, values, start, guess, None)
+            if found is None and at_any_rate:
+                found = self._in_sequence(drives, h, values, start)
+        return found
+
+    def _newton(
+        self,
+        drives: Drives,
+        h: float,
+        values: FloatArray,
+        start: FloatArray,
+        guess: FloatArray,
+        near: FloatArray | None,
+    ) -> FloatArray | None:
+        """Return the trajectory by Newton's method, with exact slopes or those near by."""
+        x = guess.copy()
+        # With exact slopes a correction leaves its square, else a small share of itself.
+        settled = _SETTLED if near is None else _SETTLED_NEAR
+        for _ in range(_ROUNDS):
+            if near is None:
                 stepped, Phi = self._step_slopes(drives, x[:, :-1], h, values)
-                gap = np.empty((1, x.shape[1], x.shape[0]))
-                gap[0, 0] = start - x[:, 0]
-                gap[0, 1:] = (stepped - x[:, 1:]).T
-                change = _solve(Phi, gap)[0].T
-                x += change
-                size = np.abs(x)
-                if not size.max() < _BEYOND:
-                    break
-                if (np.abs(change) <= _SETTLED * np.maximum(size, 1.0)).all():
-                    return x
-            return self._in_sequence(drives, h, values, start) if at_any_rate else None
+            else:
+                stepped, Phi = self._step(drives, x[:, :-1], h, values), near
+            gap = np.empty((1, x.shape[1], x.shape[0]))
+            gap[0, 0] = start - x[:, 0]
+            gap[0, 1:] = (stepped - x[:, 1:]).T
+            change = _solve(Phi, gap)[0].T
+            x += change
+            size = np.abs(x)
+            if not size.max() < _BEYOND:
+                return None
+            if (np.abs(change) <= settled * np.maximum(size, 1.0)).all():
+                return x
+        return None
 
     def _in_sequence(
         self, drives: Drives, h: float, values: FloatArray, start: FloatArray
@@ -219,8 +247,8 @@ class Engine:
 
     def sensitivities(
         self, drives: Drives, h: float, values: FloatArray, x: FloatArray, by_start: FloatArray
-    ) -> FloatArray:
-        """Return the derivatives of the states, shape (n_states, n_free + n_start, n).
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the derivatives of the states, shape (n_states, n_free + n_start, n), and Phi.
 
         Parameters
         ----------
@@ -232,7 +260,7 @@ class Engine:
         columns = np.zeros((free + by_start.shape[1], steps + 1, size))
         columns[free:, 0] = by_start.T
         columns[:free, 1:] = Gamma.transpose(1, 2, 0)
-        return np.ascontiguousarray(_solve(Phi, columns).transpose(2, 0, 1))
+        return np.ascontiguousarray(_solve(Phi, columns).transpose(2, 0, 1)), Phi
 
 
 def _solve(Phi: FloatArray, columns: FloatArray) -> FloatArray:

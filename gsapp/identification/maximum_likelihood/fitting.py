@@ -179,7 +179,7 @@ def _signs_by_equation_error(
             model=settings.model,
             motions=[part.motion for part in problem.parts],
         )
-    except FlightError:
+    except (FlightError, np.linalg.LinAlgError):
         return ()
     return suspicious_signs(found)
 

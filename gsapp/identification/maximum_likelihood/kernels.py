@@ -64,8 +64,11 @@ class Kernel(ABC):
     responses : tuple of str
     free : tuple of str
         Free parameters of the equations and of control paths: the columns of derivatives.
+    slopes_are_dear : bool
+        Whether derivatives by the states cost much more than the rates themselves.
     """
 
+    slopes_are_dear = False
     state_names: tuple[str, ...]
     responses: tuple[str, ...]
     free: tuple[str, ...]
@@ -131,6 +134,8 @@ class GeneralKernel(Kernel):
     path_free : sequence of str
         Free parameters of control paths, whose derivatives come with the drive.
     """
+
+    slopes_are_dear = True
 
     def __init__(
         self,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from gsapp.dynamics.equations import POLAR_STATES
-from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import thrust
 from gsapp.dynamics.signals import SignalTerm
@@ -37,7 +38,7 @@ from gsapp.identification.maximum_likelihood.problem import (
 )
 from gsapp.identification.maximum_likelihood.settings import DEFAULT_BIASES, MLSettings
 from gsapp.identification.motion import MeasuredMotion, measured_motion
-from gsapp.identification.smoothing import runs
+from gsapp.identification.smoothing import runs, smoother
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -46,6 +47,8 @@ LONGEST_BRIDGE = 0.1
 SHORTEST_SEGMENT = 0.5
 """Segments shorter than this (s) tell less than their initial states ask; they are left out."""
 FEWEST_SAMPLES = 40
+CUTOFF_FOR_SHIFTS = 3.0
+"""Hz: airspeed of an aircraft cannot change faster."""
 _START_SAMPLES = 5
 
 
@@ -209,14 +212,17 @@ def _lay_part(
         )
     states, added = _states(maneuver, settings)
     remarks += added
+    parts, cuts = _segments(maneuver, motion, settings, piece)
+    remarks += cuts
+    lost = _lost(motion, settings)
+    if "V" not in states:
+        motion = _with_quiet_airspeed(motion, maneuver.dt, _airspeed_cutoff(settings, names))
     base = _base(maneuver, motion, model, names, settings)
     kernel = _kernel(model, settings, states, responses, names)
     engine = Engine(kernel, settings.integration)
 
-    parts, cuts = _segments(maneuver, motion, settings, piece)
-    remarks += cuts
     measured = np.array([maneuver.samples(name) for name in responses])
-    counted = np.isfinite(measured) & ~_lost(motion, settings)
+    counted = np.isfinite(measured) & ~lost
     if not counted.any(axis=1).all():
         empty = ", ".join(
             name for name, row in zip(responses, counted, strict=True) if not row.any()
@@ -455,6 +461,35 @@ def _measured_force(
         return mean, 0.0
     slope = float(((flow - about) * (value[good] - mean)).sum()) / spread
     return mean - slope * float(about), slope
+
+
+def _airspeed_cutoff(settings: MLSettings, names: Names) -> float:
+    if settings.airspeed_cutoff is not None:
+        return settings.airspeed_cutoff
+    shifts = settings.time_shifts or any(name.endswith(".delay") for name in names.sensors)
+    return CUTOFF_FOR_SHIFTS if shifts else math.inf
+
+
+def _with_quiet_airspeed(motion: MeasuredMotion, dt: float, cutoff: float) -> MeasuredMotion:
+    """Return the motion with airspeed and density low-passed, no lag, from gap to gap in time."""
+    if math.isinf(cutoff):
+        return motion
+    filtering = smoother(dt, cutoff)
+    reach = filtering.reach
+    states, inputs = motion.states.copy(), motion.inputs.copy()
+    speed, density = POLAR_STATES.index("V"), INPUTS.index("rho")
+    breaks = np.flatnonzero(np.diff(motion.times) > 2.5 * dt) + 1
+    for first, last in pairwise((0, *breaks.tolist(), len(states))):
+        if last - first <= reach:
+            continue
+        signals = np.column_stack((states[first:last, speed], inputs[first:last, density]))
+        # Point reflection at the ends keeps slopes there.
+        before = 2.0 * signals[0] - signals[reach:0:-1]
+        after = 2.0 * signals[-1] - signals[-2 : -reach - 2 : -1]
+        smooth = filtering.smooth(np.concatenate((before, signals, after)))[reach:-reach]
+        states[first:last, speed] = smooth[:, 0]
+        inputs[first:last, density] = smooth[:, 1]
+    return replace(motion, states=states, inputs=inputs)
 
 
 def _lost(motion: MeasuredMotion, settings: MLSettings) -> BoolArray:

@@ -62,8 +62,8 @@ class Segment:
     complete : bool
         Whether all samples count.
     drives : Drives
-    x, y, S : ndarray or None
-        States, responses and sensitivities at the last accepted point.
+    x, y, S, Phi : ndarray or None
+        States, responses, sensitivities and derivatives of the steps at the last accepted point.
     trial : tuple of ndarray or None
         States and responses being tried.
     """
@@ -76,6 +76,7 @@ class Segment:
     x: FloatArray
     y: FloatArray | None = None
     S: FloatArray | None = None
+    Phi: FloatArray | None = None
     trial: tuple[FloatArray, FloatArray] | None = None
     by_rest: FloatArray | None = None
 
@@ -204,6 +205,7 @@ class ManeuverProblem:
                 values,
                 start,
                 guess,
+                Phi=segment.Phi,
                 at_any_rate=moved is None,
             )
             if x is None or not self._plausible(x):
@@ -291,7 +293,9 @@ class ManeuverProblem:
             by_start[list(self.initial), range(width)] = 1.0
             if segment.by_rest is not None:
                 by_start[-len(segment.by_rest) :] = segment.by_rest[:, list(self.initial)]
-            S = self.engine.sensitivities(segment.drives, self.dt, values, segment.x, by_start)
+            S, segment.Phi = self.engine.sensitivities(
+                segment.drives, self.dt, values, segment.x, by_start
+            )
             segment.S = S
             y, dy = kernel.output_sensitivities(segment.drives.samples, segment.x, values, S)
             total = np.zeros((len(y), self.shared_count + len(local), y.shape[1]))

@@ -62,6 +62,11 @@ class MLSettings:
         Responses whose sensor bias is free in every maneuver; see `DEFAULT_BIASES`.
     scale_factors, time_shifts : tuple of str
         Responses whose scale factor (1: none), time shift (s, positive: late) is free.
+    airspeed_cutoff : float, optional
+        Of a zero-phase low-pass for measured airspeed and density, Hz. By default 3 Hz where a
+        time shift or a delay of an instrument is free, else they are taken as measured. Their
+        noise passes through the dynamic pressure into every computed acceleration; there it makes
+        shifts stick between two samples, where interpolation averages it away.
     initial_states : bool
         Whether the states at the start of every segment are free; else the smoothed measurement.
     stand_ins : mapping of str to float
@@ -96,6 +101,7 @@ class MLSettings:
     biases: tuple[str, ...] | None = None
     scale_factors: tuple[str, ...] = ()
     time_shifts: tuple[str, ...] = ()
+    airspeed_cutoff: float | None = None
     initial_states: bool = True
     stand_ins: Mapping[str, float] = field(default_factory=dict)
     max_iterations: int = 30
