@@ -25,7 +25,7 @@ from gsapp.quantities import Block
 
 TRUTH = load_model("b777")
 BIASES = ("CN_0", "CY_0")  # the virtual accelerometers have biases of their own
-FLIGHTS, TIMES_EACH = 5, 12
+FLIGHTS, TIMES_EACH = 5, 8
 
 
 @cache
@@ -78,20 +78,20 @@ def test_without_noise_the_truth_is_found(axis):
 def test_errors_are_as_large_as_the_bounds_say(axis, color):
     """Proves the bounds, and that noise in the regressors bends nothing, white and colored.
 
-    Over 60 maneuvers the error over its bound has an rms near 1 for every derivative, and its
+    Over 40 maneuvers the error over its bound has an rms near 1 for every derivative, and its
     mean is what chance leaves. (The same over 400 maneuvers each: 0.83 to 1.26.)
     """
     errors = {name: [] for name in axis_derivatives(axis) if name not in BIASES}
     for flight in range(FLIGHTS):
         for repeat in range(TIMES_EACH):
             maneuver = noisy(quiet(axis, flight), 100 * flight + repeat, color)
-            found = estimate([maneuver], axis)
+            found = estimate([maneuver], axis, delays={})
             for name, collected in errors.items():
                 one = found.derivatives[name]
                 assert one.status == "estimated"
                 collected.append((one.value - TRUTH.derivative(name)) / one.std)
     rms = {name: np.sqrt(np.mean(np.square(x))) for name, x in errors.items()}
-    assert all(0.65 < value < 1.45 for value in rms.values()), rms
+    assert all(0.6 < value < 1.5 for value in rms.values()), rms
     assert 0.8 < np.sqrt(np.mean(np.square(list(rms.values())))) < 1.25
     means = {name: np.mean(x) for name, x in errors.items()}
     assert all(abs(value) < 0.5 for value in means.values()), means

@@ -42,7 +42,6 @@ def test_a_linear_aircraft_needs_no_more(axis, coefficients):
     [
         ("lon", "Cm", "aero.Cm.alpha2"),
         ("lon", "Cm", "aero.Cm.alpha_de"),
-        ("lon", "CA", "aero.CA.alpha2"),
         ("lat", "Cl", "aero.Cl.alpha_beta"),
     ],
 )

@@ -58,7 +58,8 @@ def estimate(
     motions : sequence of MeasuredMotion, optional
         If they are known already, one for each maneuver.
     delays : mapping of str to float or "estimate", optional
-        How late channels come, as in `gsapp.identification.coefficients.reconstruct`.
+        How late channels come, as in `gsapp.identification.coefficients.reconstruct`; an empty
+        mapping says that none does. By default a delay that shows is warned of.
         ``"estimate"`` finds how late vanes and surfaces come against the gyros
         (`gsapp.identification.equation_error.timing`), undoes what is proven, and widens the
         bounds by what is not known of it.
@@ -80,7 +81,8 @@ def estimate(
     known = delays if isinstance(delays, Mapping) else {}
     found = coefficients_of(maneuvers, motions, model=model, cutoff=cutoff, delays=known)
     inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
-    shift = relative_delay(found, axis, tuple(inputs))
+    # Delays that the caller knows are believed.
+    shift = None if isinstance(delays, Mapping) else relative_delay(found, axis, tuple(inputs))
     proven = shift is not None and abs(shift[0]) > max(_SURE * shift[1], _LEAST_SHIFT)
     plain = _estimated(found, maneuvers, axis, free=free, held=held, model=model)
     if shift is None or not proven:
