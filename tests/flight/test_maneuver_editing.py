@@ -121,7 +121,8 @@ def done(book: ManeuverBook, deed: str, place: int, size: float) -> ManeuverBook
     if deed == "merge":
         return book.merge(names[:2], plain) if len(names) > 1 else book
     if deed == "rename":
-        return book.rename(name, f"{name}'")
+        new = f"{name}'"
+        return book if new in names else book.rename(name, new)
     return book.annotate(name, f"{size:.2f}")
 
 

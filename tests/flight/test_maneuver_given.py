@@ -111,7 +111,10 @@ def test_a_short_record_without_input_earns_nothing():
 
 def test_a_short_record_of_two_maneuvers_is_not_whole():
     flight = make_flight(
-        [Input(at=10.0, surface="de"), Input(at=25.0, surface="da")], ground=0.0, seconds=40.0
+        [Input(at=10.0, surface="de"), Input(at=25.0, surface="da")],
+        ground=0.0,
+        seconds=40.0,
+        steering=0.5,
     )
     assert [one.inputs for one in maneuvers_of(flight, AIRCRAFT)] == [("de",), ("da",)]
 

@@ -57,36 +57,44 @@ _STEERING_SHARE = 0.8
 _STEERING_FRAMES = 240
 _FEWEST_STEERING_FRAMES = 12
 ALSO_MOVED: Final = 0.25
-"""An input this large beside the largest, both as shares of travel, belongs to the maneuver."""
+"""An input this quick beside the quickest, both as shares of travel, belongs to the maneuver."""
 _ANSWERED = 8.0
 """Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
-_ABRUPT, _ABRUPT_IF_ODD, _STEPPED = 0.35, 0.5, 0.6
-"""Share of its excursion that an input covers within `LOOK_BACK`: at least; if neither doublet
-nor 3-2-1-1; and if made of steps beyond doubt."""
-_LARGE = 3.0
-"""Amplitude over the threshold of a quick move that nobody steers with to both sides."""
+_ABRUPT, _ABRUPT_IF_ODD = 0.35, 0.5
+"""Share of its excursion that an input covers within `LOOK_BACK`, doublet or 3-2-1-1, and
+any other shape."""
+_STRONG = 0.35
+"""Share of the quickest move of a surface that the steps of one input reach."""
+_AROUND = 1.5
+"""Seconds before the first quick move in which the first step is looked for."""
+_SURELY = 1.3
+"""A step from side to side is no accident this far over the threshold of a quick move."""
 _FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
 """Seconds without a stick after a doublet or 3-2-1-1, and after any other shape."""
 
 
 @dataclass(slots=True)
 class _Candidate:
-    """Quick moves that may become a maneuver: first and last one of each surface, s."""
+    """Quick moves that may become a maneuver.
 
-    moves: dict[str, tuple[float, float]] = field(default_factory=dict)
+    Attributes
+    ----------
+    moved : set of str
+        The surfaces.
+    first, last : float
+        Time of the first and of the last quick move, s.
+    strongest, strongest_at : float
+        The quickest move as a share of travel, and the end of its frame, s.
+    closed : bool
+        Whether the input is over and its answer awaited.
+    """
+
+    first: float
+    last: float
+    moved: set[str] = field(default_factory=set)
+    strongest: float = 0.0
+    strongest_at: float = 0.0
     closed: bool = False
-
-    def add(self, surface: str, first: float, last: float) -> None:
-        known = self.moves.get(surface)
-        self.moves[surface] = (first if known is None else known[0], last)
-
-    @property
-    def first(self) -> float:
-        return min(first for first, _ in self.moves.values())
-
-    @property
-    def last(self) -> float:
-        return max(last for _, last in self.moves.values())
 
 
 class ManeuverDetector:
@@ -321,17 +329,24 @@ class ManeuverDetector:
             self._candidate, float(times[0]), {SURFACES[place] for place in quick}
         ):
             self._conclude()
+        over = (moves > self._thresholds).any(axis=1)
+        where = np.flatnonzero(over)
+        first, last = float(times[where[0]]), float(times[where[-1]])
         if self._candidate is None:
-            self._candidate = _Candidate()
+            self._candidate = _Candidate(first=first, last=last)
+        candidate = self._candidate
+        candidate.last = last
         for place in quick:
-            where = np.flatnonzero(moves[:, place] > self._thresholds[place])
-            self._candidate.add(SURFACES[place], float(times[where[0]]), float(times[where[-1]]))
+            candidate.moved.add(SURFACES[place])
+            size = float(peaks[place]) / self._half_travel[place]
+            if size > candidate.strongest:
+                candidate.strongest, candidate.strongest_at = size, float(times[-1])
 
     @staticmethod
     def _separate(candidate: _Candidate, now: float, surfaces: set[str]) -> bool:
         """Return whether new quick moves do not belong to the input under way."""
         idle = now - candidate.last
-        return candidate.closed or (idle >= _CLOSED and surfaces.isdisjoint(candidate.moves))
+        return candidate.closed or (idle >= _CLOSED and surfaces.isdisjoint(candidate.moved))
 
     def _follow(self, now: float) -> None:
         """See whether the input under way is over, and whether its answer is."""
@@ -339,13 +354,18 @@ class ManeuverDetector:
         if candidate is None:
             return
         if candidate.last - candidate.first > _LONGEST:
-            self._dismiss()
+            # Steering that goes on may have an input in it, and is waited for to its end.
+            long_ago = now - candidate.strongest_at > _CLOSED_AWAY
+            if long_ago or candidate.last - candidate.first > 2.0 * _LONGEST:
+                self._conclude()
             return
         idle = now - candidate.last
         if not candidate.closed:
             away = idle < _CLOSED_AWAY and not self._back(candidate)
             candidate.closed = idle >= _CLOSED and not away
-        if candidate.closed and (idle >= _FREE_ANSWER or self._taken_over(candidate, now) < now):
+        if candidate.closed and (
+            idle >= _FREE_ANSWER or self._taken_over(candidate.last, now) < now
+        ):
             self._conclude()
 
     def _stretch(self, start: float) -> tuple[FloatArray, FloatArray]:
@@ -361,7 +381,7 @@ class ManeuverDetector:
         begin = candidate.first - LOOK_BACK
         times, rows = self._stretch(begin - 0.5)
         before = times < begin
-        for surface in candidate.moves:
+        for surface in candidate.moved:
             samples = rows[:, COLUMN[surface]]
             early, late = samples[before], samples[-self._count :]
             if not (np.isfinite(early).any() and np.isfinite(late).any()):
@@ -372,10 +392,10 @@ class ManeuverDetector:
                 return False
         return True
 
-    def _taken_over(self, candidate: _Candidate, now: float) -> float:
+    def _taken_over(self, last: float, now: float) -> float:
         """Return when the pilot took over after the last quick move, s; `now` if not yet."""
-        rest = candidate.last + 0.3
-        times, rows = self._stretch(candidate.last - 0.1)
+        rest = last + 0.3
+        times, rows = self._stretch(last - 0.1)
         calm = (times >= rest) & (times < rest + 0.4)
         earliest = now
         for place, surface in enumerate(SURFACES):
@@ -422,12 +442,37 @@ class ManeuverDetector:
     def _flies(self, candidate: _Candidate) -> bool:
         return self._watch.airborne and candidate.first - self._watch.since > _SETTLED
 
+    def _strong_moves(
+        self, times: FloatArray, rows: FloatArray, candidate: _Candidate
+    ) -> dict[str, tuple[float, float]]:
+        """Return first and last quick move of each surface, without steering around them, s."""
+        # The first and the last step are half as large as those between, and may be less than
+        # quick by themselves.
+        inside = (times >= candidate.first - _AROUND) & (times <= candidate.last + 0.5)
+        found = {}
+        for place, surface in enumerate(SURFACES):
+            if surface not in candidate.moved:
+                continue
+            samples = rows[:, place]
+            moves = np.zeros(times.size)
+            moves[self._lag :] = np.abs(samples[self._lag :] - samples[: -self._lag])
+            moves = np.where(inside & np.isfinite(moves), moves, 0.0)
+            strongest = int(np.argmax(moves))
+            least = _STRONG * float(moves[strongest])
+            strong = np.flatnonzero(moves > least)
+            if strong.size:
+                at = int(np.searchsorted(strong, strongest))
+                found[surface] = _cluster(times[strong], min(at, strong.size - 1))
+        return found
+
     def _judge(self, candidate: _Candidate) -> FoundManeuver | None:
         times, rows = self._stretch(candidate.first - LOOK_BACK - 2.5 * TRIM_TIME)
-        inputs = moved_inputs(times, rows, candidate.moves, self._setting)
+        moves = self._strong_moves(times, rows, candidate)
+        inputs = moved_inputs(times, rows, moves, self._setting)
         if not inputs:
             return None
-        taken_over = self._taken_over(candidate, float(times[-1]))
+        last = max(moves[one.surface][1] for one in inputs)
+        taken_over = self._taken_over(last, float(times[-1]))
         begin = min(one.t_start for one in inputs)
         end = max(one.t_end for one in inputs)
         passage = Passage(
@@ -446,6 +491,15 @@ class ManeuverDetector:
         return described(str(len(self._found) + 1), passage, self._setting, inputs)
 
 
+def _cluster(times: FloatArray, strongest: int) -> tuple[float, float]:
+    """Return first and last of the times that hang together with the strongest one, s."""
+    parted = np.flatnonzero(np.diff(times) > _CLOSED_AWAY)
+    low = int(np.searchsorted(parted, strongest))
+    first = int(parted[low - 1]) + 1 if low > 0 else 0
+    last = int(parted[low]) if low < parted.size else times.size - 1
+    return float(times[first]), float(times[last])
+
+
 def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
     """Return whether an input looks like one made on purpose.
 
@@ -453,13 +507,13 @@ def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
     leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
     steering in a fright looks the same.
     """
+    if main.unmistakable and main.quickest > _SURELY * threshold:
+        return True
     clear = main.kind in ("doublet", "3-2-1-1")
     if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
         return False
     if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
         return False
-    if clear and main.abruptness > _STEPPED and main.amplitude > _LARGE * threshold:
-        return True
     return main.returned and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
 
 
@@ -469,7 +523,7 @@ def moved_inputs(
     moves: dict[str, tuple[float, float]],
     setting: Setting,
 ) -> list[SurfaceInput]:
-    """Measure the inputs of a maneuver, the largest (as a share of its travel) first.
+    """Measure the inputs of a maneuver, the one of the quickest step first, as share of travel.
 
     Parameters
     ----------
@@ -484,13 +538,14 @@ def moved_inputs(
         one = measure(surface, times, rows[:, COLUMN[surface]], first, last, noise)
         if one is not None:
             found.append(one)
-    sizes = {one.surface: one.amplitude / setting.half_travel(one.surface) for one in found}
+    # Steering may go further than an input, but not as quickly.
+    sizes = {one.surface: one.quickest / setting.half_travel(one.surface) for one in found}
     found.sort(key=lambda one: -sizes[one.surface])
     return [one for one in found if one is found[0] or _goes_with(one, found[0], sizes)]
 
 
 def _goes_with(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
-    """Return whether an input is part of the maneuver that the largest one makes."""
+    """Return whether an input is part of the maneuver that the main one makes."""
     return (
         sizes[one.surface] >= ALSO_MOVED * sizes[main.surface]
         and one.abruptness > _ABRUPT

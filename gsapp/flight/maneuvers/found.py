@@ -35,10 +35,11 @@ class FoundManeuver:
     inputs : tuple of str
         Surfaces moved, of ``de``, ``da``, ``dr``, in this order.
     kind : str
-        Shape of the largest input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``,
+        Shape of the main input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``,
         ``sweep``; ``none`` where no surface moved.
     amplitude : float or None
-        Half the peak-to-peak deflection of the largest input, rad; of a pulse its height.
+        Half the peak-to-peak deflection of the main input, rad; of a pulse its height. The main
+        one makes the quickest step, as a share of its travel.
     grade : {"A", "B", "C", "D"}
         See `GRADES`.
     reasons : tuple of str

@@ -130,7 +130,7 @@ def grade_maneuver(
     passage : Passage
     setting : Setting
     inputs : sequence of SurfaceInput
-        What was moved on purpose; the largest first.
+        What was moved on purpose; the main one first.
 
     Returns
     -------

@@ -44,6 +44,8 @@ class SurfaceInput:
         Peak-to-peak in the stretch before, rad.
     largest, quickest : float
         Its largest excursion from trim, and the most it went within `LOOK_BACK`, rad.
+    balance : float
+        The smaller side over the larger one.
     kind : str
         See `kind_of`.
     """
@@ -58,6 +60,7 @@ class SurfaceInput:
     unrest: float
     largest: float
     quickest: float
+    balance: float
     kind: str
 
     @property
@@ -67,8 +70,23 @@ class SurfaceInput:
 
     @property
     def returned(self) -> bool:
-        """Whether it came back to about where it was."""
+        """Return whether it came back to about where it was."""
         return abs(self.after - self.before) < 0.5 * self.amplitude
+
+    @property
+    def unmistakable(self) -> bool:
+        """Return whether it stepped from side to side as no steering does.
+
+        About its trim, that is: a surface that is retrimmed in one step crosses the line between
+        old and new trim as well, but ends twice its amplitude away.
+        """
+        return (
+            self.kind in ("doublet", "3-2-1-1")
+            and self.abruptness > 0.9
+            and self.balance > 0.4
+            and abs(self.after - self.before) < self.amplitude
+            and self.unrest < 1.2 * self.amplitude
+        )
 
 
 def smoothed(samples: FloatArray, dt: float) -> FloatArray:
@@ -138,6 +156,7 @@ def measure(
         unrest=float(np.ptp(level[calm])),
         largest=largest,
         quickest=_quickest(at, inside),
+        balance=_balance(away),
         kind=kind_of(runs),
     )
 
@@ -180,8 +199,14 @@ def plain_input(surface: str, times: FloatArray, samples: FloatArray) -> Surface
         unrest=float(np.ptp(level[:edge])),
         largest=largest,
         quickest=_quickest(times, level),
+        balance=_balance(away),
         kind="multistep" if kind == "retrim" else kind,
     )
+
+
+def _balance(away: FloatArray) -> float:
+    sides = sorted((max(float(away.max()), 0.0), max(float(-away.min()), 0.0)))
+    return sides[0] / sides[1] if sides[1] > 0.0 else 0.0
 
 
 def _quickest(times: FloatArray, level: FloatArray) -> float:
