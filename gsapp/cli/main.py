@@ -427,6 +427,42 @@ def estimate(
     )  # fmt: skip
 
 
+@app.command("linear-models")
+def linear_models(
+    flights: FlightPaths,
+    validate: Annotated[
+        Path,
+        typer.Option(readable=False, metavar="FLIGHT", help="Flight that the models are judged on"),
+    ],
+    aircraft: AircraftName = None,
+    order_lon: Annotated[
+        str, typer.Option(metavar="N|auto", help="Order of the longitudinal subspace model")
+    ] = "2",
+    order_lat: Annotated[
+        str, typer.Option(metavar="N|auto", help="Order of the lateral-directional one")
+    ] = "4",
+    channel_map: MapName = None,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Fit three linear models on flights and judge them on another one.
+
+    Batch least squares, subspace with prediction error, and maximum likelihood derivatives
+    through appendix A; RMS error over range as in tables 7.4.1 and 7.4.2 of the source.
+
+    Example: gsapp linear-models flights/a --validate flights/b --aircraft b777
+    """
+    from gsapp.cli import linear_models as command
+
+    command.run(
+        flights=flights, validate=validate, aircraft=aircraft, order_lon=order_lon,
+        order_lat=order_lat, channel_map=channel_map, out=out, json=json,
+    )  # fmt: skip
+
+
 TableFile = Annotated[
     Path,
     typer.Option(

@@ -37,8 +37,6 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.statistics import response_fit
 
-ORDERS: Mapping[LinearAxis, int] = {"lon": 2, "lat": 4}
-"""Physical orders: short period; roll, Dutch roll and spiral. The source needed 18 and 11."""
 _RATE = 50.0
 """Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
 
@@ -144,7 +142,7 @@ def compare(
     axis: LinearAxis,
     derivatives: Mapping[str, float],
     *,
-    order: int | None = -1,
+    order: int | None,
 ) -> dict[str, JudgedModel]:
     """Fit the three models and judge them.
 
@@ -160,7 +158,7 @@ def compare(
     derivatives : mapping of str to float
         Means of the maximum likelihood estimates over `fitted`.
     order : int, optional
-        Of the subspace model; None lets the data choose, by default `ORDERS`.
+        Of the subspace model; None lets the data choose.
 
     Returns
     -------
@@ -177,8 +175,7 @@ def compare(
     stretches = all_signals(fitted, axis)
     condition = mean_condition(fitted)
     inputs, outputs = stretches[0].input_names, stretches[0].output_names
-    wanted = ORDERS[axis] if order == -1 else order
-    found, remarks = subspace_model(stretches, order=wanted)
+    found, remarks = subspace_model(stretches, order=order)
     derived = model_of_derivatives(fitted[0].aircraft, condition, axis, derivatives)
     derived = _select_outputs(derived, outputs)
     models: dict[str, tuple[LinearModel, DiscreteModel, tuple[str, ...]]] = {}

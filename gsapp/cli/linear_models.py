@@ -1,0 +1,239 @@
+"""``gsapp linear-models``: three linear models, judged on a flight that none of them saw."""
+
+from __future__ import annotations
+
+import json as json_module
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.cli._maneuvers import FlownFlight
+    from gsapp.dynamics.linearization import Mode
+    from gsapp.identification.linear_models.comparison import JudgedModel
+    from gsapp.identification.linear_models.files import PublishedErrors
+    from gsapp.identification.linear_models.signals import LinearAxis
+    from gsapp.identification.maneuver import Maneuver
+
+    Judged = dict[LinearAxis, dict[str, JudgedModel]]
+
+_TITLES = {"bls": "batch least squares", "subspace": "subspace + PEM", "ml": "ML, appendix A"}
+_AXES: dict[LinearAxis, str] = {"lon": "longitudinal", "lat": "lateral-directional"}
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    validate: Path,
+    aircraft: str | None = None,
+    order_lon: str = "2",
+    order_lat: str = "4",
+    channel_map: str | None = None,
+    out: Path | None = None,
+    json: Path | None = None,
+) -> None:
+    """Fit the three models on some flights and judge them on another.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+    validate : Path
+        The flight they are judged on.
+    aircraft, channel_map : str, optional
+        Names or paths.
+    order_lon, order_lat : str
+        Of the subspace model: a number, or ``auto``.
+    out : Path, optional
+        Folder for the models, one TOML file each.
+    json : Path, optional
+        Where the result for programs goes.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight cannot be read, or neither axis has maneuvers in both.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._maneuvers import flown_flights
+    from gsapp.cli._results import on_screen
+    from gsapp.foundation import FlightError
+    from gsapp.identification.campaign import CampaignSettings, run_campaign
+    from gsapp.identification.linear_models.files import published_errors
+
+    orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
+    console = Console(stderr=on_screen(json))
+    every = flown_flights(
+        [*flights, validate], aircraft=aircraft, channel_map=channel_map, console=console
+    )
+    fitted = [one for flown in every[:-1] for one in flown.maneuvers]
+    other = every[-1]
+    if not other.maneuvers:
+        raise FlightError(f"{validate} holds no maneuver to judge models on; choose another flight")
+    with console.status("maximum likelihood"):
+        campaign = run_campaign(fitted, CampaignSettings())
+    derivatives = {name: one.mean for name, one in campaign.values.items()}
+    reasons: list[str] = list(campaign.remarks)
+    found: Judged = {}
+    for axis in _AXES:
+        with console.status(f"{_AXES[axis]} models"):
+            try:
+                found[axis] = _compare(axis, fitted, other, derivatives, orders[axis])
+            except FlightError as error:
+                reasons.append(f"no {_AXES[axis]} models: {error}")
+    if not found:
+        raise FlightError(f"there are no linear models: {'; '.join(reasons)}")
+    if json is not None:
+        _write_json(json, found, reasons)
+    if out is not None:
+        _save(out, found, [one.flight.name for one in every[:-1]])
+    for axis, models in found.items():
+        _describe(console, axis, models, published_errors(), other.flight.name)
+    for sentence in reasons:
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+
+
+def _compare(
+    axis: LinearAxis,
+    fitted: Sequence[Maneuver],
+    other: FlownFlight,
+    derivatives: Mapping[str, float],
+    order: int | None,
+) -> dict[str, JudgedModel]:
+    """Fit and judge the models of one axis on the maneuvers that move its surfaces alone."""
+    from gsapp.identification.axes import SURFACES
+    from gsapp.identification.linear_models.comparison import compare
+    from gsapp.identification.maneuver import cut_maneuver
+
+    own = set(SURFACES[axis])
+    whole = cut_maneuver(
+        other.flight, other.aircraft, other.maneuvers[0].t_start, other.maneuvers[-1].t_end,
+        id="whole", inputs=(),
+    )  # fmt: skip
+    on, against = (
+        [one for one in group if one.inputs and set(one.inputs) <= own]
+        for group in (fitted, other.maneuvers)
+    )
+    return compare(on, against, whole, axis, derivatives, order=order)
+
+
+def _write_json(path: Path, found: Judged, remarks: Sequence[str]) -> None:
+    from gsapp.cli._results import write_result
+
+    content: dict[str, Any] = {"lon": None, "lat": None}
+    for axis, models in found.items():
+        content[axis] = {name: _json(one) for name, one in models.items()}
+    content["remarks"] = list(remarks)
+    write_result(path, json_module.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
+    """Write the models whose states the vocabulary knows; a subspace model's have no meaning."""
+    from gsapp.identification.linear_models.files import save_linear_model
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for axis, models in found.items():
+        for name, one in models.items():
+            if name != "subspace":
+                save_linear_model(
+                    one.model, folder / f"{name}-{axis}.toml",
+                    name=f"{_TITLES[name]}, {_AXES[axis]}",
+                    source=f"fitted on {', '.join(flights)}",
+                )  # fmt: skip
+
+
+def _order(text: str) -> int | None:
+    from gsapp.foundation import FlightError
+
+    if text == "auto":
+        return None
+    if not text.isdigit() or int(text) < 1:
+        raise FlightError(f"'{text}' is not an order; give a whole number from 1, or auto")
+    return int(text)
+
+
+def _json(judged: JudgedModel) -> dict[str, Any]:
+    model = judged.model
+    return {
+        **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
+        "states": list(model.states),
+        "inputs": list(model.inputs),
+        "outputs": list(model.outputs),
+        "modes": [_mode(mode) for mode in model.modes()],
+        "rms_over_range_pct": {
+            name: _number(value) for name, value in judged.rms_over_range_pct.items()
+        },
+        "by_maneuver_pct": {name: _number(value) for name, value in judged.by_maneuver_pct.items()},
+        "remarks": list(judged.remarks),
+    }
+
+
+def _mode(mode: Mode) -> dict[str, Any]:
+    return {
+        "name": mode.name,
+        "real": mode.pole.real,
+        "imag": mode.pole.imag,
+        "frequency": mode.frequency,
+        "damping": _number(mode.damping),
+        "time_constant": _number(mode.time_constant),
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _describe(
+    console: Console,
+    axis: LinearAxis,
+    models: Mapping[str, JudgedModel],
+    published: Mapping[str, PublishedErrors],
+    flight: str,
+) -> None:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=f"{_AXES[axis]}: RMS error over range in {flight}, %",
+        caption="whole flight; its maneuvers from their own trim; the source's (tables 7.4.1, "
+        "7.4.2)",
+        title_justify="left",
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    table.add_column("", no_wrap=True)
+    for name in models:
+        table.add_column(_TITLES[name], justify="right")
+    first = next(iter(models.values()))
+    for channel in first.rms_over_range_pct:
+        table.add_row(
+            channel,
+            *(
+                f"{_shown(one.rms_over_range_pct.get(channel))}; "
+                f"{_shown(one.by_maneuver_pct.get(channel))}; "
+                f"{getattr(published[channel], name):.2f}"
+                for name, one in models.items()
+            ),
+        )
+    console.print(table)
+    for name, one in models.items():
+        modes = ", ".join(
+            f"{mode.name} {mode.pole.real:.3f}"
+            + (f" ± {mode.pole.imag:.3f}i" if mode.pole.imag else "")
+            for mode in one.model.modes()
+        )
+        remarks = f" ({'; '.join(one.remarks)})" if one.remarks else ""
+        console.print(
+            f"{_TITLES[name]}{remarks}: {modes}  1/s", highlight=False, markup=False,
+            soft_wrap=True,
+        )  # fmt: skip
+
+
+def _shown(value: float | None) -> str:
+    if value is None:
+        return "none"
+    return f"{value:.2f}" if math.isfinite(value) else "runs away"
