@@ -11,9 +11,21 @@ import numpy as np
 from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import COEFFICIENTS, Axis, axis_derivatives, free_derivatives
+from gsapp.identification.axes import (
+    COEFFICIENTS,
+    SURFACES,
+    Axis,
+    axis_derivatives,
+    free_derivatives,
+)
 from gsapp.identification.coefficients import Coefficients
-from gsapp.identification.equation_error.equations import Cache, explain, form
+from gsapp.identification.equation_error.equations import (
+    WORDS,
+    Cache,
+    explain,
+    form,
+    least_motion,
+)
 from gsapp.identification.equation_error.preparing import coefficients_of
 from gsapp.identification.equation_error.regression import (
     Equation,
@@ -46,7 +58,8 @@ def estimate(
     maneuvers : sequence of Maneuver
     axis : {"lon", "lat", "both"}
     free : sequence of str, optional
-        Derivatives to estimate; by default those of tables 6.2.5 and 6.2.6 for the surfaces moved.
+        Derivatives to estimate; by default those of tables 6.2.5 and 6.2.6 for the surfaces moved
+        as the input. The share of another surface that moved beside is then fitted, not reported.
     held : mapping of str to float, optional
         Derivatives held at a value.
     stand_ins : mapping of str to float, optional
@@ -146,13 +159,21 @@ def _estimated(
         else DerivativeEstimate(value=None, status="unknown", why="it was not set free")
         for name in axis_derivatives(axis)
     }
+    # Left out of the equation, a surface that the pilot moved all the same would bend the rest.
+    beside = [] if free is not None else _moved_beside(axis, wanted, fixed, found)
     warnings = [remark for one in found for remark in one.remarks]
+    if beside:
+        surfaces = dict.fromkeys(WORDS[name.partition("_")[2]] for name in beside)
+        warnings.append(
+            f"the {' and the '.join(surfaces)} moved too, though not as the input; the share of "
+            "that is fitted beside the rest"
+        )
     blocks: list[Regression] = []
     fits: dict[str, ResponseFit] = {}
     cache = Cache()
     for coefficient in COEFFICIENTS[axis]:
         names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient))]
-        names = [name for name in names if name in wanted and name not in fixed]
+        names = [name for name in names if name in (*wanted, *beside) and name not in fixed]
         if not names:
             continue
         formed = form(coefficient, names, fixed, found, cache)
@@ -171,6 +192,9 @@ def _estimated(
                     std=float(solution.std[index]),
                     cramer_rao=float(np.sqrt(solution.white[index, index])),
                 )
+    for name in beside:
+        why = "it was not set free; its share was fitted beside the rest"
+        derivatives[name] = DerivativeEstimate(value=None, status="unknown", why=why)
     names_free, covariance = _joined(blocks, derivatives)
     return Estimate(
         method="ee",
@@ -185,6 +209,26 @@ def _estimated(
         warnings=tuple(dict.fromkeys(warnings)),
         message="solved directly" if names_free else "no derivative could be estimated",
     )
+
+
+def _moved_beside(
+    axis: Axis,
+    wanted: Sequence[str],
+    fixed: Mapping[str, float],
+    found: Sequence[Coefficients],
+) -> list[str]:
+    """Return the derivatives, not wanted, of surfaces that were measured and moved."""
+    moved = [
+        surface
+        for surface in SURFACES[axis]
+        if all(surface in one.measured for one in found)
+        and any(np.std(one.variables[surface]) > least_motion(surface, one) for one in found)
+    ]
+    return [
+        name
+        for name in axis_derivatives(axis)
+        if name.partition("_")[2] in moved and name not in wanted and name not in fixed
+    ]
 
 
 def _solved(equation: Equation) -> tuple[Regression, list[str]]:
