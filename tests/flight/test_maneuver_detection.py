@@ -104,7 +104,7 @@ def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
 
 
 def test_nothing_but_surfaces_still_gives_maneuvers():
-    flight = make_flight([Input(at=60.0, surface="de")])
+    flight = make_flight([Input(at=60.0, surface="de")], ground=0.0, steering=0.5)
     bare = flight_of({name: flight.block[name] for name in ("de", "da", "dr")}, flight.block.times)
     detector = detect(bare, AIRCRAFT)
     (found,) = detector.finish()

@@ -507,6 +507,9 @@ def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
     leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
     steering in a fright looks the same.
     """
+    # What steering does may have been learned since the move was taken for quick.
+    if main.quickest < threshold:
+        return False
     if main.unmistakable and main.quickest > _SURELY * threshold:
         return True
     clear = main.kind in ("doublet", "3-2-1-1")
