@@ -8,6 +8,7 @@ as the notes print it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -21,6 +22,19 @@ from gsapp.dynamics.sensors import OutputModel
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import FloatArray
+
+
+def cubic(samples: FloatArray, place: float) -> float:
+    """Return a signal between its samples by cubic convolution (Catmull-Rom), ends held."""
+    base = math.floor(place)
+    u = place - base
+    a, b, c, d = (float(samples[min(max(base + k, 0), len(samples) - 1)]) for k in (-1, 0, 1, 2))
+    return 0.5 * (
+        2.0 * b
+        + (c - a) * u
+        + (2.0 * a - 5.0 * b + 4.0 * c - d) * u * u
+        + (3.0 * b - a - 3.0 * c + d) * u**3
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,12 +55,19 @@ class Segment:
 class Reference:
     """One fit.
 
+    Fixed weights are scaled so that the weighted residuals have a mean square of 1: the estimates
+    do not feel it, bounds and a-priori values do.
+
     Attributes
     ----------
     free : sequence of str
         Derivatives and effect parameters.
     weights : mapping of str to float, optional
-        Fixed weights; by default the noise covariance of each maneuver is estimated.
+        Fixed weights; by default the noise variances of each maneuver are estimated.
+    full : bool
+        Estimate the covariances between responses, too.
+    needed : sequence of str
+        Measured inputs without which a sample does not count.
     """
 
     maneuvers: Sequence[Maneuver]
@@ -60,7 +81,8 @@ class Reference:
     held: Mapping[str, float] = field(default_factory=dict)
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     weights: Mapping[str, float] | None = None
-    diagonal: bool = False
+    full: bool = False
+    needed: Sequence[str] = ("de", "da", "dr")
     euler: bool = False
     lags: int = 50
 
@@ -87,6 +109,10 @@ class Reference:
         model = FlightModel(maneuver.aircraft, self.model)
         outputs = OutputModel(model, self.responses)
         measured = np.column_stack([maneuver.samples(name) for name in self.responses])
+        for name in self.needed:
+            if name in motion.filled:
+                # The input was missing: nobody knows what the responses should be.
+                measured[motion.filled[name]] = np.nan
         leaps = [k for k in range(1, len(times)) if times[k] - times[k - 1] > 2.5 * dt]
         return [
             Segment(
@@ -159,8 +185,8 @@ class Reference:
         for column, name in enumerate(self.responses):
             key = f"{segment.maneuver}.{name}"
             if name in self.time_shifts:
-                late = times - theta[f"shift.{key}"]
-                shown[:, column] = np.interp(late, times, computed[:, column])
+                late = theta[f"shift.{key}"] / segment.dt
+                shown[:, column] = [cubic(computed[:, column], k - late) for k in range(len(times))]
             shown[:, column] *= theta.get(f"scale.{key}", 1.0)
             shown[:, column] += theta.get(f"bias.{key}", 0.0)
         return shown
@@ -190,20 +216,21 @@ class Reference:
         return found
 
     def weight_matrices(self, v: Sequence[FloatArray]) -> list[FloatArray]:
-        """Return W of each maneuver: given, or the inverse of its residuals' covariance."""
+        """Return W of each maneuver: given and scaled, or the inverse of its noise covariance."""
         if self.weights is not None:
-            fixed = np.diag([self.weights[name] for name in self.responses])
+            given = np.array([self.weights[name] for name in self.responses])
+            squares = np.concatenate([(given * x * x).ravel() for x in v])
+            fixed = np.diag(given / squares[np.isfinite(squares)].mean())
             return [fixed for _ in self.maneuvers]
         found = []
         for index in range(len(self.maneuvers)):
-            rows = [x for one, x in zip(self.segments, v, strict=True) if one.maneuver == index]
-            own = np.concatenate(rows)
+            own = np.concatenate([v[k] for k in self._mine(index)])
             count = own.shape[1]
             R = np.zeros((count, count))
             for a in range(count):
                 for b in range(count):
                     product = own[:, a] * own[:, b]
-                    if a == b or not self.diagonal:
+                    if a == b or self.full:
                         R[a, b] = product[np.isfinite(product)].mean()
             found.append(np.linalg.inv(R))
         return found
@@ -223,26 +250,39 @@ class Reference:
                 gradient += kept.T @ weight @ np.where(counted, e, 0.0)
         return H, gradient
 
-    def fit(self, start: Mapping[str, float], *, iterations: int = 12) -> Fit:
+    def fit(
+        self,
+        start: Mapping[str, float],
+        *,
+        bounds: Mapping[str, float] | None = None,
+        iterations: int = 12,
+    ) -> Fit:
         """Return the fit.
 
         Parameters
         ----------
         start : mapping of str to float
-            For the free derivatives. Initial states start from measurement.
+            By parameter name; initial states that are left out start from measurement.
+        bounds : mapping of str to float, optional
+            About the bounds: small parts of them are the steps of the differences. Without, a
+            first guess is made and an iteration more is needed.
+        iterations : int
+            At most; a step below 1e-6 of all bounds is the last.
         """
         theta = dict.fromkeys(self.names, 0.0)
-        theta.update({name: start[name] for name in self.free})
         theta.update({name: 1.0 for name in self.names if name.startswith("scale.")})
         for one in self.segments:
             for name in self.states:
                 column = one.states[:, POLAR_STATES.index(name)]
                 theta[f"initial.{one.maneuver}.{one.number}.{name}"] = float(column[0])
-        steps = {name: 1e-5 * max(abs(theta[name]), 0.1) for name in self.names}
+        theta.update(start)
+        # A small part of the bound leaves neither curvature nor rounding.
+        steps = {name: 1e-5 * max(abs(value), 0.1) for name, value in theta.items()}
+        if bounds is not None:
+            steps = {name: 0.005 * bounds[name] for name in self.names}
         prior = np.zeros((len(self.names), len(self.names)))
         for name, (_, std) in self.priors.items():
             prior[self.names.index(name), self.names.index(name)] = 1.0 / std**2
-        change = np.inf
         for _ in range(iterations):
             v = self.residuals(theta)
             W = self.weight_matrices(v)
@@ -250,59 +290,120 @@ class Reference:
             H, gradient = self.normal_equations(S, v, W)
             for name, (value, std) in self.priors.items():
                 gradient[self.names.index(name)] += (value - theta[name]) / std**2
-            H = H + prior
-            move = np.linalg.solve(H, gradient)
-            bounds = np.sqrt(np.linalg.inv(H).diagonal())
-            # From one iteration to the next where the step suits the parameter: a small part of
-            # its bound leaves neither curvature nor rounding.
-            steps = {name: 0.02 * float(b) for name, b in zip(self.names, bounds, strict=True)}
+            bread = np.linalg.inv(H + prior)
+            move = bread @ gradient
+            plain = np.sqrt(bread.diagonal())
             theta = {n: theta[n] + float(m) for n, m in zip(self.names, move, strict=True)}
-            change = float(np.max(np.abs(move) / bounds))
-            if change < 1e-8:
+            change = float(np.max(np.abs(move) / plain))
+            if change < 1e-6:
                 break
-        v = self.residuals(theta)
-        W = self.weight_matrices(v)
-        S = self.sensitivities(theta, steps)
-        H, _ = self.normal_equations(S, v, W)
-        bread = np.linalg.inv(H + prior)
-        meat = self._gradient_covariance(S, v, W) + prior
+            steps = {name: 0.005 * float(b) for name, b in zip(self.names, plain, strict=True)}
+        honest = self._colored(S, v, W, bread, prior)
         return Fit(
             theta=theta,
-            cramer_rao=dict(zip(self.names, np.sqrt(bread.diagonal()), strict=True)),
-            std=dict(zip(self.names, np.sqrt((bread @ meat @ bread).diagonal()), strict=True)),
+            cramer_rao=dict(zip(self.names, plain.tolist(), strict=True)),
+            std=dict(zip(self.names, np.sqrt(honest.diagonal()).tolist(), strict=True)),
             change=change,
         )
 
-    def _gradient_covariance(
-        self, S: Sequence[FloatArray], v: Sequence[FloatArray], W: Sequence[FloatArray]
+    def _colored(
+        self,
+        S: Sequence[FloatArray],
+        v: Sequence[FloatArray],
+        W: Sequence[FloatArray],
+        bread: FloatArray,
+        prior: FloatArray,
     ) -> FloatArray:
-        """Return the double sum of the notes, section 7, "Any W, colored"."""
+        """Return the covariance of the notes, section 7, "Any W, colored".
+
+        A second time with what the fit took away added to the autocovariance of the residuals:
+        E v_k v_l' = E n_k n_l' - Y_k S_l' - S_k Y_l', Y = (C * WS) H^-1 - S cov/2.
+        """
+        shapes = range(len(self.maneuvers))
+        added = [np.zeros((self.lags + 1, v[0].shape[1], v[0].shape[1])) for _ in shapes]
+        covariance = bread
+        for _ in range(2):
+            B, autocovariances = prior.copy(), []
+            for index in shapes:
+                own, C = self._gradient_covariance(index, S, v, W[index], added[index])
+                B += own
+                autocovariances.append(C)
+            covariance = bread @ B @ bread
+            for index in shapes:
+                added[index] = self._taken(
+                    index, S, v, W[index], autocovariances[index], bread, covariance
+                )
+        return covariance
+
+    def _mine(self, index: int) -> list[int]:
+        return [k for k, one in enumerate(self.segments) if one.maneuver == index]
+
+    def _pairs(self, index: int, v: Sequence[FloatArray], j: int) -> FloatArray:
+        """Return how many pairs of counted samples lie j apart, by responses."""
+        found = np.zeros((v[0].shape[1], v[0].shape[1]))
+        for k in self._mine(index):
+            counted = np.isfinite(v[k]).astype(float)
+            last = max(len(counted) - j, 0)
+            found += counted[:last].T @ counted[j : j + last]
+        return np.maximum(found, 1.0)
+
+    def _total(self, index: int, v: Sequence[FloatArray]) -> int:
+        return sum(len(v[k]) for k in self._mine(index))
+
+    def _gradient_covariance(
+        self,
+        index: int,
+        S: Sequence[FloatArray],
+        v: Sequence[FloatArray],
+        W: FloatArray,
+        added: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return B of one maneuver and its tapered C_j, j = 0 ... lags."""
         size = len(self.names)
         B = np.zeros((size, size))
-        for index in range(len(self.maneuvers)):
-            mine = [k for k, one in enumerate(self.segments) if one.maneuver == index]
-            total = sum(len(v[k]) for k in mine)
-            counts = [np.isfinite(v[k]) for k in mine]
-            clean = [np.where(c, v[k], 0.0) for c, k in zip(counts, mine, strict=True)]
-            weighted = [
-                np.einsum("ab,kbp->kap", W[index], S[k] * c[:, :, None])
-                for c, k in zip(counts, mine, strict=True)
-            ]
+        C = np.zeros_like(added)
+        for j in range(self.lags + 1):
+            for k in self._mine(index):
+                clean = np.where(np.isfinite(v[k]), v[k], 0.0)
+                last = max(len(clean) - j, 0)
+                C[j] += clean[:last].T @ clean[j : j + last]
+            C[j] = C[j] / self._pairs(index, v, j) * (1.0 - j / self._total(index, v)) + added[j]
+            C[j] *= 1.0 - j / (self.lags + 1.0)
+            for k in self._mine(index):
+                G = W @ (S[k] * np.isfinite(v[k])[:, :, None])
+                term = np.einsum("kap,ab,kbq->pq", G[: len(G) - j], C[j], G[j:], optimize=True)
+                B += term if j == 0 else term + term.T
+        return B, C
+
+    def _taken(
+        self,
+        index: int,
+        S: Sequence[FloatArray],
+        v: Sequence[FloatArray],
+        W: FloatArray,
+        C: FloatArray,
+        bread: FloatArray,
+        covariance: FloatArray,
+    ) -> FloatArray:
+        """Return what the fit took from the autocovariance, j = 0 ... lags."""
+        taken = np.zeros_like(C)
+        for k in self._mine(index):
+            counted = np.isfinite(v[k])[:, :, None]
+            known = S[k] * counted
+            G = W @ known
+            filtered = np.zeros_like(G)
+            for i in range(len(G)):
+                for j in range(-self.lags, self.lags + 1):
+                    if 0 <= i + j < len(G):
+                        filtered[i] += (C[j] if j >= 0 else C[-j].T) @ G[i + j]
+            Y = (filtered @ bread - S[k] @ (0.5 * covariance)) * counted
             for j in range(self.lags + 1):
-                C = np.zeros((v[0].shape[1], v[0].shape[1]))
-                pairs = np.zeros_like(C)
-                for c, x in zip(counts, clean, strict=True):
-                    last = max(len(x) - j, 0)
-                    C += x[:last].T @ x[j : j + last]
-                    pairs += c[:last].T.astype(float) @ c[j : j + last]
-                C = C / np.maximum(pairs, 1.0) * (1.0 - j / total)
-                taper = 1.0 - j / (self.lags + 1.0)
-                term = np.zeros((size, size))
-                for G in weighted:
-                    for k in range(len(G) - j):
-                        term += G[k].T @ C @ G[k + j]
-                B += taper * (term if j == 0 else term + term.T)
-        return B
+                last = len(G) - j
+                taken[j] += np.einsum("kap,kbp->ab", Y[:last], known[j:])
+                taken[j] += np.einsum("kap,kbp->ab", known[:last], Y[j:])
+        for j in range(self.lags + 1):
+            taken[j] *= (1.0 - j / self._total(index, v)) / self._pairs(index, v, j)
+        return taken
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

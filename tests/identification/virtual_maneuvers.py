@@ -9,7 +9,7 @@ through a 12-bit converter.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,6 +136,7 @@ def fly(
     model: Model | None = None,
     aircraft: Aircraft | None = None,
     attitude: bool = True,
+    still: Sequence[str] = (),
 ) -> Virtual:
     """Fly one maneuver.
 
@@ -155,6 +156,8 @@ def fly(
         The truth; the shipped one, varied, by default.
     attitude : bool
         Whether phi and theta are measured.
+    still : sequence of str
+        Surfaces that are not touched at all.
     """
     random = np.random.default_rng(seed)
     plane = aircraft or load_aircraft("b777")
@@ -178,6 +181,7 @@ def fly(
     )
     times = dt * np.arange(round(duration / dt))
     histories = commands_for(kind, times, random)
+    histories.update({name: np.zeros_like(times) for name in still})
     motion = run(simulator, {name: history + resting[name] for name, history in histories.items()})
     measured = _measured(plane, motion, random, color, noise)
     if not attitude:
@@ -186,6 +190,7 @@ def fly(
         channels=tuple(measured), times=motion["time"], values=np.column_stack([*measured.values()])
     )
     inputs = {"lon": ("de",), "lat": ("da", "dr"), "both": ("de", "da", "dr")}[kind]
+    inputs = tuple(name for name in inputs if name not in still)
     maneuver = Maneuver(
         id=str(seed),
         flight="virtual",

@@ -99,7 +99,7 @@ def joint_covariance(
     *,
     lags: int | None = None,
     prior: FloatArray | None = None,
-    passes: int = 2,
+    passes: int = 1,
 ) -> FloatArray:
     """Return the honest covariance of parameters fitted to several maneuvers at once.
 
@@ -149,7 +149,7 @@ def colored_covariance(
     lags: int | None = None,
     segments: Sequence[slice] | None = None,
     prior: FloatArray | None = None,
-    passes: int = 2,
+    passes: int = 1,
 ) -> FloatArray:
     """Return the covariance of estimates made with any W under colored residuals.
 
@@ -171,7 +171,6 @@ class _Work:
         self._layout = Layout(count, part.segments, usual_lags(count) if lags is None else lags)
         self._taper = bartlett(self._layout.lags)[:, None, None]
         counted = np.isfinite(part.v)
-        self._complete = bool(counted.all())
         self._per_pair = self._layout.per_pair(counted)
         self._C = autocovariance(part.v, self._layout)
         self._lagged = self._C
@@ -183,18 +182,25 @@ class _Work:
     def gradient_covariance(self) -> FloatArray:
         """Return B."""
         density = self._layout.spectrum_of_lags(self._lagged * self._taper)
-        if not self._complete:
-            density = _positive(density)
+        B = self._filtered(density)
+        if (B.diagonal() < 0.0).any():
+            # Means over differing pairs, or what was added back, need not be a covariance.
+            B = self._filtered(_positive(density))
+        return 0.5 * (B + B.T)
+
+    def _filtered(self, density: ComplexArray) -> FloatArray:
         self._colored = density @ self._G
         B: FloatArray = (self._adjoint @ self._colored.reshape(self._adjoint.shape[1], -1)).real
-        return 0.5 * (B + B.T)
+        return B
 
     def add_back(self, inverted: FloatArray, covariance: FloatArray) -> None:
         """Add to the autocovariance what the fit took from the residuals."""
-        width = len(inverted)
-        Y = self._colored.reshape(-1, width) @ inverted
-        Y -= self._S.reshape(-1, width) @ (0.5 * covariance)
-        half = Y.conj().reshape(self._S.shape) @ self._S.swapaxes(1, 2)
+        # Noise there is only where samples count.
+        S, width = self.part.S, len(inverted)
+        felt = self._layout.samples(self._colored, len(S)).reshape(-1, width) @ inverted
+        felt -= S.reshape(-1, width) @ (0.5 * covariance)
+        Y = self._layout.spectrum(_counted(felt.reshape(S.shape), self.part.v))
+        half = Y.conj() @ self._S.swapaxes(1, 2)
         taken = self._layout.lags_of(half + half.conj().swapaxes(1, 2))
         self._lagged = self._C + taken * self._per_pair
 

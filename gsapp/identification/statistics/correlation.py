@@ -84,6 +84,14 @@ class Layout:
         found: FloatArray = np.concatenate((sums[-self.lags :], sums[: self.lags + 1]))
         return found
 
+    def samples(self, spectra: ComplexArray, count: int) -> FloatArray:
+        """Return the columns (count, ...) that belong to spectra; zero outside the segments."""
+        laid = irfft(spectra, n=self.length, axis=0)
+        found = np.zeros((count, *laid.shape[1:]))
+        for source, target in self._pieces:
+            found[source] = laid[target]
+        return found
+
     def weighted_adjoint(self, spectra: ComplexArray) -> ComplexArray:
         """Return what, multiplied by a flattened spectrum, gives the sum over time of x_i y_j.
 

@@ -1,0 +1,180 @@
+"""Truth recovery: errors of maximum likelihood over the bounds that it reports.
+
+Virtual maneuvers with known derivatives (varied, as are speed, inputs and seeds), 12-bit converter,
+white and colored noise (first-order recursion, 0.9 from sample to sample). A bound is honest where
+the rms of error over bound is 1; 0.8 to 1.3 is asked for, derivative by derivative. In the same run:
+how often gusts are reported in calm and in gusty air, and how far the fast engine and the plain one
+are apart on whole maneuvers.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.model import load_model
+from gsapp.identification.axes import RESPONSES, STATES, axis_derivatives
+from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, fit
+from gsapp.quantities import FloatArray
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
+
+from reference_ml import Reference
+from virtual_maneuvers import AXES, fly
+
+ASKED = (0.8, 1.3)
+COLORS = {"white": 0.0, "colored": 0.9}
+FIRST_SEED = 1000
+GUST_SEED = 4000
+
+
+class Tally:
+    """Errors over bounds by derivative, honest and Cramer-Rao."""
+
+    def __init__(self) -> None:
+        self.honest: dict[str, list[float]] = {}
+        self.plain: dict[str, list[float]] = {}
+        self.missing: dict[str, int] = {}
+        self.unconverged = self.alarms = self.count = 0
+        self.cpu = 0.0
+
+    def rms(self, name: str) -> float:
+        """Return the rms of error over honest bound."""
+        return _rms(self.honest[name])
+
+    @property
+    def outside(self) -> list[str]:
+        """Return the derivatives whose rms is not as asked."""
+        return [name for name in self.honest if not ASKED[0] <= self.rms(name) <= ASKED[1]]
+
+
+def _rms(values: Iterable[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(list(values)))))
+
+
+def tally(kind: str, color: float, seeds: Iterable[int], *, gust: float = 0.0) -> Tally:
+    """Fly, fit and compare with the truth."""
+    found = Tally()
+    aircraft = load_aircraft("b777")
+    for seed in seeds:
+        virtual = fly(seed, kind, color=color, gust=gust, aircraft=aircraft)
+        start = time.process_time()
+        estimate = fit([virtual.maneuver], MLSettings(axis=AXES[kind])).estimate
+        found.cpu += time.process_time() - start
+        found.count += 1
+        found.unconverged += not estimate.converged
+        found.alarms += any("turbulence" in warning for warning in estimate.warnings)
+        for name, true in virtual.truth.items():
+            one = estimate.derivatives[name]
+            if one.value is None or one.std is None or one.cramer_rao is None:
+                found.missing[name] = found.missing.get(name, 0) + 1
+                continue
+            found.honest.setdefault(name, []).append((one.value - true) / one.std)
+            found.plain.setdefault(name, []).append((one.value - true) / one.cramer_rao)
+    return found
+
+
+def print_tallies(tallies: dict[str, Tally]) -> None:
+    """Print one table for an axis: a row for each derivative."""
+    print(f"{'':10}" + "".join(f"{name:^34}" for name in tallies))
+    print(
+        f"{'error over':10}" + f"{'bound':>8}{'mean':>8}{'worst':>8}{'plain':>8}  " * len(tallies)
+    )
+    names = next(iter(tallies.values())).honest
+    for name in names:
+        row = f"{name:10}"
+        for one in tallies.values():
+            errors = one.honest[name]
+            mark = " " if ASKED[0] <= one.rms(name) <= ASKED[1] else "!"
+            row += f"{one.rms(name):7.2f}{mark}{np.mean(errors):+8.2f}"
+            row += f"{np.abs(errors).max():8.1f}{_rms(one.plain[name]):8.2f}  "
+        print(row)
+    for title, one in tallies.items():
+        print(
+            f"{title}: {one.count} maneuvers, {1e3 * one.cpu / one.count:.0f} ms of CPU each, "
+            f"{one.unconverged} not converged, {sum(one.missing.values())} values withheld, "
+            f"{one.alarms} alarms of turbulence; outside {ASKED[0]} to {ASKED[1]}: "
+            f"{', '.join(one.outside) or 'none'}"
+        )
+
+
+def print_gusts(count: int) -> None:
+    """Print how often gusts are found, and what they do to errors over bounds."""
+    for kind in ("lon", "lat"):
+        for gust in (0.15, 0.3, 1.0):
+            for title, color in COLORS.items():
+                seeds = range(GUST_SEED, GUST_SEED + count)
+                found = tally(kind, color, seeds, gust=gust)
+                ratios = [found.rms(name) for name in found.honest]
+                print(
+                    f"{kind}, gusts of {gust:4.2f} m/s, {title:7} noise: reported in "
+                    f"{found.alarms} of {found.count}; error over bound {min(ratios):.1f} to "
+                    f"{max(ratios):.1f}, median {np.median(ratios):.1f}"
+                )
+
+
+def agreement(kind: str, seed: int) -> tuple[float, float, float]:
+    """Fit a whole maneuver both ways; return the largest differences.
+
+    Of values over bounds, of bounds over themselves, of corrected bounds over themselves.
+    """
+    maneuver = fly(seed, kind).maneuver
+    axis, model = AXES[kind], load_model("b777")
+    fast = fit([maneuver], MLSettings(axis=axis, model=model, tolerance=1e-20, lags=50))
+    reference = Reference(
+        maneuvers=[maneuver],
+        model=model,
+        states=STATES[axis],
+        responses=RESPONSES[axis],
+        free=axis_derivatives(axis),
+        biases=DEFAULT_BIASES[axis],
+        lags=50,
+    )
+    # Both name derivatives first, then initial states, then biases.
+    start = dict(zip(reference.names, fast.values.tolist(), strict=True))
+    bounds: FloatArray = np.sqrt(fast.cramer_rao.diagonal())
+    slow = reference.fit(start, bounds=dict(zip(reference.names, bounds.tolist(), strict=True)))
+    plain, honest, values = (
+        np.array([table[name] for name in reference.names])
+        for table in (slow.cramer_rao, slow.std, slow.theta)
+    )
+    return (
+        float(np.abs((fast.values - values) / plain).max()),
+        float(np.abs(bounds / plain - 1.0).max()),
+        float(np.abs(np.sqrt(fast.covariance.diagonal()) / honest - 1.0).max()),
+    )
+
+
+def main(*options: str) -> dict[str, float]:
+    """Measure and print; return the extremes of the rms of error over bound."""
+    quick = "--quick" in options
+    count = 20 if quick else 220
+    worst: dict[str, float] = {}
+    for kind in ("lon", "lat"):
+        tallies = {
+            title: tally(kind, color, range(FIRST_SEED, FIRST_SEED + count))
+            for title, color in COLORS.items()
+        }
+        print_tallies(tallies)
+        for title, one in tallies.items():
+            ratios = [one.rms(name) for name in one.honest]
+            worst[f"{kind} {title} least"] = min(ratios)
+            worst[f"{kind} {title} most"] = max(ratios)
+    print_gusts(5 if quick else 40)
+    if not quick:
+        for kind in ("lon", "lat"):
+            values, bounds, honest = agreement(kind, 1)
+            print(
+                f"{kind}, fast against plain: values within {values:.1e} of a bound, bounds within "
+                f"{bounds:.1e}, corrected bounds within {honest:.1e} of themselves"
+            )
+    return worst
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,100 @@
+"""What the data cannot see or tell apart never gets a number."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsapp.identification.statistics import Identifiability, identifiability, information
+from gsapp.quantities import FloatArray
+
+NAMES = ("Cm_0", "Cm_alpha", "Cm_q", "Cm_de")
+ONE = np.ones((1, 1))
+
+
+def regressors(count: int = 500) -> FloatArray:
+    """Return regressors of a pitching moment, alpha and q and delta_e of their own."""
+    random = np.random.default_rng(0)
+    smooth = random.standard_normal((count + 50, 3))
+    smooth = np.cumsum(smooth - np.vstack((np.zeros((50, 3)), smooth[:-50])), axis=0)[50:]
+    return np.column_stack((np.ones(count), 0.01 * smooth))
+
+
+def judged(columns: FloatArray, sigma: float) -> Identifiability:
+    return identifiability(information(columns[:, None, :], ONE / sigma**2), NAMES)
+
+
+def test_what_is_well_excited_is_estimated() -> None:
+    """Four regressors of their own: no word about any of them."""
+    found = judged(regressors(), 0.01)
+    assert [found[name].status for name in NAMES] == ["estimated"] * 4
+    assert found.correlated == ()
+    assert 1.0 <= found.condition < 100.0
+
+
+def test_a_surface_that_did_not_move_is_unknown() -> None:
+    """Neither exact zeros nor the noise of a potentiometer make a control derivative."""
+    random = np.random.default_rng(1)
+    for still in (np.zeros(500), 1e-5 * random.standard_normal(500)):
+        columns = regressors()
+        columns[:, 3] = still
+        found = judged(columns, 0.01)
+        assert found["Cm_de"].status == "unknown"
+        assert "excit" in found["Cm_de"].why
+        assert [found[name].status for name in NAMES[:3]] == ["estimated"] * 3
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-5])
+def test_twins_are_named(noise: float) -> None:
+    """An elevator that follows alpha: both derivatives are confounded, with each other only."""
+    columns = regressors()
+    columns[:, 3] = 1.5 * columns[:, 1] + noise * np.random.default_rng(2).standard_normal(500)
+    found = judged(columns, 0.01)
+    assert found["Cm_alpha"].status == found["Cm_de"].status == "not-identifiable"
+    assert found["Cm_alpha"].confounded_with == ("Cm_de",)
+    assert found["Cm_de"].confounded_with == ("Cm_alpha",)
+    assert "Cm_de" in found["Cm_alpha"].why
+    assert (found["Cm_0"].status, found["Cm_q"].status) == ("estimated", "estimated")
+    assert found.condition > 1e4
+
+
+def test_three_that_depend_on_one_another() -> None:
+    """delta_e as a sum of alpha and q: all three are named, the bias is not."""
+    columns = regressors()
+    columns[:, 3] = columns[:, 1] + columns[:, 2]
+    found = judged(columns, 0.01)
+    for name in NAMES[1:]:
+        assert found[name].status == "not-identifiable"
+        assert set(found[name].confounded_with) == set(NAMES[1:]) - {name}
+    assert found["Cm_0"].status == "estimated"
+
+
+def test_strong_correlation_is_a_warning_not_a_verdict() -> None:
+    """Nearly alike, yet enough data: numbers with a warning."""
+    columns = regressors(2000)
+    columns[:, 3] = columns[:, 1] + 0.02 * columns[:, 2]
+    columns[:, 3] += 0.002 * np.random.default_rng(3).standard_normal(2000)
+    found = judged(columns, 1e-4)
+    assert found["Cm_de"].status == "estimated"
+    assert ("Cm_alpha", "Cm_de") in [pair[:2] for pair in found.correlated]
+    assert any("Cm_alpha and Cm_de" in warning for warning in found.warnings)
+
+
+def test_a_parameter_of_unknown_size_is_judged_by_singularity() -> None:
+    """Biases and parameters of effects have no plausible size, unless one is given."""
+    columns = regressors()
+    names = ("a", "b", "c", "d")
+    H = information(columns[:, None, :], ONE / 1e6**2)
+    assert identifiability(H, names)["b"].status == "estimated"
+    assert identifiability(H, names, plausible={"b": 1.0})["b"].status == "unknown"
+    H[:, 2] = H[2, :] = 0.0
+    assert identifiability(H, names)["c"].status == "unknown"
+
+
+def test_honest_bounds_judge_harder() -> None:
+    """With colored noise a bound may pass the plausible size that Cramer-Rao stays below."""
+    H = information(regressors()[:, None, :], ONE / 0.01**2)
+    covariance = 1e6 * np.linalg.inv(H)
+    found = identifiability(H, NAMES, covariance=covariance)
+    assert found["Cm_alpha"].status == "unknown"
+    assert identifiability(H, NAMES)["Cm_alpha"].status == "estimated"
