@@ -138,27 +138,24 @@ class Engine:
     ) -> tuple[FloatArray, FloatArray]:
         """Return Phi_k and Gamma_k, shape (n_states, n_free, n - 1)."""
         gradients = self.kernel.gradients
-        k1, a1, g1 = gradients(drives.before, x, values)
-        unit = np.eye(len(x))[:, :, None]
-        if self._integration == "euler":
-            return unit + h * a1, h * g1
-        k2, a2, g2 = gradients(drives.halfway, x + 0.5 * h * k1, values)
-        k3, a3, g3 = gradients(drives.halfway, x + 0.5 * h * k2, values)
-        _, a4, g4 = gradients(drives.after, x + h * k3, values)
         size = len(x)
-        first = np.concatenate((a1, g1), axis=1)
-        second = _times(a2, 0.5 * h * first)
-        second[:, :size] += a2
-        second[:, size:] += g2
-        third = _times(a3, 0.5 * h * second)
-        third[:, :size] += a3
-        third[:, size:] += g3
-        total = _times(a4, h * third)
-        total[:, :size] += a4
-        total[:, size:] += g4
+        unit = np.eye(size)[:, :, None]
+        # Each holds derivatives by the states, then by the parameters.
+        k1, first = gradients(drives.before, x, values)
+        if self._integration == "euler":
+            return unit + h * first[:, :size], h * first[:, size:]
+        k2, own = gradients(drives.halfway, x + 0.5 * h * k1, values)
+        second = _times(0.5 * h * own[:, :size], first)
+        second += own
+        k3, own = gradients(drives.halfway, x + 0.5 * h * k2, values)
+        third = _times(0.5 * h * own[:, :size], second)
+        third += own
+        _, own = gradients(drives.after, x + h * k3, values)
+        total = _times(h * own[:, :size], third)
+        total += own
+        total += first
         second += third
         second *= 2.0
-        total += first
         total += second
         total *= h / 6.0
         return unit + total[:, :size], total[:, size:]

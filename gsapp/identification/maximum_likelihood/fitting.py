@@ -12,6 +12,7 @@ from gsapp.identification import equation_error
 from gsapp.identification.equation_error import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.layout import known_values, lay_out
+from gsapp.identification.maximum_likelihood.memory import keep_memory
 from gsapp.identification.maximum_likelihood.problem import Problem
 from gsapp.identification.maximum_likelihood.settings import Callback, MLSettings
 from gsapp.identification.maximum_likelihood.solution import Solution, conclude
@@ -49,6 +50,7 @@ def fit(
     """Fit one maneuver, or several together, and keep everything; arguments as `estimate`."""
     if not maneuvers:
         raise FlightError("there is no maneuver to estimate from; name at least one")
+    keep_memory()
     problem = lay_out(maneuvers, settings)
     solver = Solver(problem, settings, progress)
     _check_size(problem, solver)

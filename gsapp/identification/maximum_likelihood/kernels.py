@@ -95,8 +95,11 @@ class Kernel(ABC):
     @abstractmethod
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return rates, derivatives by states, and by `free`, shape (n_states, n_free, n)."""
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rates and their derivatives, shape (n_states, n_states + n_free, n).
+
+        By the states, then by `free`.
+        """
 
     @abstractmethod
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
@@ -182,30 +185,34 @@ class GeneralKernel(Kernel):
         self, drive: Drive, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return rates and their derivatives by the active states."""
-        f, f_x, _ = self._differentiate(drive, x, values, ())
-        return f, f_x
+        found = self._differentiate(drive, x, values, ())
+        f_x = found[:, :, self._active].transpose(1, 2, 0)
+        return self.rates(drive, x, values), np.ascontiguousarray(f_x)
 
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """Return rates with derivatives by states and free parameters."""
-        return self._differentiate(drive, x, values, self._own)
+        rows = self._differentiate(drive, x, values, self._own)
+        size, own = len(self.state_names), len(self._own)
+        found = np.empty((size, size + len(self.free), x.shape[1]))
+        found[:, :size] = rows[:, :, self._active].transpose(1, 2, 0)
+        first = len(self.model.state_names) + len(INPUTS)
+        found[:, size : size + own] = rows[:, :, first:].transpose(1, 2, 0)
+        if drive.by_path is not None:
+            by_surface = rows[:, :, self._surfaces]
+            found[:, size + own :] = np.einsum("nis,spn->ipn", by_surface, drive.by_path)
+        return self.rates(drive, x, values), found
 
     def _differentiate(
         self, drive: Drive, x: FloatArray, values: FloatArray, free: tuple[str, ...]
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        state = self._state(drive, x)
-        inputs = tuple(drive.inputs)
-        found = self.model.differentiate(state, inputs, tuple(values), free=free)
-        rows = found.rates[:, self._active]
-        f_x = rows[:, :, self._active].transpose(1, 2, 0)
-        first = len(self.model.state_names) + len(INPUTS)
-        f_p = rows[:, :, first:].transpose(1, 2, 0)
-        if drive.by_path is not None:
-            by_surface = rows[:, :, self._surfaces]
-            through = np.einsum("nis,spn->ipn", by_surface, drive.by_path)
-            f_p = np.concatenate((f_p, through), axis=1)
-        return self.rates(drive, x, values), np.ascontiguousarray(f_x), np.ascontiguousarray(f_p)
+    ) -> FloatArray:
+        """Return the derivatives of the active rates, shape (n, n_active, n_all)."""
+        found = self.model.differentiate(
+            self._state(drive, x), tuple(drive.inputs), tuple(values), free=free
+        )
+        rows: FloatArray = found.rates[:, self._active]
+        return rows
 
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the responses."""

@@ -255,6 +255,7 @@ def _lay_part(
         engine=engine,
         names=names,
         base=base,
+        places=[model.parameter_names.index(name) for name in names.equations],
         responses=responses,
         segments=[],
         weights=weights,

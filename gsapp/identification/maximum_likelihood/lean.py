@@ -216,6 +216,13 @@ class _Lean(Kernel):
         return thrust, 0.5 * rho * V * V, np.asarray(thrust_of(self._aircraft, lever, rho, V))
 
 
+def _sin_cos(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return sine and cosine of flow angles; the root is cheaper than a second function."""
+    sine = np.sin(angle)
+    # Beyond a right angle no solution is accepted (`problem`), only passed through.
+    return sine, np.sqrt(1.0 - sine * sine)
+
+
 class LongitudinalKernel(_Lean):
     """States alpha and q.
 
@@ -270,8 +277,9 @@ class LongitudinalKernel(_Lean):
         basis = self._basis(drive, x)
         CN, CA, Cm = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lon"])
         A, B, c, d, E = drive.table[2:7]
+        sin_a, cos_a = _sin_cos(x[0])
         f = np.empty_like(x)
-        f[0] = x[1] + np.cos(x[0]) * (A - c * CN) - np.sin(x[0]) * (B - c * CA)
+        f[0] = x[1] + cos_a * (A - c * CN) - sin_a * (B - c * CA)
         f[1] = d * Cm + E
         return f
 
@@ -289,7 +297,7 @@ class LongitudinalKernel(_Lean):
         three = [self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]]
         CN, CA, Cm = three
         A, B, c, d, E = drive.table[2:7]
-        cos_a, sin_a = np.cos(x[0]), np.sin(x[0])
+        sin_a, cos_a = _sin_cos(x[0])
         up, forward = A - c * CN.value, B - c * CA.value
         f = np.empty_like(x)
         f[0] = x[1] + cos_a * up - sin_a * forward
@@ -305,15 +313,17 @@ class LongitudinalKernel(_Lean):
 
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """Return alpha', q' with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CN, by_CA, (CN, CA, Cm) = self._with_slopes(drive, x, basis, values)
-        f_p = np.zeros((2, len(self.free), x.shape[1]))
+        found = np.zeros((2, 2 + len(self.free), x.shape[1]))
+        found[:, :2] = f_x
+        f_p = found[:, 2:]
         self._spread(f_p[0], "CN", CN, basis, by_CN)
         self._spread(f_p[0], "CA", CA, basis, by_CA)
         self._spread(f_p[1], "Cm", Cm, basis, drive.table[5])
-        return f, f_x, f_p
+        return f, found
 
     def _shown(self, drive: Drive, x: FloatArray, CN: FloatArray, CA: FloatArray,
                q_dot: FloatArray) -> FloatArray:  # fmt: skip
@@ -341,9 +351,10 @@ class LongitudinalKernel(_Lean):
     def _flow(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         ahead, right, below = self._aircraft.sensors.alpha_vane.position
         p, r, speed = drive.states[3], drive.states[5], drive.table[9]
+        sin_a, cos_a = _sin_cos(x[0])
         return (
-            speed * np.cos(x[0]) + x[1] * below - r * right,
-            speed * np.sin(x[0]) + p * right - x[1] * ahead,
+            speed * cos_a + x[1] * below - r * right,
+            speed * sin_a + p * right - x[1] * ahead,
         )
 
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
@@ -390,7 +401,8 @@ class LongitudinalKernel(_Lean):
         u, w = self._flow(drive, x)
         scale = vane.upwash / (u * u + w * w)
         speed = drive.table[9]
-        by_alpha = scale * speed * (u * np.cos(x[0]) + w * np.sin(x[0]))
+        sin_a, cos_a = _sin_cos(x[0])
+        by_alpha = scale * speed * (u * cos_a + w * sin_a)
         by_q = -scale * (u * vane.position[0] + w * vane.position[2])
         np.multiply(by_alpha, S[0], out=out)
         out += by_q * S[1]
@@ -475,8 +487,9 @@ class LateralKernel(_Lean):
         basis = self._basis(drive, x)
         CY, Cl, Cn = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lat"])
         sin_a, cos_a, c, G, F = drive.table[2:7]
+        sin_b, cos_b = _sin_cos(x[0])
         f = np.empty_like(x)
-        f[0] = x[1] * sin_a - x[2] * cos_a + np.cos(x[0]) * (c * CY + G) - np.sin(x[0]) * F
+        f[0] = x[1] * sin_a - x[2] * cos_a + cos_b * (c * CY + G) - sin_b * F
         f[1], f[2] = self._spin(drive, x, Cl, Cn)
         return f
 
@@ -498,7 +511,7 @@ class LateralKernel(_Lean):
         CY, Cl, Cn = three
         sin_a, cos_a, c, G, F = drive.table[2:7]
         d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
-        cos_b, sin_b = np.cos(x[0]), np.sin(x[0])
+        sin_b, cos_b = _sin_cos(x[0])
         side = c * CY.value + G
         f = np.empty_like(x)
         f[0] = x[1] * sin_a - x[2] * cos_a + cos_b * side - sin_b * F
@@ -520,24 +533,27 @@ class LateralKernel(_Lean):
 
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """Return the rates with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CY, (CY, Cl, Cn) = self._with_slopes(drive, x, basis, values)
-        f_p = np.zeros((3, len(self.free), x.shape[1]))
+        found = np.zeros((3, 3 + len(self.free), x.shape[1]))
+        found[:, :3] = f_x
+        f_p = found[:, 3:]
         d1, d2, d3 = drive.table[7:10]
         self._spread(f_p[0], "CY", CY, basis, by_CY)
         self._spread(f_p[1], "Cl", Cl, basis, d1)
         self._spread(f_p[1], "Cn", Cn, basis, d2)
         self._spread(f_p[2], "Cl", Cl, basis, d2)
         self._spread(f_p[2], "Cn", Cn, basis, d3)
-        return f, f_x, f_p
+        return f, found
 
     def _flow(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         ahead, right, below = self._aircraft.sensors.beta_vane.position
+        sin_b, cos_b = _sin_cos(x[0])
         return (
-            drive.table[18] * np.cos(x[0]) + drive.states[_ROW["q"]] * below - x[2] * right,
-            drive.states[0] * np.sin(x[0]) + x[2] * ahead - x[1] * below,
+            drive.table[18] * cos_b + drive.states[_ROW["q"]] * below - x[2] * right,
+            drive.states[0] * sin_b + x[2] * ahead - x[1] * below,
         )
 
     def _shown(
@@ -606,7 +622,7 @@ class LateralKernel(_Lean):
         ahead, right, below = vane.position
         u, v = self._flow(drive, x)
         scale = vane.upwash / (u * u + v * v)
-        cos_b, sin_b = np.cos(x[0]), np.sin(x[0])
+        sin_b, cos_b = _sin_cos(x[0])
         np.multiply(
             scale * (u * drive.states[0] * cos_b + v * drive.table[18] * sin_b), S[0], out=out
         )

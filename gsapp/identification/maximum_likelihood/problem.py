@@ -95,6 +95,8 @@ class ManeuverProblem:
     engine: Engine
     names: Names
     base: FloatArray
+    places: list[int]
+    """Of the free parameters of the equations in `base`."""
     responses: tuple[str, ...]
     segments: list[Segment]
     weights: Mapping[str, float] | None
@@ -120,8 +122,7 @@ class ManeuverProblem:
     def values(self, shared: FloatArray) -> FloatArray:
         """Return all parameters of the equations for the global unknowns."""
         values = self.base.copy()
-        for name, value in zip(self.names.equations, shared, strict=False):
-            values[self.model.parameter_names.index(name)] = value
+        values[self.places] = shared[: len(self.places)]
         return values
 
     def _path_values(self, name: str, path: Path, shared: FloatArray) -> Path:

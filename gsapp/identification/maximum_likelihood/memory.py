@@ -1,0 +1,21 @@
+"""Memory that stays with the process between the many short-lived arrays of a fit."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+_LARGEST = 31 * 2**20
+
+
+@cache
+def keep_memory() -> None:
+    """Let freed arrays up to 31 MB be used again instead of going back to the system.
+
+    The allocator of Linux fetches every array above 128 kB anew from the system, page by page,
+    which takes as long as filling it. Once a larger one has been freed it keeps all below that
+    size. Elsewhere this does nothing.
+    """
+    block = np.empty(_LARGEST, dtype=np.uint8)
+    del block
