@@ -122,8 +122,10 @@ class AxisRows:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Damping:
-    """Rates, the moments that turn them, and the inertia between.
+class AxisBody:
+    """What the regressions of an axis know of the body.
+
+    The rates, the moments that turn them, and the inertia between; and the accelerometers.
 
     Attributes
     ----------
@@ -131,9 +133,12 @@ class Damping:
         Over S c or S b.
     regressors, equations : tuple of int
         Places of the rates among the regressors, of the moments among the equations.
+    offset : ndarray, shape (3,)
+        What the accelerometers' uncertain zero makes of qbar C, Pa.
     """
 
     inertia: FloatArray
+    offset: FloatArray
     regressors: tuple[int, ...]
     equations: tuple[int, ...]
 
@@ -451,15 +456,17 @@ class Equations:
             burning = np.full(len(held), self._mass)
         return np.where(np.isfinite(measured), measured, burning)
 
-    def damping(self, axis: FTRAxis) -> Damping:
+    def body(self, axis: FTRAxis) -> AxisBody:
         """Return how the rates of an axis answer to its moments."""
         geometry, body = self.aircraft.geometry, self.aircraft.mass
+        zero = self.settings.accelerometer_offset * self._mass / geometry.wing_area
+        offset = np.array([zero if name in _OWN else 0.0 for name in COEFFICIENTS[axis]])
         if axis == "lon":
             inertia = np.array([[body.iyy]]) / (geometry.wing_area * geometry.chord)
-            return Damping(inertia=inertia, regressors=(1,), equations=(2,))
+            return AxisBody(inertia=inertia, offset=offset, regressors=(1,), equations=(2,))
         inertia = np.array([[body.ixx, -body.ixz], [-body.ixz, body.izz]])
         inertia = inertia / (geometry.wing_area * geometry.span)
-        return Damping(inertia=inertia, regressors=(1, 2), equations=(1, 2))
+        return AxisBody(inertia=inertia, offset=offset, regressors=(1, 2), equations=(1, 2))
 
     # --- saved state ----------------------------------------------------------------------------
 

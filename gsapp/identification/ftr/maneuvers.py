@@ -15,6 +15,9 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import Block
 
+_UPDATES = 2.0
+"""Updates a second: only the last one is kept."""
+
 
 def estimate(
     maneuvers: Sequence[Maneuver], axis: Axis, settings: FTRSettings | None = None
@@ -30,7 +33,7 @@ def estimate(
         Also of several flights, with their own aircraft and masses.
     axis : {"lon", "lat", "both"}
     settings : FTRSettings, optional
-        `gate`, `forgetting`, `record_length` and `minimum_speed` have no part in this.
+        `gate`, `forgetting`, `record_length`, `minimum_speed` and `updates` have no part in this.
 
     Returns
     -------
@@ -114,7 +117,8 @@ def _listen(
         forgetting=None,
         record_length=None,
         minimum_speed=0.0,
-        lookback=maneuver.t_end - maneuver.t_start + 2.0 / settings.updates + 1.0,
+        updates=_UPDATES,
+        lookback=maneuver.t_end - maneuver.t_start + 2.0 / _UPDATES + 1.0,
         longest_gap=1e6,
         still=tuple(dict.fromkeys((*settings.still, *still))),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import zipfile
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,8 +18,8 @@ from gsapp.aircraft import Aircraft
 from gsapp.foundation import FlightError, UnknownNameError, write_atomically
 from gsapp.identification.axes import COEFFICIENTS, axis_derivatives, derivatives_of
 from gsapp.identification.ftr.equations import (
+    AxisBody,
     AxisRows,
-    Damping,
     Equations,
     FTRAxis,
     axis_regressors,
@@ -66,9 +67,9 @@ class _AxisRun:
     """The three regressions of one axis: open record, closed ones, latest solution."""
 
     def __init__(
-        self, axis: FTRAxis, settings: FTRSettings, dt: float, block: int, damping: Damping
+        self, axis: FTRAxis, settings: FTRSettings, dt: float, block: int, body: AxisBody
     ) -> None:
-        self.settings, self.damping = settings, damping
+        self.settings, self.body = settings, body
         self.band: Band = settings.longitudinal if axis == "lon" else settings.lateral
         self.p = len(axis_regressors(axis))
         self.transform = RunningTransform(
@@ -154,13 +155,13 @@ class _AxisRun:
                 self.past = self.past.faded(float(self._fade))
             before.append(self.past)
         solution, self.own = solve(
-            transforms, self.band, self.settings.spacing, stacked(before), self.damping
+            transforms, self.band, self.settings.spacing, stacked(before), self.body
         )
         return [solution]
 
     def conclude(self) -> Solution:
         """Return the estimates from closed records alone."""
-        self.solution = solve_past(self.past)
+        self.solution = solve_past(self.past, self.body)
         return self.solution
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
@@ -272,7 +273,7 @@ class FTR:
         )
         self._rows = RowAssembler(rate, self.block, self._equations.ahead)
         self._runs = {
-            axis: _AxisRun(axis, self.settings, dt, self.block, self._equations.damping(axis))
+            axis: _AxisRun(axis, self.settings, dt, self.block, self._equations.body(axis))
             for axis in self.axes
         }
         self.names = tuple(name for axis in self.axes for name in axis_derivatives(axis))
@@ -639,7 +640,7 @@ class FTR:
             with np.load(path, allow_pickle=False) as stored:
                 table = {name: stored[name] for name in stored.files}
             about = json.loads(str(table["about"]))
-        except (OSError, ValueError, KeyError, EOFError) as error:
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise FlightError(
                 f"{path} holds no state of FTR that can be read ({error}); start it anew"
             ) from error

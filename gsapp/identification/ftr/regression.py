@@ -17,7 +17,7 @@ is plain least squares):
    average (2m - n)/2m). (8.1.17), printed with 1/(m - p), depends on the spacing of the
    frequencies.
 
-Noise in the regressors shrinks derivatives, most of all damping. What of the rates goes with the
+Noise in the regressors shrinks derivatives, most of all body. What of the rates goes with the
 residuals e of the moment equations is F e, with F = (j w I - qbar b/2V D)^-1 (I inertia, D the
 damping derivatives), whether e is noise of the gyros, e = F^-1 n, or a gust's moment that the
 rates answer to. So Re sum conj(F e) e, times qbar b/2V, is what X'Y of the moments holds too
@@ -35,7 +35,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 
-from gsapp.identification.ftr.equations import Damping
+from gsapp.identification.ftr.equations import AxisBody
 from gsapp.identification.ftr.settings import Band
 from gsapp.identification.ftr.transform import ComplexArray, Transforms
 from gsapp.quantities import FloatArray
@@ -161,7 +161,8 @@ class Solution:
     plain : ndarray, shape (U, 3, p)
         Standard deviation if residuals were white.
     bias, bias_std : ndarray, shape (U, 3)
-        The constant part of the coefficient.
+        The constant part of the coefficient; the zero offset of its accelerometer is in its
+        bound.
     bias_slopes : ndarray, shape (U, 3, p)
         Derivatives of the bias by theta: minus the mean of each variable.
     signal_to_noise : ndarray, shape (U, 3, p)
@@ -251,7 +252,7 @@ def chosen_frequencies(
 
 
 def solve(
-    transforms: Transforms, band: Band, spacing: float, past: Information, damping: Damping
+    transforms: Transforms, band: Band, spacing: float, past: Information, body: AxisBody
 ) -> tuple[Solution, Information]:
     """Return the estimates at U moments, and what the record says by itself at the last one.
 
@@ -264,7 +265,7 @@ def solve(
         Of the frequencies transformed, Hz.
     past : Information
         Of the records before it, at each moment: arrays of shape (U, 3, ...).
-    damping : Damping
+    body : AxisBody
     """
     p = transforms.regressors.shape[2]
     count = len(transforms.frequencies)
@@ -275,7 +276,7 @@ def solve(
     keep = np.stack([_kept(choice, count) for choice in choices])
     number = keep.sum(axis=1)
     if not number.any():
-        return _conclude(past, None), Information.none(p)
+        return _conclude(past, None, body), Information.none(p)
     twice = np.concatenate((keep, keep), axis=1)[:, :, np.newaxis]
     pressure, turning = transforms.pressure, transforms.turning
     listened, squared = transforms.listened, transforms.squared
@@ -305,8 +306,8 @@ def solve(
     scale = 2.0 * number[:, np.newaxis] / np.maximum(freedom, 1.0)
 
     omega = 2.0 * np.pi * transforms.frequencies[1:]
-    answer = _answer(residual, theta, damping, turning, omega)
-    rates, moments = list(damping.regressors), list(damping.equations)
+    answer = _answer(residual, theta, body, turning, omega)
+    rates, moments = list(body.regressors), list(body.equations)
     excess = np.zeros_like(b_own)
     excess[:, np.array(moments)[:, np.newaxis], rates] = (
         np.swapaxes(residual[:, :, moments], 1, 2)
@@ -355,12 +356,12 @@ def solve(
         spread=each * ((2.0 * hertz)[:, np.newaxis] * diagonal)[:, np.newaxis],
     )
     last = Information(**{name: getattr(own, name)[-1] for name in _NAMES})
-    return _conclude(own.plus(past), inverse), last
+    return _conclude(own.plus(past), inverse, body), last
 
 
-def solve_past(past: Information) -> Solution:
+def solve_past(past: Information, body: AxisBody) -> Solution:
     """Return the estimates from closed records alone (U = 1)."""
-    return _conclude(stacked([past]), None)
+    return _conclude(stacked([past]), None, body)
 
 
 def stacked(several: Sequence[Information]) -> Information:
@@ -380,7 +381,7 @@ def stacked(several: Sequence[Information]) -> Information:
     )
 
 
-def _conclude(information: Information, inverse: FloatArray | None) -> Solution:
+def _conclude(information: Information, inverse: FloatArray | None, body: AxisBody) -> Solution:
     """Return estimates and their qualities from information of shape (U, 3, ...).
 
     `inverse` is that of G, where it is known.
@@ -402,7 +403,10 @@ def _conclude(information: Information, inverse: FloatArray | None) -> Solution:
     slopes = -information.mean[..., :p] / safe[..., np.newaxis]
     bias = information.mean[..., p + 1] / safe + (slopes * theta).sum(axis=-1)
     through = (slopes[..., np.newaxis, :] @ covariance @ slopes[..., np.newaxis])[..., 0, 0]
-    bias_std = np.sqrt(np.maximum(through + information.mean_noise / safe**2, 0.0))
+    # The mean square of qbar over the time listened to.
+    square = information.pressure / np.maximum(information.listened, 1e-300)
+    zero = body.offset**2 / np.where(square > 0.0, square, 1.0)
+    bias_std = np.sqrt(np.maximum(through + information.mean_noise / safe**2 + zero, 0.0))
     std = np.sqrt(np.maximum(np.diagonal(covariance, axis1=2, axis2=3), 0.0))
     variation = np.sqrt(np.maximum(information.variation, 1e-300))
     uncertain = np.concatenate(
@@ -525,16 +529,16 @@ def _coupling(correlation: ComplexArray, count: int) -> FloatArray:
 def _answer(
     residual: FloatArray,
     theta: FloatArray,
-    damping: Damping,
+    body: AxisBody,
     turning: FloatArray,
     omega: FloatArray,
 ) -> FloatArray:
     """Return what of the rates goes with the residuals, F e, shape (U, 2 m, number of rates)."""
     half = len(omega)
-    equations, rates = list(damping.equations), list(damping.regressors)
+    equations, rates = list(body.equations), list(body.regressors)
     e = residual[:, :half, equations] + 1j * residual[:, half:, equations]
     D = theta[:, equations][:, :, rates] * turning[:, np.newaxis, np.newaxis]
-    A = 1j * omega[:, np.newaxis, np.newaxis] * damping.inertia - D[:, np.newaxis]
+    A = 1j * omega[:, np.newaxis, np.newaxis] * body.inertia - D[:, np.newaxis]
     if len(rates) == 1:
         answer = e / A[..., 0]
     else:

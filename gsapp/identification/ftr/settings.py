@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Literal
 
 from gsapp.foundation import FlightError
+from gsapp.quantities.constants import GRAVITY
 
 Gate = Literal["always", "maneuvers"]
 """Listen all the time, or only within the windows that are opened with `FTR.begin`."""
@@ -56,9 +57,13 @@ class FTRSettings:
         Airspeed that stands in where none is measured, m/s.
     still : tuple of str
         Surfaces that did not move and need not be measured.
+    accelerometer_offset : float
+        How uncertain the zero of the accelerometers is, m/s^2. It goes into the bounds of CN_0,
+        CA_0 and CY_0: no mean can tell it from them.
     signal_to_noise : float
         A derivative is unknown until what its variable did on its own, in the band, exceeds its
-        noise there by this factor: what noise takes off a derivative is then below 1/25 = 4 %.
+        noise there by this factor. At 3, noise takes 1/9 off a derivative; for rates that is put
+        back.
     uncertain_share : float
         A derivative is unknown until its bound, times what its variable did, is below this share
         of what the coefficient did.
@@ -78,7 +83,8 @@ class FTRSettings:
     minimum_speed: float | None = None
     speed: float | None = None
     still: tuple[str, ...] = ()
-    signal_to_noise: float = 5.0
+    accelerometer_offset: float = 0.02 * GRAVITY
+    signal_to_noise: float = 3.0
     uncertain_share: float = 0.3
     least_freedom: int = 8
 

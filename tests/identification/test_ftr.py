@@ -1,0 +1,339 @@
+"""Fourier transform regression: truth found, bounds honest, nothing shown that was not earned."""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import COLORED, NOISE, Virtual, fly
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.sensors import OutputModel
+from gsapp.dynamics.simulation import open_loop
+from gsapp.dynamics.trim import trim
+from gsapp.foundation import FlightError
+from gsapp.identification import maximum_likelihood
+from gsapp.identification.axes import SURFACES
+from gsapp.identification.ftr import Band, FTRSettings, estimate
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import Block, FloatArray
+from gsapp.quantities.constants import DEGREE
+
+AIRCRAFT = load_aircraft("b777")
+# Settings were developed on seeds from 5000 on.
+SEEDS = range(8)
+REPEATS = 25
+
+
+@cache
+def quiet(seed: int, kind: str) -> Virtual:
+    """Return a maneuver without noise."""
+    return fly(seed, kind, noise=0.0)
+
+
+def with_values(maneuver: Maneuver, values: FloatArray, **changes: object) -> Maneuver:
+    """Return a maneuver with other samples."""
+    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
+    fields = {
+        "id": maneuver.id,
+        "flight": maneuver.flight,
+        "aircraft": maneuver.aircraft,
+        "inputs": maneuver.inputs,
+        "mass": maneuver.mass,
+        **changes,
+    }
+    return Maneuver(block=block, **fields)  # type: ignore[arg-type]
+
+
+def without(maneuver: Maneuver, *channels: str) -> Maneuver:
+    """Return a maneuver in which some channels hold nothing."""
+    values = maneuver.block.values.copy()
+    for name in channels:
+        values[:, maneuver.block.channels.index(name)] = np.nan
+    return with_values(maneuver, values)
+
+
+def noisy(maneuver: Maneuver, seed: int, color: float = 0.0) -> Maneuver:
+    """Return a maneuver with the instruments' noise, colored by a first-order recursion."""
+    random = np.random.default_rng(seed)
+    values = maneuver.block.values.copy()
+    for column, name in enumerate(maneuver.block.channels):
+        error = random.standard_normal(len(values) + 200)
+        if color and name in COLORED:
+            error = lfilter([np.sqrt(1.0 - color * color)], [1.0, -color], error)
+        values[:, column] += NOISE.get(name, 0.0) * error[200:]
+    return with_values(maneuver, values)
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+@pytest.mark.parametrize("color", [0.0, 0.9])
+def test_errors_are_as_large_as_the_bounds_say(kind: str, color: float) -> None:
+    """Over 200 maneuvers the error over the bound has an rms from 0.8 to 1.3, 30 derivatives."""
+    ratios: dict[str, list[float]] = {}
+    for seed in SEEDS:
+        virtual = quiet(seed, kind)
+        for repeat in range(REPEATS):
+            found = estimate([noisy(virtual.maneuver, 1000 * seed + repeat, color)], kind)  # type: ignore[arg-type]
+            for name, one in found.derivatives.items():
+                if one.value is not None and one.std is not None:
+                    error = (one.value - virtual.truth[name]) / one.std
+                    ratios.setdefault(name, []).append(error)
+    known = {name: np.array(x) for name, x in ratios.items() if len(x) >= 60}
+    # Nothing that the maneuvers excite stays unknown for long.
+    assert len(known) >= ({"lon": 9, "lat": 14}[kind] if not color else {"lon": 7, "lat": 12}[kind])
+    rms = {name: float(np.sqrt(np.mean(x**2))) for name, x in known.items()}
+    constants = {"CN_0", "CA_0", "CY_0"}  # these have the uncertain zero of the accelerometer
+    off = {n: r for n, r in rms.items() if n not in constants and not 0.8 <= r <= 1.3}
+    assert not off, off
+    assert all(rms[name] <= 1.3 for name in constants & rms.keys())
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_without_noise_the_truth_is_found(kind: str) -> None:
+    """Trim, drift, thrust, lever arms, products of inertia and changing qbar leave no error."""
+    virtual = quiet(3, kind)
+    settings = FTRSettings(signal_to_noise=1e-6, uncertain_share=1e6)
+    found = estimate([virtual.maneuver], kind, settings)  # type: ignore[arg-type]
+    for name, truth in virtual.truth.items():
+        value = found.value(name)
+        assert value is not None
+        scale = max(abs(truth), 0.05 * max(abs(x) for x in virtual.truth.values() if abs(x) < 10))
+        assert abs(value - truth) < 0.02 * scale, (name, value, truth)
+
+
+def test_several_maneuvers_together_say_more() -> None:
+    """Information adds up: four alike halve the bounds, and the error stays within them."""
+    virtual = quiet(2, "lat")
+    single = estimate([noisy(virtual.maneuver, 1)], "lat")
+    four = estimate([noisy(virtual.maneuver, seed) for seed in range(1, 5)], "lat")
+    for name in ("Cl_p", "Cl_da", "Cn_beta", "Cn_dr", "CY_beta"):
+        one, all_of_them = single.derivatives[name], four.derivatives[name]
+        assert one.std is not None
+        assert all_of_them.std is not None
+        assert all_of_them.value is not None
+        assert 0.35 < all_of_them.std / one.std < 0.7
+        assert abs(all_of_them.value - virtual.truth[name]) < 4.0 * all_of_them.std
+    assert four.covariance.shape == (len(four.free), len(four.free))
+    stds = [four.derivatives[name].std for name in four.free]
+    assert np.allclose(np.sqrt(four.covariance.diagonal()), np.array(stds, dtype=float))
+
+
+def test_printed_variance_is_not_used() -> None:
+    """The bound does not depend on the spacing of frequencies, as that of (8.1.17) would."""
+    maneuver = noisy(quiet(1, "lat").maneuver, 7)
+    fine = estimate([maneuver], "lat", FTRSettings(spacing=0.05))
+    coarse = estimate([maneuver], "lat", FTRSettings(spacing=0.1))
+    for name in ("Cl_p", "Cn_dr"):
+        one, other = fine.derivatives[name].std, coarse.derivatives[name].std
+        assert one is not None
+        assert other is not None
+        assert 0.75 < one / other < 1.33
+
+
+# --- single surfaces, proof 5 -------------------------------------------------------------------
+
+
+def doublets(surfaces: dict[str, float], seed: int, duration: float = 10.0) -> Maneuver:
+    """Return noisy doublets of some surfaces (rad), one second each after the other's start."""
+    model = FlightModel(AIRCRAFT, load_model("b777"))
+    start = trim(model, V=30.5)
+    times = np.arange(0.0, duration, 0.01)
+    inputs = {name: np.full(times.size, value) for name, value in start.controls.items()}
+    for place, (name, size) in enumerate(surfaces.items()):
+        begin = 1.0 + 1.6 * place
+        pulse = np.where((times >= begin) & (times < begin + 0.5), size, 0.0)
+        pulse -= np.where((times >= begin + 0.5) & (times < begin + 1.0), size, 0.0)
+        inputs[name] = inputs[name] + lfilter([0.15], [1.0, -0.85], pulse)
+    states = open_loop(model, start.state, inputs, 0.01)
+    channels = ("V", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "qbar")
+    shown = OutputModel(model, channels).values(
+        tuple(states[:, k] for k in range(states.shape[1])), tuple(inputs.values())
+    )
+    extra = ("de", "da", "dr", "throttle")
+    columns = [np.broadcast_to(one, times.shape) for one in shown] + [inputs[n] for n in extra]
+    return noisy(
+        Maneuver(
+            id="1",
+            flight="doublets",
+            aircraft=AIRCRAFT,
+            block=Block(
+                channels=channels + extra, times=times + 40.0, values=np.column_stack(columns)
+            ),
+            inputs=tuple(surfaces),
+            mass=float(inputs["mass"][0]),
+        ),
+        seed,
+    )
+
+
+def test_rudder_alone_is_not_enough() -> None:
+    """As in section 8.2: combined doublets give all, one of the rudder leaves much unknown."""
+    combined = estimate([doublets({"dr": 8 * DEGREE, "da": 5 * DEGREE}, 5)], "lat")
+    rudder = estimate([doublets({"dr": 8 * DEGREE}, 5)], "lat")
+    truth = load_model("b777")
+    for name, one in combined.derivatives.items():
+        if name == "CY_0":  # the accelerometer's zero
+            continue
+        assert one.status == "estimated", name
+        assert one.value is not None
+        assert one.std is not None
+        assert abs(one.value - truth.derivative(name)) < 4.0 * one.std, name
+    for name in ("CY_da", "Cl_da", "Cn_da"):
+        assert rudder.derivatives[name].status == "unknown"
+        assert rudder.derivatives[name].value is None
+        assert "da did too little" in rudder.derivatives[name].why
+    for name in ("Cl_p", "Cl_beta", "Cl_r"):
+        alone, both = rudder.derivatives[name], combined.derivatives[name]
+        assert both.std is not None
+        assert alone.std is None or alone.std > 1.3 * both.std, name
+
+
+def test_agrees_with_maximum_likelihood_on_combined_doublets() -> None:
+    """FTR and ML on the same combined maneuvers differ by no more than their bounds allow."""
+    apart: list[float] = []
+    for seed in range(3):
+        maneuver = doublets({"dr": 8 * DEGREE, "da": 5 * DEGREE}, 20 + seed)
+        live = estimate([maneuver], "lat")
+        likely = maximum_likelihood.estimate([maneuver], maximum_likelihood.MLSettings(axis="lat"))
+        for name, one in live.derivatives.items():
+            other = likely.derivatives[name]
+            if name.endswith("_0") or other.value is None or one.value is None:
+                continue
+            assert one.std is not None
+            assert other.std is not None
+            apart.append((one.value - other.value) / np.hypot(one.std, other.std))
+    assert len(apart) >= 40
+    assert np.abs(apart).max() < 4.0
+    assert np.sqrt(np.mean(np.square(apart))) < 1.3
+
+
+def test_small_rudder_doublet_names_what_moved_together() -> None:
+    """With little excitation the roll rate only follows the others: not identifiable, with whom."""
+    found = estimate([doublets({"dr": 2 * DEGREE}, 6)], "lat")
+    missing = {n: one for n, one in found.derivatives.items() if one.status != "estimated"}
+    assert {"Cl_p", "Cn_p", "CY_p", "Cl_da"} <= missing.keys()
+    assert all(one.value is None and one.std is None and one.why for one in missing.values())
+
+
+def test_elevator_alone_says_nothing_of_the_lateral_motion() -> None:
+    """No lateral input, no lateral number."""
+    found = estimate([doublets({"de": 4 * DEGREE}, 8)], "both")
+    assert found.derivatives["Cm_alpha"].status == "estimated"
+    for name, one in found.derivatives.items():
+        if name.startswith(("CY_", "Cl_", "Cn_")) and not name.endswith("_0"):
+            assert one.status != "estimated", name
+
+
+# --- missing, broken, impossible ----------------------------------------------------------------
+
+
+def test_missing_accelerometer_leaves_the_moments() -> None:
+    """Equations that can run do; the others say what they lack."""
+    maneuver = noisy(quiet(4, "lon").maneuver, 1)
+    full = estimate([maneuver], "lon")
+    found = estimate([without(maneuver, "an")], "lon")
+    for name in ("Cm_alpha", "Cm_q", "CA_alpha"):
+        assert found.value(name) == pytest.approx(full.value(name), rel=1e-9)
+    for name in ("CN_alpha", "CN_0"):
+        assert found.derivatives[name].status == "unknown"
+        assert "an is not measured" in found.derivatives[name].why
+
+
+def test_only_pitch_rate_measured() -> None:
+    """With q alone (flights 14-18) the longitudinal equations run, the lateral ones say why not."""
+    maneuver = without(noisy(quiet(4, "both").maneuver, 1), "p", "r", "beta")
+    found = estimate([maneuver], "both")
+    assert found.derivatives["Cm_q"].status == "estimated"
+    assert found.derivatives["Cl_p"].status == "unknown"
+    assert "beta and p and r are not measured" in found.derivatives["Cl_p"].why
+    assert any("p, r, beta not measured" in warning for warning in found.warnings)
+
+
+def test_flight_without_flow_angles_and_airspeed() -> None:
+    """Flight B: no equation can run, and each says so; with a stand-in speed, beta still lacks."""
+    maneuver = without(noisy(quiet(4, "lat").maneuver, 1), "alpha", "beta", "V", "static_pressure")
+    found = estimate([maneuver], "lat")
+    assert not found.free
+    assert "airspeed and beta are not measured" in found.derivatives["Cn_r"].why
+    stand_in = estimate([maneuver], "lat", FTRSettings(speed=30.0))
+    assert "beta is not measured" in stand_in.derivatives["Cn_r"].why
+
+
+def test_rudder_that_stood_still_need_not_be_measured() -> None:
+    """An aileron maneuver without a rudder channel gives the aileron derivatives, with a remark."""
+    maneuver = doublets({"da": 5 * DEGREE}, 3)
+    found = estimate([without(maneuver, "dr")], "lat")
+    assert found.derivatives["Cl_da"].status == "estimated"
+    assert found.derivatives["Cl_dr"].value is None
+    assert any("standing still" in warning for warning in found.warnings)
+
+
+def test_gap_and_clipping_contribute_nothing() -> None:
+    """Samples missing or at the end of a range leave the estimate right, whatever they held."""
+    virtual = quiet(5, "lat")
+    values = virtual.maneuver.block.values.copy()
+    place = virtual.maneuver.block.channels.index
+    values[400:460] = np.nan
+    values[700:704, place("p")] = 89.9 * DEGREE  # clipped
+    settings = FTRSettings(signal_to_noise=1e-6, uncertain_share=1e6)
+    found = estimate([with_values(virtual.maneuver, values)], "lat", settings)
+    for name in ("Cl_p", "Cl_da", "Cn_beta", "Cn_r", "Cn_dr", "CY_beta"):
+        assert found.value(name) == pytest.approx(virtual.truth[name], rel=0.02), name
+
+
+@pytest.mark.parametrize("rate", [25.0, 50.0, 200.0])
+def test_any_sample_rate(rate: float) -> None:
+    """The same truth at other sample rates."""
+    virtual = fly(3, "lat", noise=0.0, dt=1.0 / rate)
+    settings = FTRSettings(signal_to_noise=1e-6, uncertain_share=1e6)
+    found = estimate([virtual.maneuver], "lat", settings)
+    for name in ("Cl_p", "Cl_da", "Cn_beta", "Cn_dr", "CY_beta"):
+        assert found.value(name) == pytest.approx(virtual.truth[name], rel=0.05), name
+
+
+def test_hopeless_maneuvers_give_no_number() -> None:
+    """Nothing moves, all missing, ten samples: no number, a reason for each."""
+    maneuver = quiet(1, "lat").maneuver
+    still = np.repeat(maneuver.block.values[:1], len(maneuver.block), axis=0)
+    rested = noisy(with_values(maneuver, still), 3)
+    missing = with_values(maneuver, np.full_like(still, np.nan))
+    short = with_values(maneuver, maneuver.block.values)
+    short = Maneuver(
+        id="9",
+        flight="short",
+        aircraft=AIRCRAFT,
+        block=Block(
+            channels=short.block.channels,
+            times=short.block.times[:10],
+            values=short.block.values[:10],
+        ),
+        inputs=SURFACES["lat"],
+        mass=20.0,
+    )
+    for hopeless in (rested, missing, short):
+        found = estimate([hopeless], "lat")
+        slopes = {n: x for n, x in found.derivatives.items() if not n.endswith("_0")}
+        assert all(one.value is None and one.why for one in slopes.values())
+    with pytest.raises(FlightError, match="no maneuver"):
+        estimate([], "lat")
+
+
+def test_settings_refuse_what_cannot_work() -> None:
+    """Bands and spacings that leave nothing to regress are named."""
+    with pytest.raises(FlightError, match="lowest frequency above zero"):
+        FTRSettings(lateral=Band(lowest=0.0, highest=3.0))
+    with pytest.raises(FlightError, match="fewer than five"):
+        FTRSettings(spacing=1.0)
+    with pytest.raises(FlightError, match="positive forgetting"):
+        FTRSettings(forgetting=-1.0)
+    with pytest.raises(FlightError, match="no surface"):
+        FTRSettings(still=("flap",))
