@@ -2,7 +2,7 @@
 
 Virtual maneuvers with known derivatives (varied, as are speed, inputs and seeds), 12-bit converter,
 white and colored noise (first-order recursion, 0.9 from sample to sample). A bound is honest where
-the rms of error over bound is 1; 0.8 to 1.3 is asked for, derivative by derivative. In the same run:
+the rms of error over bound is 1; 0.8 to 1.3 is asked for, derivative by derivative. Besides:
 how often gusts are reported in calm and in gusty air, and how far the fast engine and the plain one
 are apart on whole maneuvers.
 """
