@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignResult, CampaignValue
     from gsapp.identification.results import Estimate
 
-_WIDEST = 6
-"""Maneuvers that get a column of their own each."""
+_FIXED, _EACH = 44, 17
+"""Characters that the means take, and each maneuver with a column of its own."""
 
 
 def run(
@@ -235,7 +235,7 @@ def _describe(console: Console, flown: Sequence[FlownFlight], result: CampaignRe
     from rich.table import Table
 
     results = result.results
-    wide = len(results) <= _WIDEST
+    wide = _FIXED + _EACH * len(results) <= console.width
     table = Table(
         title=f"{result.settings.method.upper()}: {len(results)} maneuvers, per radian",
         title_justify="left",
@@ -257,24 +257,24 @@ def _describe(console: Console, flown: Sequence[FlownFlight], result: CampaignRe
         table.add_row(name, *cells)
     console.print(table)
     fits = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    responses = list(
-        dict.fromkeys(name for one in results if one.estimate for name in one.estimate.fit)
-    )
-    for heading in ("maneuver", "flight", "from [s]", "to [s]", "inputs", "rounds"):
+    for heading in ("maneuver", "seconds", "inputs", "rounds"):
         fits.add_column(heading, no_wrap=True)
-    for name in responses:
-        fits.add_column(f"R2 {name}", justify="right", no_wrap=True)
+    fits.add_column("R2 of each response")
+    several = len({one.maneuver.flight for one in results}) > 1
     for one in results:
         maneuver, estimate = one.maneuver, one.estimate
         rounds = "failed" if estimate is None else str(estimate.iterations)
         if estimate is not None and not estimate.converged:
             rounds += ", not converged"
         fits.add_row(
-            escape(maneuver.id), escape(maneuver.flight), f"{maneuver.t_start:.2f}",
-            f"{maneuver.t_end:.2f}", "+".join(maneuver.inputs) or "none", rounds,
-            *("" if estimate is None or name not in estimate.fit
-              else f"{estimate.fit[name].r2:.3f}" for name in responses),
-        )  # fmt: skip
+            escape(f"{maneuver.id} {maneuver.flight}" if several else maneuver.id),
+            f"{maneuver.t_start:.2f} - {maneuver.t_end:.2f}",
+            "+".join(maneuver.inputs) or "none",
+            rounds,
+            "  ".join(
+                f"{name} {fit.r2:.3f}" for name, fit in (estimate.fit if estimate else {}).items()
+            ),
+        )
     console.print(fits)
     for sentence in _sentences(flown, result):
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)

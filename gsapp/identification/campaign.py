@@ -19,7 +19,10 @@ from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import SURFACES, Axis, axis_derivatives, axis_of, free_derivatives
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.results import Estimate, Method
+from gsapp.identification.results import DerivativeEstimate, Estimate, Method
+
+_STIRRED = 0.01
+"""Peak-to-peak deflection (rad) from which a surface counts as moved."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,14 +287,58 @@ def _estimate(
             one.id: settings.weights.get(one.flight, settings.weights.get("", {}))
             for one in maneuvers
         }
-    return ml.estimate(
+    beside: tuple[str, ...] = ()
+    if settings.model is None and settings.free is None:
+        beside = _moved_beside(maneuvers, axis, (*free, *held))
+    found = ml.estimate(
         maneuvers,
         replace(
             settings.likelihood,
             axis=axis,
-            free=derivatives,
+            free=(*derivatives, *beside),
             free_effects=tuple(name for name in free if name not in derivatives),
             held=held,
             joint_weights=weights,
         ),
+    )
+    return _without(found, beside)
+
+
+def _moved_beside(
+    maneuvers: Sequence[Maneuver], axis: Axis, settled: Sequence[str]
+) -> tuple[str, ...]:
+    """Return derivatives of surfaces that moved though not as the input, not settled otherwise.
+
+    A pilot holds the wings level with the ailerons through a rudder doublet: without their share
+    the rest would bend.
+    """
+    moved = []
+    for surface in SURFACES[axis]:
+        spans = [np.ptp(one.samples(surface)) for one in maneuvers if one.has(surface)]
+        if spans and max(spans) > _STIRRED:
+            moved.append(surface)
+    return tuple(
+        name
+        for name in axis_derivatives(axis)
+        if name.partition("_")[2] in moved and name not in settled
+    )
+
+
+def _without(estimate: Estimate, names: Sequence[str]) -> Estimate:
+    """Return an estimate that does not report some of what it fitted."""
+    if not names:
+        return estimate
+    derivatives = dict(estimate.derivatives)
+    for name in names:
+        derivatives[name] = DerivativeEstimate(
+            value=None,
+            status="unknown",
+            why="its surface moved, but not as the input; its share was fitted beside the rest",
+        )
+    kept = [place for place, name in enumerate(estimate.free) if name not in names]
+    return replace(
+        estimate,
+        derivatives=derivatives,
+        free=tuple(estimate.free[place] for place in kept),
+        covariance=estimate.covariance[np.ix_(kept, kept)],
     )

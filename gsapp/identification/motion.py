@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 
 from gsapp.decoding.air_data import density, standard_density, true_airspeed
@@ -23,9 +24,12 @@ from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import BoolArray, FloatArray
+from gsapp.quantities.constants import GRAVITY
 
 CRUISE_OVER_STALL = 1.64
 """Speed that stands in for a missing one, over the stall speed: 100 over 61 ft/s."""
+_FIRST = 0.8
+"""Seconds at the start of a maneuver over which attitude is found."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -111,7 +115,7 @@ class _Completion:
             np.asarray(moved if name in self.measured else stand_in, dtype=np.float64)
             for name, moved, stand_in in zip(("V", "alpha", "beta"), at_cg, shown, strict=True)
         )
-        states = np.column_stack((V, alpha, beta, *rates, *self._attitude(alpha, rates)))
+        states = np.column_stack((V, alpha, beta, *rates, *self._attitude(V, alpha, beta, rates)))
         inputs = np.column_stack(
             [
                 *(self._signal(name, 0.0) for name in ("de", "da", "dr", "flap")),
@@ -196,17 +200,20 @@ class _Completion:
     # --- attitude and engines -------------------------------------------------------------------
 
     def _attitude(
-        self, alpha: FloatArray, rates: tuple[FloatArray, ...]
+        self,
+        V: FloatArray,
+        alpha: FloatArray,
+        beta: FloatArray,
+        rates: tuple[FloatArray, ...],
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return phi, theta, psi; where not measured, the rates integrated from level flight."""
+        """Return phi, theta, psi; where not measured, the rates integrated from `_start`."""
         missing = [name for name in ("phi", "theta") if not self.maneuver.has(name)]
         given = {name: self._signal(name, 0.0) for name in ("phi", "theta") if name not in missing}
         psi = self._signal("psi", 0.0)
         if not missing:
             return given["phi"], given["theta"], psi
-        start = max(1, min(self.count, round(0.3 / self.maneuver.dt)))
-        phi = self.stand_ins.get("phi", 0.0)
-        theta = self.stand_ins.get("theta", float(alpha[:start].mean()))
+        phi, theta = self._start((V, alpha, beta), rates)
+        phi, theta = self.stand_ins.get("phi", phi), self.stand_ins.get("theta", theta)
         dt = np.diff(self.maneuver.block.times)
         rolled, pitched = np.empty(self.count), np.empty(self.count)
         for k in range(self.count):
@@ -220,9 +227,42 @@ class _Completion:
                 second = attitude_rates(p, q, r, phi + half * first[0], theta + half * first[1])
                 phi, theta = phi + dt[k] * second[0], theta + dt[k] * second[1]
         self.remarks.append(
-            f"{' and '.join(missing)} not measured; rates integrated from level flight stand in"
+            f"{' and '.join(missing)} not measured; gravity at the start and integrated rates "
+            "stand in"
         )
         return rolled, pitched, psi
+
+    def _start(
+        self, flow: tuple[FloatArray, ...], rates: tuple[FloatArray, ...]
+    ) -> tuple[float, float]:
+        """Return bank and pitch angle (rad) at the first sample, from what gravity does there.
+
+        a_x = u' + q w - r v + g sin(theta) and a_y = v' + r u - p w - g sin(phi) cos(theta), over
+        the first moments; their means belong to the middle, and rates lead back to the start.
+        Without a_x the flight counts as level, without a_y as a turn without sideslip.
+        """
+        first = slice(0, max(2, min(self.count, round(_FIRST / self.maneuver.dt))))
+        times = self.maneuver.block.times[first]
+        V, alpha, beta = (one[first] for one in flow)
+        p, q, r = (rate[first] for rate in rates)
+        u = V * np.cos(alpha) * np.cos(beta)
+        v, w = V * np.sin(beta), V * np.sin(alpha) * np.cos(beta)
+        turned = [float(np.mean(cumulative_trapezoid(rate, times, initial=0.0))) for rate in (p, q)]
+
+        def shown(name: str, growing: FloatArray) -> float | None:
+            """Return an acceleration less the change of speed along its axis."""
+            samples = self.maneuver.samples(name)[first]
+            if "V" not in self.measured or not np.isfinite(samples).any():
+                return None
+            return float(np.nanmean(samples) - np.polyfit(times, growing, 1)[0])
+
+        pull, push = shown("ax", u), shown("ay", v)
+        theta = float(alpha.mean())
+        if pull is not None:
+            theta = _arcsin((pull - float(np.mean(q * w - r * v))) / GRAVITY)
+        turning = float(np.mean(r * u - p * w)) - (push or 0.0)
+        phi = _arcsin(turning / (GRAVITY * np.cos(theta)))
+        return phi - turned[0], theta - (turned[1] if pull is not None else 0.0)
 
     def _throttles(self, rho: FloatArray, V: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return throttle as the engines follow it, and half of left minus right."""
@@ -260,3 +300,7 @@ class _Completion:
         decay = float(np.exp(-self.maneuver.dt / lag))
         followed, _ = lfilter([1.0 - decay], [1.0, -decay], lever[1:], zi=[decay * lever[0]])
         return np.concatenate((lever[:1], followed))
+
+
+def _arcsin(share: float) -> float:
+    return float(np.arcsin(np.clip(share, -0.9, 0.9)))

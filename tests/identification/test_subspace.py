@@ -151,6 +151,6 @@ def test_innovations_gain_whitens_process_noise() -> None:
 def test_too_little_data_says_so() -> None:
     """The sentence names samples and the remedy."""
     truth = b777("longitudinal")
-    data = records(truth, np.random.default_rng(1), maneuvers=1, noise=0.0, count=60)
+    data = records(truth, np.random.default_rng(1), maneuvers=1, noise=0.0, count=24)
     with pytest.raises(FlightError, match="too few"):
         subspace(data, DT, order=2)

@@ -59,8 +59,8 @@ def subspace(
     order : int, optional
         Number of states; otherwise `choose_order`.
     horizon : int, optional
-        Samples of past, and of future; by default 0.4 s worth of samples, and at least what the
-        order needs.
+        Samples of past, and of future; by default 0.4 s worth of samples, less where the records
+        are short, and at least what the order needs.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def subspace(
         If the records are too short for the order asked for.
     """
     p = records[0].outputs.shape[1]
-    block = horizon or max(round(0.4 / dt), -(-(order or 4) // p) + 2)
+    block = horizon or _horizon(records, dt, -(-(order or 4) // p) + 2)
     chosen = choose_order(records, dt, block) if order is None else order
     highest = min(p * (block - 1), HIGHEST_ORDER)
     if not 1 <= chosen <= highest:
@@ -82,6 +82,16 @@ def subspace(
     return SubspaceResult(
         model=model, singular_values=projection.singular_values, order=chosen, starts=starts
     )
+
+
+def _horizon(records: Sequence[Record], dt: float, least: int) -> int:
+    """Return the longest horizon up to 0.4 s that leaves two columns for each row."""
+    width = records[0].inputs.shape[1] + records[0].outputs.shape[1]
+    for block in range(max(round(0.4 / dt), least), least, -1):
+        columns = sum(max(len(one) - 2 * block + 1, 0) for one in records if len(one) >= 4 * block)
+        if columns >= 4 * block * width:
+            return block
+    return least
 
 
 def choose_order(records: Sequence[Record], dt: float, horizon: int) -> int:
