@@ -52,6 +52,8 @@ NEEDED_CHANNELS = (
 """Channels that the equations may use."""
 _PLACE = {name: place for place, name in enumerate(NEEDED_CHANNELS)}
 
+RUNWAY = 1.25
+"""Speed over the stall speed below which wheels may touch the ground."""
 SILENCE = 0.5
 """Seconds without a sample after which a channel counts as not measured."""
 
@@ -191,7 +193,7 @@ class Equations:
         self._burning = burning
         stall = aircraft.limits.stall_speed
         slow = settings.minimum_speed
-        self._slowest = 0.9 * stall if slow is None else slow
+        self._slowest = RUNWAY * stall if slow is None else slow
         positions = aircraft.propulsion.position
         count = max(len(positions), 1)
         self._height = sum(z for _, _, z in positions) / count

@@ -122,6 +122,10 @@ class Information:
             }
         )
 
+    def at(self, moments: slice) -> Information:
+        """Return some of several moments."""
+        return Information(**{name: getattr(self, name)[moments] for name in _NAMES})
+
     def of(self, equations: npt.NDArray[np.bool_]) -> Information:
         """Return what some of the equations say, shape (3,) of bool; nothing for the others."""
         return Information(
@@ -228,7 +232,9 @@ class Solution:
 def chosen_frequencies(
     listened: float, band: Band, spacing: float, count: int, p: int
 ) -> tuple[int, int]:
-    """Return first and step of the frequencies that a record resolves; first 0 where too few.
+    """Return the step between the frequencies that a record resolves, and the first, in steps.
+
+    The first is zero where there are too few.
 
     Parameters
     ----------
@@ -243,12 +249,12 @@ def chosen_frequencies(
         Derivatives of an equation.
     """
     if listened <= 0.0:
-        return 0, 1
+        return 1, 0
     step = max(1, int(np.ceil(1.0 / (listened * spacing) - 1e-3)))
     lowest = max(band.lowest, 2.0 / listened)
-    first = max(1, int(np.ceil(lowest / spacing - 1e-3)))
-    number = (count - 1 - first) // step + 1
-    return (first, step) if 2 * number >= p + _NUISANCES + 2 else (0, 1)
+    first = max(1, int(np.ceil(lowest / (spacing * step) - 1e-3)))
+    number = (count - 1) // step + 1 - first
+    return (step, first) if 2 * number >= p + _NUISANCES + 2 else (1, 0)
 
 
 def solve(
@@ -273,7 +279,29 @@ def solve(
         chosen_frequencies(length, band, spacing, count, p)
         for length in transforms.listened.tolist()
     ]
-    keep = np.stack([_kept(choice, count) for choice in choices])
+    parts: list[Solution] = []
+    latest = Information.none(p)
+    start = 0
+    for stop in range(1, len(choices) + 1):
+        # Moments with the same step between frequencies are solved together.
+        if stop == len(choices) or choices[stop][0] != choices[start][0]:
+            moments = slice(start, stop)
+            firsts = [first for _, first in choices[moments]]
+            solution, latest = _solve_together(
+                transforms.part(moments, choices[start][0]), firsts, past.at(moments), body
+            )
+            parts.append(solution)
+            start = stop
+    return Solution.joined(parts), latest
+
+
+def _solve_together(
+    transforms: Transforms, firsts: Sequence[int], past: Information, body: AxisBody
+) -> tuple[Solution, Information]:
+    """Return what `solve` does, from all frequencies not below the first of each moment."""
+    p = transforms.regressors.shape[2]
+    count = len(transforms.frequencies)
+    keep = np.stack([_kept(first, count) for first in firsts])
     number = keep.sum(axis=1)
     if not number.any():
         return _conclude(past, None, body), Information.none(p)
@@ -319,14 +347,14 @@ def solve(
     theta = (inverse @ b[..., np.newaxis])[..., 0]
     residual = Y - X @ np.swapaxes(theta, 1, 2)
 
-    near = np.stack([_neighbors(choice, count) for choice in choices])
+    near = np.stack([_neighbors(first, count) for first in firsts])
     # The fit takes most of what there is at the lowest frequencies, where trim and motion lie.
     taken = _paired((basis**2).sum(axis=2)[..., np.newaxis] + np.swapaxes(lever, 1, 2))
     left = np.maximum(near @ (2.0 * keep[:, :, np.newaxis] - taken), 0.1)
     level = np.sqrt(2.0 * (near @ _paired(residual**2)) / left)
     meat = _meat(X, level, _coupling(transforms.correlation, count))
 
-    hertz = float(transforms.frequencies[1]) * np.array([choice[1] for choice in choices])
+    hertz = float(transforms.frequencies[1])
     # White noise of variance v in one sample gives v times the squared weights at any frequency.
     noise = transforms.noise * (squared * number)[:, np.newaxis]
     noise[:, rates] = np.maximum(
@@ -347,13 +375,13 @@ def solve(
         meat=each[..., np.newaxis] * meat,
         rss=counts * (residual**2).sum(axis=1),
         freedom=counts * freedom,
-        variation=counts * (2.0 * hertz)[:, np.newaxis] * (Y**2).sum(axis=1),
+        variation=counts * 2.0 * hertz * (Y**2).sum(axis=1),
         noise=each * noise[:, np.newaxis],
         mean=each * mean,
         mean_noise=counts * (lowest**2 + transforms.end_noise),
         listened=counts * listened[:, np.newaxis],
         pressure=counts * (pressure**2 * listened)[:, np.newaxis],
-        spread=each * ((2.0 * hertz)[:, np.newaxis] * diagonal)[:, np.newaxis],
+        spread=each * (2.0 * hertz * diagonal)[:, np.newaxis],
     )
     last = Information(**{name: getattr(own, name)[-1] for name in _NAMES})
     return _conclude(own.plus(past), inverse, body), last
@@ -489,18 +517,18 @@ def _inverse(G: FloatArray) -> FloatArray:
 
 
 @cache
-def _kept(choice: tuple[int, int], count: int) -> FloatArray:
-    """Return ones at the frequencies chosen, zero frequency left out, shape (count - 1,)."""
+def _kept(first: int, count: int) -> FloatArray:
+    """Return ones from the first frequency on, zero frequency left out, shape (count - 1,)."""
     kept = np.zeros(count)
-    if choice[0] > 0:
-        kept[choice[0] :: choice[1]] = 1.0
+    if first > 0:
+        kept[first:] = 1.0
     return kept[1:]
 
 
 @cache
-def _neighbors(choice: tuple[int, int], count: int) -> FloatArray:
+def _neighbors(first: int, count: int) -> FloatArray:
     """Return what averages over five chosen neighbors, fewer at the ends: (count - 1,) squared."""
-    places = np.flatnonzero(_kept(choice, count))
+    places = np.flatnonzero(_kept(first, count))
     order = np.arange(places.size)
     near = (np.abs(order[:, np.newaxis] - order) <= _NEIGHBORS // 2).astype(np.float64)
     out = np.zeros((count - 1, count - 1))

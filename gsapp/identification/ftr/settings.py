@@ -51,8 +51,8 @@ class FTRSettings:
     lookback : float
         How far back, s, a window may begin.
     minimum_speed : float or None
-        Calibrated airspeed below which samples do not count, m/s; by default 0.9 of the stall
-        speed, so that the runway stays out.
+        Calibrated airspeed below which samples do not count, m/s; by default 1.25 of the stall
+        speed, so that the runs on the runway stay out (the B777 takes off at 1.2).
     speed : float or None
         Airspeed that stands in where none is measured, m/s.
     still : tuple of str

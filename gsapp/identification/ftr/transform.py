@@ -78,6 +78,25 @@ class Transforms:
     end_noise: FloatArray
     broken: BoolArray
 
+    def part(self, moments: slice, step: int) -> Transforms:
+        """Return some moments at every `step`-th frequency."""
+        sums = 2 * ((len(self.frequencies) - 1) // step) * step
+        return Transforms(
+            frequencies=self.frequencies[::step],
+            regressors=self.regressors[moments, ::step],
+            trim=self.trim[moments, ::step],
+            ends=self.ends[moments, ::step],
+            targets=self.targets[moments, ::step],
+            correlation=self.correlation[moments, : sums + 1 : step],
+            squared=self.squared[moments],
+            listened=self.listened[moments],
+            pressure=self.pressure[moments],
+            turning=self.turning[moments],
+            noise=self.noise[moments],
+            end_noise=self.end_noise[moments],
+            broken=self.broken[moments],
+        )
+
 
 class RunningTransform:
     """Transforms of one axis, from the first sample of a record on.
