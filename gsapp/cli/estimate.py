@@ -237,7 +237,8 @@ def _describe(console: Console, flown: Sequence[FlownFlight], result: CampaignRe
     results = result.results
     wide = _FIXED + _EACH * len(results) <= console.width
     table = Table(
-        title=f"{result.settings.method.upper()}: {len(results)} maneuvers, per radian",
+        title=f"{result.settings.method.upper()}: {len(results)} "
+        f"maneuver{'' if len(results) == 1 else 's'}, per radian",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,

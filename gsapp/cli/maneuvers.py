@@ -94,7 +94,6 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
         table.add_column(heading, justify="right" if right else "left", no_wrap=True)
     table.add_column("alpha [deg]", justify="right", no_wrap=True)
     table.add_column("grade", no_wrap=True)
-    table.add_column("why", ratio=1)
     for one in found.maneuvers:
         table.add_row(
             escape(one.id),
@@ -106,9 +105,14 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             _shown(one.V, FOOT),
             _shown(one.alpha, DEGREE),
             f"[{_COLORS[one.grade]}]{one.grade}[/]",
-            escape("; ".join(one.reasons)),
         )
     console.print(table)
+    for one in found.maneuvers:
+        if one.reasons:
+            console.print(
+                f"{one.id}: {'; '.join(one.reasons)}",
+                highlight=False, markup=False, soft_wrap=True,
+            )  # fmt: skip
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
         f"flying is judged by {found.judged_by}; noise from {found.noise.source}",

@@ -79,7 +79,7 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
 
     whole = session.flight()
     if json is not None:
-        write_result(json, result_text(summarize(whole)))
+        write_result(json, result_text(summarize(whole, session.aircraft)))
     if not on_screen(json):
         from gsapp.cli._flight_text import describe
 

@@ -7,20 +7,25 @@ from typing import Any
 
 import numpy as np
 
+from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.flight import Flight
+from gsapp.flight.maneuvers import survey
+from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
 GAP = 2.5
 """Missing for more than so many of its own sample periods, a channel has a gap."""
 
 
-def summarize(flight: Flight) -> dict[str, Any]:
+def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any]:
     """Sum up a flight.
 
     Parameters
     ----------
     flight : Flight
         The flight.
+    aircraft : Aircraft, optional
+        That flew it, for what its maneuvers are judged by; ``b777`` where nobody knows.
 
     Returns
     -------
@@ -48,8 +53,17 @@ def summarize(flight: Flight) -> dict[str, Any]:
         },
         "events": [event.to_json() for event in flight.events],
         "cues": [],
-        "maneuvers": [],
+        "maneuvers": _maneuvers(flight, aircraft),
     }
+
+
+def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]]:
+    try:
+        found = survey(flight, aircraft or load_aircraft("b777")).maneuvers
+    except FlightError:
+        # A flight without surfaces holds no maneuver that could be seen.
+        return []
+    return [maneuver.to_json() for maneuver in found]
 
 
 def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:

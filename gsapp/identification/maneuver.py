@@ -9,6 +9,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
+from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
 from gsapp.identification.alignment import aligned, lateness, touched
@@ -123,23 +124,12 @@ def clipped_samples(block: Block, aircraft: Aircraft) -> dict[str, BoolArray]:
     A sample counts as clipped within 1 % of the range's width from either end. Channels without
     such a sample are left out.
     """
-    sensors = aircraft.sensors
-    ranges = {
-        "alpha": sensors.alpha_vane.range,
-        "beta": sensors.beta_vane.range,
-        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
-    }
     found: dict[str, BoolArray] = {}
-    for name, (low, high) in ranges.items():
-        if name not in block:
-            continue
-        margin = 0.01 * (high - low)
-        samples = block[name]
-        with np.errstate(invalid="ignore"):
-            at_end = (samples <= low + margin) | (samples >= high - margin)
-        if at_end.any():
-            found[name] = at_end
+    for name, limits in instrument_ranges(aircraft).items():
+        if name in block:
+            at_end = at_range_end(block[name], limits)
+            if at_end.any():
+                found[name] = at_end
     return found
 
 

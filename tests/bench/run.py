@@ -23,6 +23,12 @@ BENCHMARKS = {
     "latency": "arrival to painted pixels",
     "window": "start of the program to its first useful picture",
     "memory": "memory over a simulated hour, down the whole road",
+    "detection": "maneuver detection over a ten-minute flight",
+    "ftr": "Fourier transform regression, samples a second",
+    "likelihood": "maximum likelihood over a campaign, against other programs",
+    "truth": "errors over bounds, many seeds, white and colored noise",
+    "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
+    "linear_models": "three linear models beside the published table",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }
 ONLY_WHEN_NAMED = {"peers"}
@@ -47,7 +53,7 @@ def main(arguments: list[str]) -> int:
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown or set(options) - {"--quick"}:
         print(__doc__)
-        print("\n".join(f"  {name:10} {what}" for name, what in BENCHMARKS.items()))
+        print("\n".join(f"  {name:13} {what}" for name, what in BENCHMARKS.items()))
         return 2
     print(f"{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores")
     for name in names or [name for name in BENCHMARKS if name not in ONLY_WHEN_NAMED]:
