@@ -39,7 +39,10 @@ def motion_of(model):
     return states.T.copy(), np.array(input_columns(model, inputs))
 
 
-def kernels_for(axis, effects=()):
+ATTITUDE = {"lon": ("theta",), "lat": ("phi",), "both": ()}
+
+
+def kernels_for(axis, effects=(), attitude=()):
     base = load_model("b777")
     for effect in effects:
         base = base.with_effect(effect)
@@ -53,19 +56,22 @@ def kernels_for(axis, effects=()):
     }
     wanted = {*axis_derivatives(axis), *added}
     free = tuple(name for name in model.parameter_names if name in wanted)
-    general = GeneralKernel(model, STATES[axis], RESPONSES[axis], free)
-    return model, general, lean_kernel(model, axis, STATES[axis], RESPONSES[axis], free)
+    states = (*STATES[axis], *attitude)
+    general = GeneralKernel(model, states, RESPONSES[axis], free)
+    return model, general, lean_kernel(model, axis, states, RESPONSES[axis], free)
 
 
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 @pytest.mark.parametrize("with_effects", [False, True])
-def test_the_written_out_kernels_are_the_general_one(axis, with_effects):
+@pytest.mark.parametrize("with_attitude", [False, True])
+def test_the_written_out_kernels_are_the_general_one(axis, with_effects, with_attitude):
     """States, sensitivities, responses and their derivatives agree to rounding."""
-    model, general, lean = kernels_for(axis, EFFECTS[axis] if with_effects else ())
+    attitude = ATTITUDE[axis] if with_attitude else ()
+    model, general, lean = kernels_for(axis, EFFECTS[axis] if with_effects else (), attitude)
     assert lean is not None
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
-    rows = [POLAR_STATES.index(name) for name in STATES[axis]]
+    rows = [POLAR_STATES.index(name) for name in (*STATES[axis], *attitude)]
     found = []
     for kernel in (general, lean):
         engine = Engine(kernel, "rk4")

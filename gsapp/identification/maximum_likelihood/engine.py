@@ -72,7 +72,7 @@ def drives_of(
 def _times(A: FloatArray, B: FloatArray) -> FloatArray:
     """Return the products A_k B_k of matrices with time last: (i, j, n), (j, m, n) -> (i, m, n)."""
     rows, inner, count = A.shape
-    if rows * inner <= 12:
+    if rows * inner <= 16:
         out = np.empty((rows, B.shape[1], count))
         part = np.empty(B.shape[1:])
         for i in range(rows):

@@ -1,5 +1,7 @@
 """Kernels written out for the usual cases: alpha, q, or beta, p, r; all else measured.
 
+Where attitude was not measured, theta joins the first, phi the second.
+
 The same equations as `GeneralKernel` runs on, with only the active columns, and what does not
 depend on the active states worked out beforehand. Coefficients are the linear build-up plus any
 static effect on them. `lean_kernel` says whether a case is covered.
@@ -25,6 +27,7 @@ from gsapp.quantities.constants import GRAVITY
 _ROW = {name: row for row, name in enumerate(POLAR_STATES)}
 _INPUT = {name: row for row, name in enumerate(INPUTS)}
 _STATES: dict[Axis, tuple[str, ...]] = {"lon": ("alpha", "q"), "lat": ("beta", "p", "r")}
+_ATTITUDE: dict[Axis, str] = {"lon": "theta", "lat": "phi"}
 _HATS = {"p_hat": "p", "q_hat": "q", "r_hat": "r"}
 _UNREADABLE = frozenset(("alpha_dot_hat", "beta_dot_hat"))
 # Target of an effect: the coefficient that it acts through, and its sign.
@@ -85,13 +88,22 @@ class _Lean(Kernel):
     axis: Axis
     surfaces: tuple[str, ...]
 
-    def __init__(self, model: FlightModel, responses: Sequence[str], free: Sequence[str]) -> None:
+    def __init__(
+        self,
+        model: FlightModel,
+        responses: Sequence[str],
+        free: Sequence[str],
+        *,
+        with_attitude: bool = False,
+    ) -> None:
         self.model = model
-        self.state_names = _STATES[self.axis]
+        own = _STATES[self.axis]
+        self.state_names = (*own, _ATTITUDE[self.axis]) if with_attitude else own
+        self._with_attitude = with_attitude
         self.responses = tuple(responses)
         self.free = tuple(free)
         self._coefficients = {
-            name: _Coefficient(name, model, self.free, 1 + len(self.state_names) + self._inputs())
+            name: _Coefficient(name, model, self.free, 1 + len(own) + len(self.surfaces))
             for name in COEFFICIENTS[self.axis]
         }
         for term, places in model.terms:
@@ -109,9 +121,6 @@ class _Lean(Kernel):
         self._aircraft = aircraft
         self._area = aircraft.geometry.wing_area
         self._span, self._chord = aircraft.geometry.span, aircraft.geometry.chord
-
-    def _inputs(self) -> int:
-        return len(self.surfaces)
 
     # --- coefficients ---------------------------------------------------------------------------
 
@@ -187,7 +196,7 @@ class _Lean(Kernel):
     def _total(self, name: str, slope: _Slope, basis: FloatArray, S: FloatArray) -> FloatArray:
         """Return the total derivatives of a coefficient, shape (m, n)."""
         total = slope.by_state[0] * S[0]
-        for row in range(1, len(S)):
+        for row in range(1, len(slope.by_state)):
             total += slope.by_state[row] * S[row]
         one = self._coefficients[name]
         if one.rows:
@@ -226,7 +235,9 @@ def _sin_cos(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
 class LongitudinalKernel(_Lean):
     """States alpha and q.
 
-    alpha' = q + cos a (A - c CN) - sin a (B - c CA),  q' = d Cm + E
+    alpha' = q + cos a (A - c CN) - sin a (B - c CA),  q' = d Cm + E,
+    theta' = q cos phi - r sin phi
+    with A = A0 + g cos phi cos theta/(V cos b),  B = B0 - g sin theta/(V cos b)
     """
 
     axis: Axis = "lon"
@@ -244,14 +255,16 @@ class LongitudinalKernel(_Lean):
         height /= max(len(self._aircraft.propulsion.position), 1)
         cos_b, tan_b = np.cos(beta), np.tan(beta)
         per_speed = 1.0 / (V * cos_b)
-        upward = GRAVITY * np.cos(theta) * np.cos(phi)
+        fall = GRAVITY * per_speed
+        level = fall * np.cos(phi)
+        up, forward = -tan_b * p, thrust / mass * per_speed + tan_b * r
+        at_measured_pitch = (up + level * np.cos(theta), forward - fall * np.sin(theta))
         qS = qbar * self._area
         table = np.array(
             [
                 thrust,
                 qbar,
-                upward * per_speed - tan_b * p,
-                (thrust / mass - GRAVITY * np.sin(theta)) * per_speed + tan_b * r,
+                *((up, forward) if self._with_attitude else at_measured_pitch),
                 qS / mass * per_speed,
                 qS * (self._chord / body.iyy),
                 (height * thrust - (body.ixx - body.izz) * p * r - body.ixz * (p * p - r * r))
@@ -260,9 +273,18 @@ class LongitudinalKernel(_Lean):
                 qS / mass,
                 V * cos_b,
                 thrust / mass,
+                *((level, fall, np.cos(phi), np.sin(phi)) if self._with_attitude else ()),
             ]
         )
         return Drive(states=states, inputs=inputs, by_path=by_path, table=table)
+
+    def _along_and_across(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return A and B: all but aerodynamics across the flight path and along the body."""
+        A, B = drive.table[2:4]
+        if self._with_attitude:
+            A = A + drive.table[11] * np.cos(x[2])
+            B = B - drive.table[12] * np.sin(x[2])
+        return A, B
 
     def _basis(self, drive: Drive, x: FloatArray) -> FloatArray:
         basis = np.empty((4, x.shape[1]))
@@ -276,11 +298,14 @@ class LongitudinalKernel(_Lean):
         """Return alpha' and q'."""
         basis = self._basis(drive, x)
         CN, CA, Cm = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lon"])
-        A, B, c, d, E = drive.table[2:7]
+        A, B = self._along_and_across(drive, x)
+        c, d, E = drive.table[4:7]
         sin_a, cos_a = _sin_cos(x[0])
         f = np.empty_like(x)
         f[0] = x[1] + cos_a * (A - c * CN) - sin_a * (B - c * CA)
         f[1] = d * Cm + E
+        if self._with_attitude:
+            f[2] = x[1] * drive.table[13] - drive.states[_ROW["r"]] * drive.table[14]
         return f
 
     def slopes(
@@ -296,19 +321,25 @@ class LongitudinalKernel(_Lean):
         scales = (1.0, drive.table[7])
         three = [self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]]
         CN, CA, Cm = three
-        A, B, c, d, E = drive.table[2:7]
+        A, B = self._along_and_across(drive, x)
+        c, d, E = drive.table[4:7]
         sin_a, cos_a = _sin_cos(x[0])
         up, forward = A - c * CN.value, B - c * CA.value
         f = np.empty_like(x)
         f[0] = x[1] + cos_a * up - sin_a * forward
         f[1] = d * Cm.value + E
         by_CN, by_CA = -c * cos_a, c * sin_a
-        f_x = np.empty((2, 2, x.shape[1]))
+        f_x = np.zeros((len(x), len(x), x.shape[1]))
         f_x[0, 0] = by_CN * CN.by_state[0] + by_CA * CA.by_state[0] - sin_a * up - cos_a * forward
         f_x[0, 1] = by_CN * CN.by_state[1] + by_CA * CA.by_state[1]
         f_x[0, 1] += 1.0
         f_x[1, 0] = d * Cm.by_state[0]
         f_x[1, 1] = d * Cm.by_state[1]
+        if self._with_attitude:
+            level, fall, cos_phi, sin_phi = drive.table[11:15]
+            f[2] = x[1] * cos_phi - drive.states[_ROW["r"]] * sin_phi
+            f_x[0, 2] = sin_a * fall * np.cos(x[2]) - cos_a * level * np.sin(x[2])
+            f_x[2, 1] = cos_phi
         return f, f_x, by_CN, by_CA, three
 
     def gradients(
@@ -317,9 +348,9 @@ class LongitudinalKernel(_Lean):
         """Return alpha', q' with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CN, by_CA, (CN, CA, Cm) = self._with_slopes(drive, x, basis, values)
-        found = np.zeros((2, 2 + len(self.free), x.shape[1]))
-        found[:, :2] = f_x
-        f_p = found[:, 2:]
+        found = np.zeros((len(x), len(x) + len(self.free), x.shape[1]))
+        found[:, : len(x)] = f_x
+        f_p = found[:, len(x) :]
         self._spread(f_p[0], "CN", CN, basis, by_CN)
         self._spread(f_p[0], "CA", CA, basis, by_CA)
         self._spread(f_p[1], "Cm", Cm, basis, drive.table[5])
@@ -412,7 +443,8 @@ class LateralKernel(_Lean):
     """States beta, p and r.
 
     beta' = p sin a - r cos a + cos b (c CY + G) - sin b F,
-    p' = d1 Cl + d2 Cn + q (e1 p + e2 r) + E1,  r' = d2 Cl + d3 Cn + q (e3 p + e4 r) + E3
+    p' = d1 Cl + d2 Cn + q (e1 p + e2 r) + E1,  r' = d2 Cl + d3 Cn + q (e3 p + e4 r) + E3,
+    phi' = p + tan theta (q sin phi + r cos phi), G = g cos theta sin phi/V, F = F0 + F1 cos phi
     """
 
     axis: Axis = "lat"
@@ -436,7 +468,10 @@ class LateralKernel(_Lean):
             for name in ("CN", "CA")
         )
         forward = (thrust - qS * CA) / mass - GRAVITY * np.sin(theta)
-        downward = GRAVITY * cos_t * np.cos(phi) - qS * CN / mass
+        weight = GRAVITY * cos_t / V
+        # With roll computed along: F without, and what cos phi adds to it.
+        F0 = (cos_a * forward - sin_a * qS * CN / mass) / V
+        F1 = sin_a * weight
         determinant = body.ixx * body.izz - body.ixz**2
         moment = qS * (self._span / determinant)
         yaw = sideways * spread / determinant
@@ -447,8 +482,8 @@ class LateralKernel(_Lean):
                 sin_a,
                 cos_a,
                 qS / (mass * V),
-                GRAVITY * cos_t * np.sin(phi) / V,
-                (cos_a * forward + sin_a * downward) / V,
+                weight if self._with_attitude else weight * np.sin(phi),
+                F0 if self._with_attitude else F0 + F1 * np.cos(phi),
                 moment * body.izz,
                 moment * body.ixz,
                 moment * body.ixx,
@@ -461,6 +496,7 @@ class LateralKernel(_Lean):
                 0.5 * self._span / V,
                 qS / mass,
                 V * cos_a,
+                *((F1, np.tan(theta)) if self._with_attitude else ()),
             ]
         )
         return Drive(states=states, inputs=inputs, by_path=by_path, table=table)
@@ -469,9 +505,16 @@ class LateralKernel(_Lean):
         basis = np.empty((6, x.shape[1]))
         basis[0] = 1.0
         basis[1] = x[0]
-        np.multiply(x[1:], drive.table[16], out=basis[2:4])
+        np.multiply(x[1:3], drive.table[16], out=basis[2:4])
         basis[4:] = drive.inputs[1:3]
         return basis
+
+    def _gravity(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return G and F: the forces that are not side force, across and along the path."""
+        G, F = drive.table[5:7]
+        if self._with_attitude:
+            G, F = G * np.sin(x[3]), F + drive.table[19] * np.cos(x[3])
+        return G, F
 
     def _spin(
         self, drive: Drive, x: FloatArray, Cl: FloatArray, Cn: FloatArray
@@ -486,11 +529,15 @@ class LateralKernel(_Lean):
         """Return beta', p', r'."""
         basis = self._basis(drive, x)
         CY, Cl, Cn = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lat"])
-        sin_a, cos_a, c, G, F = drive.table[2:7]
+        sin_a, cos_a, c = drive.table[2:5]
+        G, F = self._gravity(drive, x)
         sin_b, cos_b = _sin_cos(x[0])
         f = np.empty_like(x)
         f[0] = x[1] * sin_a - x[2] * cos_a + cos_b * (c * CY + G) - sin_b * F
         f[1], f[2] = self._spin(drive, x, Cl, Cn)
+        if self._with_attitude:
+            q, tan_t = drive.states[_ROW["q"]], drive.table[20]
+            f[3] = x[1] + tan_t * (q * np.sin(x[3]) + x[2] * np.cos(x[3]))
         return f
 
     def slopes(
@@ -509,7 +556,8 @@ class LateralKernel(_Lean):
             for name in COEFFICIENTS["lat"]
         ]
         CY, Cl, Cn = three
-        sin_a, cos_a, c, G, F = drive.table[2:7]
+        sin_a, cos_a, c = drive.table[2:5]
+        G, F = self._gravity(drive, x)
         d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
         sin_b, cos_b = _sin_cos(x[0])
         side = c * CY.value + G
@@ -517,7 +565,7 @@ class LateralKernel(_Lean):
         f[0] = x[1] * sin_a - x[2] * cos_a + cos_b * side - sin_b * F
         f[1], f[2] = self._spin(drive, x, Cl.value, Cn.value)
         by_CY = c * cos_b
-        f_x = np.empty((3, 3, x.shape[1]))
+        f_x = np.zeros((len(x), len(x), x.shape[1]))
         f_x[0, 0] = by_CY * CY.by_state[0] - sin_b * side - cos_b * F
         f_x[0, 1] = by_CY * CY.by_state[1] + sin_a
         f_x[0, 2] = by_CY * CY.by_state[2] - cos_a
@@ -529,6 +577,14 @@ class LateralKernel(_Lean):
         f_x[1, 2] += e2
         f_x[2, 1] += e3
         f_x[2, 2] += e4
+        if self._with_attitude:
+            q, tan_t = drive.states[_ROW["q"]], drive.table[20]
+            sin_phi, cos_phi = np.sin(x[3]), np.cos(x[3])
+            f[3] = x[1] + tan_t * (q * sin_phi + x[2] * cos_phi)
+            f_x[0, 3] = cos_b * drive.table[5] * cos_phi + sin_b * drive.table[19] * sin_phi
+            f_x[3, 1] = 1.0
+            f_x[3, 2] = tan_t * cos_phi
+            f_x[3, 3] = tan_t * (q * cos_phi - x[2] * sin_phi)
         return f, f_x, by_CY, three
 
     def gradients(
@@ -537,9 +593,9 @@ class LateralKernel(_Lean):
         """Return the rates with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CY, (CY, Cl, Cn) = self._with_slopes(drive, x, basis, values)
-        found = np.zeros((3, 3 + len(self.free), x.shape[1]))
-        found[:, :3] = f_x
-        f_p = found[:, 3:]
+        found = np.zeros((len(x), len(x) + len(self.free), x.shape[1]))
+        found[:, : len(x)] = f_x
+        f_p = found[:, len(x) :]
         d1, d2, d3 = drive.table[7:10]
         self._spread(f_p[0], "CY", CY, basis, by_CY)
         self._spread(f_p[1], "Cl", Cl, basis, d1)
@@ -561,7 +617,7 @@ class LateralKernel(_Lean):
     ) -> FloatArray:
         sensors = self._aircraft.sensors
         q = drive.states[_ROW["q"]]
-        _, p, r = x
+        p, r = x[1:3]
         y = np.empty((len(self.responses), x.shape[1]))
         for row, name in enumerate(self.responses):
             if name == "beta":
@@ -648,14 +704,18 @@ def lean_kernel(
     free : sequence of str
         Free parameters of the equations, in the order of ``model.parameter_names``.
     """
-    if axis == "both" or tuple(states) != _STATES[axis] or len(model.state_names) > 9:
+    if axis == "both" or len(model.state_names) > len(POLAR_STATES):
+        return None
+    with_attitude = tuple(states) == (*_STATES[axis], _ATTITUDE[axis])
+    if tuple(states) != _STATES[axis] and not with_attitude:
         return None
     shown = {"lon": ("alpha", "q", "an", "ax"), "lat": ("beta", "p", "r", "ay")}[axis]
     if not set(responses) <= set(shown) or not _covered(model, axis, free):
         return None
     if not _instruments_covered(model.aircraft, axis):
         return None
-    return (LongitudinalKernel if axis == "lon" else LateralKernel)(model, responses, free)
+    kind = LongitudinalKernel if axis == "lon" else LateralKernel
+    return kind(model, responses, free, with_attitude=with_attitude)
 
 
 def _instruments_covered(aircraft: Aircraft, axis: Axis) -> bool:
