@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg.blas import zgemm
 
 from gsapp.identification.statistics.correlation import (
     ComplexArray,
@@ -161,48 +162,67 @@ def colored_covariance(
 
 
 class _Work:
-    """The spectra of one maneuver."""
+    """The spectra of one maneuver.
+
+    All is done in four arrays: fresh memory costs more here than the arithmetic.
+    """
 
     def __init__(self, part: Part, lags: int | None) -> None:
         self.part = part
-        count, _, width = part.S.shape
+        count, responses, width = part.S.shape
         columns = np.arange(width) if part.columns is None else part.columns
         self.place = np.ix_(columns, columns)
         self._layout = Layout(count, part.segments, usual_lags(count) if lags is None else lags)
         self._taper = bartlett(self._layout.lags)[:, None, None]
+        self._shares = self._layout.shares[:, None, None]
         counted = np.isfinite(part.v)
+        self._lost = None if counted.all() else ~counted
         self._per_pair = self._layout.per_pair(counted)
         self._C = autocovariance(part.v, self._layout)
-        self._lagged = self._C
-        self._S = self._layout.spectrum(_counted(part.S, part.v))
-        self._G: ComplexArray = part.W @ self._S
-        self._adjoint = self._layout.weighted_adjoint(self._G)
-        self._colored = self._G
+        self._density = self._layout.spectrum_of_lags(self._C * self._taper)
+        rows = (self._layout.length, responses, width)
+        self._row, self._other = np.zeros(rows), np.zeros(rows)
+        self._layout.lay(_counted(part.S, part.v), self._row)
+        self._S: ComplexArray = np.fft.rfft(self._row, axis=0)
+        self._scratch = np.empty_like(self._S)
 
     def gradient_covariance(self) -> FloatArray:
         """Return B."""
-        density = self._layout.spectrum_of_lags(self._lagged * self._taper)
-        B = self._filtered(density)
+        B = self._integrated()
         if (B.diagonal() < 0.0).any():
             # Means over differing pairs, or what was added back, need not be a covariance.
-            B = self._filtered(_positive(density))
+            self._density = _positive(self._density)
+            B = self._integrated()
         return 0.5 * (B + B.T)
 
-    def _filtered(self, density: ComplexArray) -> FloatArray:
-        self._colored = density @ self._G
-        B: FloatArray = (self._adjoint @ self._colored.reshape(self._adjoint.shape[1], -1)).real
+    def _integrated(self) -> FloatArray:
+        W, width = self.part.W, self._S.shape[2]
+        np.matmul(self._shares * (W @ self._density @ W), self._S, out=self._scratch)
+        left, right = (x.reshape(-1, width).T for x in (self._scratch, self._S))
+        B: FloatArray = zgemm(1.0, left, right, trans_b=2).real.T
         return B
 
     def add_back(self, inverted: FloatArray, covariance: FloatArray) -> None:
         """Add to the autocovariance what the fit took from the residuals."""
-        # Noise there is only where samples count.
         S, width = self.part.S, len(inverted)
-        felt = self._layout.samples(self._colored, len(S)).reshape(-1, width) @ inverted
-        felt -= S.reshape(-1, width) @ (0.5 * covariance)
-        Y = self._layout.spectrum(_counted(felt.reshape(S.shape), self.part.v))
-        half = Y.conj() @ self._S.swapaxes(1, 2)
-        taken = self._layout.lags_of(half + half.conj().swapaxes(1, 2))
-        self._lagged = self._C + taken * self._per_pair
+        np.matmul(self._density @ self.part.W, self._S, out=self._scratch)
+        np.fft.irfft(self._scratch, n=self._layout.length, axis=0, out=self._other)
+        half = 0.5 * covariance
+        for source, target in self._layout.pieces:
+            # Noise there is only where samples count: Y stays zero between the segments.
+            Y = self._row[target]
+            np.matmul(self._other[target].reshape(-1, width), inverted, out=Y.reshape(-1, width))
+            own = self._other[target].reshape(-1, width)
+            np.matmul(S[source].reshape(-1, width), half, out=own)
+            Y -= self._other[target]
+            if self._lost is not None:
+                Y[self._lost[source]] = 0.0
+        np.fft.rfft(self._row, axis=0, out=self._scratch)
+        np.conjugate(self._scratch, out=self._scratch)
+        cross = self._scratch @ self._S.swapaxes(1, 2)
+        taken = self._layout.lags_of(cross + cross.conj().swapaxes(1, 2))
+        lagged = self._C + taken * self._per_pair
+        self._density = self._layout.spectrum_of_lags(lagged * self._taper)
 
 
 def noise_covariance(v: FloatArray, *, diagonal: bool = False) -> FloatArray:

@@ -36,6 +36,8 @@ class Layout:
 
     Attributes
     ----------
+    pieces : list of (slice, slice)
+        Of each segment: where its samples are, and where they stand in the row.
     length : int
         Of the row.
     whole : bool
@@ -45,23 +47,20 @@ class Layout:
     def __init__(self, count: int, segments: Sequence[slice] | None, lags: int) -> None:
         parts = [slice(0, count)] if segments is None else list(segments)
         self.lags = lags
-        self._pieces: list[tuple[slice, slice]] = []
+        self.pieces: list[tuple[slice, slice]] = []
         start = 0
         for part in parts:
             first, last, _ = part.indices(count)
             if last > first:
-                self._pieces.append((slice(first, last), slice(start, start + last - first)))
+                self.pieces.append((slice(first, last), slice(start, start + last - first)))
                 start += last - first + lags
-        self.whole = len(self._pieces) == 1
+        self.whole = len(self.pieces) == 1
         self.length = next_fast_len(max(start, 2 * lags + 1), real=True)
 
-    def spectrum(self, columns: FloatArray) -> ComplexArray:
-        """Return the transform of columns (n, ...) in the layout, shape (n_frequencies, ...)."""
-        laid = np.zeros((self.length, *columns.shape[1:]))
-        for source, target in self._pieces:
-            laid[target] = columns[source]
-        found: ComplexArray = rfft(laid, axis=0)
-        return found
+    def lay(self, columns: FloatArray, row: FloatArray) -> None:
+        """Write columns (n, ...) into a row (length, ...) that is zero elsewhere."""
+        for source, target in self.pieces:
+            row[target] = columns[source]
 
     def lagged_sums(self, columns: FloatArray) -> FloatArray:
         """Return sum_k x_k[a] x_(k+j)[b] for j = -lags ... lags.
@@ -75,7 +74,9 @@ class Layout:
         ndarray, shape (2 lags + 1, m, m)
             The middle one is that of lag 0.
         """
-        spectra = self.spectrum(columns)
+        row = np.zeros((self.length, columns.shape[1]))
+        self.lay(columns, row)
+        spectra = rfft(row, axis=0)
         return self.lags_of(spectra.conj()[:, :, None] * spectra[:, None, :])
 
     def lags_of(self, cross: ComplexArray) -> FloatArray:
@@ -84,37 +85,26 @@ class Layout:
         found: FloatArray = np.concatenate((sums[-self.lags :], sums[: self.lags + 1]))
         return found
 
-    def samples(self, spectra: ComplexArray, count: int) -> FloatArray:
-        """Return the columns (count, ...) that belong to spectra; zero outside the segments."""
-        laid = irfft(spectra, n=self.length, axis=0)
-        found = np.zeros((count, *laid.shape[1:]))
-        for source, target in self._pieces:
-            found[source] = laid[target]
-        return found
-
-    def weighted_adjoint(self, spectra: ComplexArray) -> ComplexArray:
-        """Return what, multiplied by a flattened spectrum, gives the sum over time of x_i y_j.
-
-        Parameters
-        ----------
-        spectra : ndarray, shape (n_frequencies, m, p)
-
-        Returns
-        -------
-        ndarray, shape (p, n_frequencies m)
-        """
-        adjoint = spectra.conj()
+    @property
+    def shares(self) -> FloatArray:
+        """Return what to multiply products of spectra by, so that they add up to sums over time."""
+        shares = np.full(self.length // 2 + 1, 1.0 / self.length)
         # The spectrum of a real row: all frequencies but the ends count twice.
-        adjoint *= 1.0 / self.length
-        adjoint[1 : (self.length + 1) // 2] *= 2.0
-        return np.ascontiguousarray(adjoint.reshape(-1, spectra.shape[2]).T)
+        shares[1 : (self.length + 1) // 2] *= 2.0
+        return shares
+
+    def pairs(self, counted: BoolArray) -> FloatArray:
+        """Return how many pairs of samples that count lie j apart, as `lagged_sums`."""
+        if self.whole and counted.all():
+            apart = np.abs(np.arange(-self.lags, self.lags + 1))
+            return np.maximum(len(counted) - apart, 0.0)[:, None, None]
+        found: FloatArray = np.rint(self.lagged_sums(counted.astype(np.float64)))
+        return found
 
     def per_pair(self, counted: BoolArray) -> FloatArray:
         """Return the factors that turn sums over pairs into autocovariances, as `lagged_sums`."""
         count = len(counted)
-        if self.whole and counted.all():
-            return np.full((2 * self.lags + 1, 1, 1), 1.0 / count)
-        pairs = np.rint(self.lagged_sums(counted.astype(np.float64)))
+        pairs = self.pairs(counted)
         shrink = 1.0 - np.abs(np.arange(-self.lags, self.lags + 1)) / count
         factors: FloatArray = shrink[:, None, None] / np.maximum(pairs, 1.0)
         return factors

@@ -88,7 +88,7 @@ def _judge(v: FloatArray, layout: Layout, dt: float) -> Whiteness:
     tapered = rho * bartlett(lags)
     # Ljung-Box by the means over the pairs that there are.
     after = slice(lags + 1, lags + 1 + min(PORTMANTEAU_LAGS, lags))
-    pairs = np.rint(layout.lagged_sums(counted.astype(np.float64)))[after, 0, 0]
+    pairs = layout.pairs(counted)[after, 0, 0]
     mean = rho[after] / (1.0 - j[after] / count)
     statistic = (samples + 2.0) / samples * float((mean * mean * pairs).sum())
     p_value = float(chi2.sf(statistic, pairs.size))
