@@ -2,7 +2,7 @@
 
 The virtual aircraft streams over a real link, a recorder process writes it down, a session (and
 the window, unless headless) shows it live; then the record is replayed, compared with what was
-seen live, summed up, and drawn.
+seen live, summed up, and drawn, and its maneuvers give derivatives by maximum likelihood.
 """
 
 from __future__ import annotations
@@ -139,6 +139,7 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
 
 def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
     """Replay the record, compare, sum up and draw; return the result for programs."""
+    from gsapp.cli import estimate
     from gsapp.cli.replay import sum_up
     from gsapp.flight.summary import summarize
     from gsapp.report.strip_figure import strip_figure
@@ -166,13 +167,20 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     summary = out / f"{folder.name}.json"
     sum_up(session, console, summary)
     session.close()
-    console.print(f"5. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}")
+    console.print("5. Its maneuvers by maximum likelihood:")
+    derivatives = out / f"{folder.name}-derivatives.json"
+    estimate.run(flights=[folder], json=derivatives)
+    console.print(
+        f"6. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}\n"
+        f"   its derivatives: {derivatives}"
+    )
     return {
+        "derivatives": str(derivatives),
         "flight": str(folder),
         "summary": str(summary),
         "picture": str(picture),
         "channels_as_live": compared,
-        **summarize(flight),
+        **summarize(flight, session.aircraft),
     }
 
 

@@ -29,3 +29,8 @@ def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> 
     assert {"Airborne", "Landed"} <= {event["text"] for event in summary["events"]}
     assert (tmp_path / "demo" / "flight.png").stat().st_size > 20_000
     assert (tmp_path / "demo" / "flight" / "raw.tlog").stat().st_size > 1_000_000
+    derivatives = json.loads((tmp_path / "demo" / "flight-derivatives.json").read_text())
+    assert len(derivatives["maneuvers"]) == len(summary["maneuvers"]) == 2
+    # What the aircraft flew with: its shipped model.
+    assert abs(derivatives["campaign"]["Cm_de"]["mean"] + 1.104) < 0.05
+    assert abs(derivatives["campaign"]["Cl_da"]["mean"] - 0.395) < 0.03
