@@ -95,10 +95,12 @@ class Layout:
 
     def pairs(self, counted: BoolArray) -> FloatArray:
         """Return how many pairs of samples that count lie j apart, as `lagged_sums`."""
+        found: FloatArray
         if self.whole and counted.all():
             apart = np.abs(np.arange(-self.lags, self.lags + 1))
-            return np.maximum(len(counted) - apart, 0.0)[:, None, None]
-        found: FloatArray = np.rint(self.lagged_sums(counted.astype(np.float64)))
+            found = np.maximum(len(counted) - apart, 0.0)[:, None, None]
+        else:
+            found = np.rint(self.lagged_sums(counted.astype(np.float64)))
         return found
 
     def per_pair(self, counted: BoolArray) -> FloatArray:
