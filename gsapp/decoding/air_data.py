@@ -4,12 +4,12 @@ Dynamic pressure is taken as rho V^2 / 2. What a pitot tube feels is larger by t
 1 + M^2/4: 0.2 % at 100 ft/s, a fifth of what the transducer is good for, so compressibility is
 left out.
 
-Every formula takes single numbers as well as arrays, and gives the same bits for both, but for
-those with powers: there NumPy may round differently from Python, so they are for arrays only.
+Every formula takes single numbers as well as arrays, and gives the same bits for both.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TypeVar, cast
 
 import numpy as np
@@ -37,20 +37,23 @@ def density(static_pressure: Number, temperature: Number) -> Number:
     return static_pressure / (GAS_CONSTANT * cast(Number, choose(sound, temperature, np.nan)))
 
 
-def standard_density(static_pressure: FloatArray) -> FloatArray:
+def standard_density(static_pressure: Number) -> Number:
     """Return the density (kg/m^3) of the standard day at a pressure (Pa)."""
     return density(static_pressure, standard_temperature(static_pressure))
 
 
-def standard_temperature(static_pressure: FloatArray) -> FloatArray:
+def standard_temperature(static_pressure: Number) -> Number:
     """Return the temperature (K) of the standard day at a pressure (Pa)."""
     return SEA_LEVEL_TEMPERATURE - LAPSE_RATE * altitude(static_pressure)
 
 
-def altitude(static_pressure: FloatArray) -> FloatArray:
+def altitude(static_pressure: Number) -> Number:
     """Return the pressure altitude (m) at a static pressure (Pa); NaN where it is not positive."""
-    positive = np.where(static_pressure > 0.0, static_pressure, np.nan)
-    return np.asarray(pressure_altitude(positive), dtype=np.float64)
+    if isinstance(static_pressure, float):
+        return float(pressure_altitude(static_pressure)) if static_pressure > 0.0 else math.nan
+    # The last bit of NumPy's powers depends on the processor; so each number is taken by itself.
+    numbers = [altitude(pressure) for pressure in static_pressure.ravel().tolist()]
+    return np.array(numbers).reshape(static_pressure.shape)
 
 
 def true_airspeed(qbar: Number, rho: Number) -> Number:

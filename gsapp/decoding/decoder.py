@@ -40,7 +40,6 @@ _STATUSTEXT = 253
 _SYSTEM_TIME = 2
 _TEXT_CHUNK = 50
 _MANY = 1000
-_FEW = 8  # samples of one message that are quicker number by number
 _GIVE_UP_EVERY = 30_000_000
 # By custom ground stations number themselves from here on; what they send is no measurement.
 _GROUND_SYSTEM = 250
@@ -302,7 +301,7 @@ class Decoder:
             self._pending[stream] = _Pending()
             read = self._readers[stream]
             number = self._ids[stream]
-            if len(times) <= _FEW:
+            if len(times) <= self._pipeline.streams[stream].few:
                 self._pipeline.push_few(stream, times, nows, [read(item) for item in items])
             elif number is None:
                 self._pipeline.push(stream, times, nows, {"": np.array(items)})

@@ -40,8 +40,6 @@ class Derivation:
         From arrays of shape (n,) to one, or from numbers to a number.
     density : callable or None
         From the slow inputs to the density of the air, which `compute` takes in their place.
-    powers : bool
-        Whether its formulas are for arrays only; see `gsapp.decoding.air_data`.
     source : str
         The formula, or where it stands.
     assumed : str
@@ -53,7 +51,6 @@ class Derivation:
     slow: tuple[str, ...] = ()
     compute: Compute
     density: Compute | None = None
-    powers: bool = False
     source: str
     assumed: str = ""
 
@@ -111,7 +108,6 @@ DERIVATIONS: tuple[Derivation, ...] = (
         slow=("static_pressure",),
         compute=air_data.dynamic_pressure,
         density=air_data.standard_density,
-        powers=True,
         source="rho V^2 / 2",
         assumed=_STANDARD_DAY,
     ),
@@ -138,7 +134,6 @@ DERIVATIONS: tuple[Derivation, ...] = (
         slow=("static_pressure",),
         compute=air_data.true_airspeed,
         density=air_data.standard_density,
-        powers=True,
         source="sqrt(2 qbar / rho)",
         assumed=_STANDARD_DAY,
     ),
@@ -153,7 +148,6 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="density",
         quick=("static_pressure",),
         compute=air_data.standard_density,
-        powers=True,
         source="ideal gas",
         assumed=_STANDARD_DAY,
     ),
@@ -161,7 +155,6 @@ DERIVATIONS: tuple[Derivation, ...] = (
         output="altitude",
         quick=("static_pressure",),
         compute=air_data.altitude,
-        powers=True,
         source="standard atmosphere",
     ),
 )

@@ -23,7 +23,8 @@ from bisect import bisect_left, insort
 from collections import deque
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from itertools import chain, repeat
+from struct import pack
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +37,7 @@ LONGEST_FILL = 60.0
 _WINDOW = 9
 _UNKNOWN_PERIOD = 1_000_000
 _TURN = 2.0 * math.pi
-_FEW = 8  # rows that are quicker number by number
+_FEW = 200  # numbers that are quicker one by one
 _TABLE_BEFORE = 200
 _TABLE_AFTER = 1000
 BoolArray = npt.NDArray[np.bool_]
@@ -104,31 +105,71 @@ class Grid:
         return -(-time * self.numerator // self.step)
 
 
-class Rows(NamedTuple):
+class Rows:
     """Successive rows of one message's channels.
 
-    Attributes
+    Parameters
     ----------
     first : int
         Index of the first row.
-    values : ndarray, shape (n, n_channels)
-        NaN in gaps.
+    values : ndarray, shape (n, n_channels), or list of sequences of float
+        The rows; NaN in gaps. A few rows are lists, and become an array where one is asked for.
     silent : ndarray of bool, shape (n,), or None
         Where the message was silent for longer than its patience; None for nowhere.
+
+    Attributes
+    ----------
+    few : list of sequences of float, or None
+        The rows as lists, if they are few.
     """
 
-    first: int
-    values: FloatArray
-    silent: BoolArray | None = None
+    __slots__ = ("_values", "few", "first", "silent")
+
+    def __init__(
+        self,
+        first: int,
+        values: FloatArray | list[Numbers],
+        silent: BoolArray | None = None,
+    ) -> None:
+        self.first = first
+        self.silent = silent
+        self.few: list[Numbers] | None = None
+        self._values: FloatArray | None = None
+        if isinstance(values, list):
+            self.few = values
+        else:
+            self._values = values
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.few) if self.few is not None else len(self.values)
+
+    @property
+    def values(self) -> FloatArray:
+        """Return the rows, shape (n, n_channels)."""
+        if self._values is None:
+            # Much quicker than an array of lists.
+            rows = self.few or []
+            count = len(rows) * len(rows[0])
+            packed = pack(f"{count}d", *chain.from_iterable(rows))
+            self._values = np.frombuffer(packed).reshape(len(rows), -1)
+        return self._values
 
     @property
     def end(self) -> int:
         """Return the row after the last."""
-        return self.first + len(self.values)
+        return self.first + len(self)
 
     def of(self, columns: ColumnIndex) -> Rows:
         """Return the same rows with these columns only."""
+        if self.few is not None and isinstance(columns, slice):
+            return Rows(self.first, [row[columns] for row in self.few], self.silent)
         return Rows(self.first, self.values[:, columns], self.silent)
+
+    def part(self, start: int, stop: int) -> Rows:
+        """Return the rows from one index of the grid to before another."""
+        part = slice(start - self.first, stop - self.first)
+        return Rows(start, self.values[part] if self.few is None else self.few[part])
 
 
 class _Plan:
@@ -136,8 +177,8 @@ class _Plan:
 
     Attributes
     ----------
-    first, end : int
-        The first row, and the row after the last.
+    first : int
+        The first row.
     before, after : list of int
         Samples before and after each row; the same twice where the row stands on it.
     weights : list of float
@@ -148,10 +189,10 @@ class _Plan:
         Whether any row lies between samples.
     """
 
-    __slots__ = ("after", "before", "bridged", "end", "first", "gaps", "silent", "weights")
+    __slots__ = ("after", "before", "bridged", "first", "gaps", "silent", "weights")
 
     def __init__(self, first: int) -> None:
-        self.first = self.end = first
+        self.first = first
         self.before: list[int] = []
         self.after: list[int] = []
         self.weights: list[float] = []
@@ -160,26 +201,25 @@ class _Plan:
         self.bridged = False
 
     def bridge(
-        self, before: int, after: int, weights: list[float], *, gap: bool, silent: bool
+        self, before: int, after: int, weights: Sequence[float], *, gap: bool, silent: bool
     ) -> None:
         """Lay rows between two samples."""
-        count = len(weights)
-        self.before += [before] * count
-        self.after += [after] * count
+        if gap or silent:
+            rows = range(len(self.after), len(self.after) + len(weights))
+            if gap:
+                self.gaps += rows
+            if silent:
+                self.silent += rows
+        self.before += repeat(before, len(weights))
+        self.after += repeat(after, len(weights))
         self.weights += weights
-        start, self.end = self.end - self.first, self.end + count
         self.bridged = True
-        if gap:
-            self.gaps += range(start, start + count)
-        if silent:
-            self.silent += range(start, start + count)
 
     def stand(self, place: int) -> None:
         """Lay a row on a sample."""
         self.before.append(place)
         self.after.append(place)
         self.weights.append(1.0)
-        self.end += 1
 
     def silence(self) -> BoolArray | None:
         """Return which rows lie in a silence; None for none."""
@@ -217,7 +257,7 @@ class Gridder:
         predecessor or came after a later one.
     gaps : int
         How often samples lay further apart than the grid bridges.
-    missing : ndarray of int, shape (m,)
+    missing : list of int
         Samples without a number, by channel.
     """
 
@@ -228,7 +268,7 @@ class Gridder:
         self.overtaken = 0
         self.samples = 0
         self.gaps = 0
-        self.missing = np.zeros(circular.size, dtype=np.intp)
+        self.missing = [0] * circular.size
         self.last: int | None = None
         self.first: tuple[int, int] | None = None
         self.begin = 0
@@ -239,7 +279,7 @@ class Gridder:
         self._circular = columns_at(self._angles)
         self._stepwise = columns_at(self._steps)
         self._fallback = fallback
-        self._value: Numbers = [math.nan] * circular.size
+        self._value: FloatArray | Numbers = [math.nan] * circular.size
         self._next = 0
         self._intervals: deque[int] = deque()
         self._ordered: list[int] = []
@@ -278,7 +318,8 @@ class Gridder:
         # Place 0 is the last sample before these, if there is one; place 1 the first of these.
         place, last = 0, self.last
         at = 0 if last is None else last * numerator
-        plan = _Plan(self._next)
+        row = self._next
+        plan = _Plan(row)
         plans = [plan]
         passed_over = []
         index = 0
@@ -303,44 +344,52 @@ class Gridder:
             if last is None:
                 self.begin = -(-at // step)
             if last is None or at - before > self._longest:
-                plan = _Plan(-(-at // step))
+                row = -(-at // step)
+                plan = _Plan(row)
                 plans.append(plan)
-            position = plan.end * step
+            position = row * step
             if position < at:
-                weights = [(each - before) / (at - before) for each in range(position, at, step)]
+                between = at - before
+                weights = [each / between for each in range(position - before, between, step)]
+                row += len(weights)
+                position = row * step
                 plan.bridge(place, index, weights, gap=gap, silent=silent)
-                position += len(weights) * step
             if position == at:
                 plan.stand(index)
+                row += 1
             place, last = index, time
         self.samples += index - len(passed_over)
         if not place:
             return []
         self._count_missing(values, passed_over)
         if isinstance(values, np.ndarray):
-            known = np.concatenate((np.array((self._value,)), values))
+            known = np.empty((len(values) + 1, values.shape[1]))
+            known[0], known[1:] = self._value, values
             rows = [self._laid(each, known) for each in plans if each.after]
-            self._value = values[place - 1].tolist()
+            self._value = known[place].copy()
         else:
-            few = (self._value, *values)
+            former = self._value
+            few = (former.tolist() if isinstance(former, np.ndarray) else former, *values)
             rows = [self._laid_singly(each, few) for each in plans if each.after]
             self._value = few[place]
         self.last = last
-        self._next = plan.end
+        self._next = row
         return rows
 
     def _count_missing(
         self, values: FloatArray | Sequence[Numbers], passed_over: Sequence[int]
     ) -> None:
         if isinstance(values, np.ndarray):
-            if np.isnan(values.sum()):
-                missing = np.isnan(values)
+            missing = np.isnan(values)
+            if np.count_nonzero(missing):
                 missing[[index - 1 for index in passed_over]] = False
-                self.missing += missing.sum(axis=0)
+                counts = missing.sum(axis=0).tolist()
+                self.missing = [x + y for x, y in zip(self.missing, counts, strict=True)]
             return
         for index, numbers in enumerate(values, start=1):
             if math.isnan(sum(numbers)) and index not in passed_over:
-                self.missing += np.isnan(numbers)
+                for place, number in enumerate(numbers):
+                    self.missing[place] += math.isnan(number)
 
     def _is_gap(self, interval: int) -> bool:
         """Take note of an interval, and return whether it is too long to bridge."""
@@ -364,43 +413,38 @@ class Gridder:
 
     def _between(self, plan: _Plan, known: FloatArray) -> FloatArray:
         """Return values of planned rows. On a sample both ends are that sample."""
-        ends = known.take((plan.before, plan.after), axis=0)
-        shares = np.array(([1.0 - weight for weight in plan.weights], plan.weights))
-        lower, upper = ends * shares[:, :, np.newaxis]
-        values: FloatArray = lower + upper
+        start, stop = known.take(plan.before, axis=0), known.take(plan.after, axis=0)
+        share = np.array(plan.weights)[:, np.newaxis]
+        values: FloatArray = start * (1.0 - share)
+        values += stop * share
         if self._angles:
-            start, stop = ends[:, :, self._circular]
-            turn = stop - start
+            turn = stop[:, self._circular] - start[:, self._circular]
             turn -= _TURN * np.rint(turn / _TURN)
-            values[:, self._circular] = start + shares[1][:, np.newaxis] * turn
+            values[:, self._circular] = start[:, self._circular] + share * turn
         if self._steps:
-            values[:, self._stepwise] = ends[0][:, self._stepwise]
+            values[:, self._stepwise] = start[:, self._stepwise]
         if plan.gaps:
             values[plan.gaps] = np.nan
         return values
 
     def _laid_singly(self, plan: _Plan, known: Sequence[Numbers]) -> Rows:
         """Return planned rows: `_laid`, number by number if they are few."""
-        if len(plan.after) > _FEW:
+        width = len(known[0])
+        if len(plan.after) * width > _FEW:
             return self._laid(plan, np.array(known))
         rows: list[Numbers] = []
         angles, steps = self._angles, self._steps
         for before, after, share in zip(plan.before, plan.after, plan.weights, strict=True):
-            start, stop = known[before], known[after]
-            if before == after and not angles:
-                rows.append(stop)
-                continue
-            rest = 1.0 - share
+            start, stop, rest = known[before], known[after], 1.0 - share
             row = [x * rest + y * share for x, y in zip(start, stop, strict=True)]
             for place in angles:
                 row[place] = _angle_between(start[place], stop[place], share)
             for place in steps:
                 row[place] = start[place]
             rows.append(row)
-        values = np.array(rows)
-        if plan.gaps:
-            values[plan.gaps] = np.nan
-        return Rows(plan.first, values, plan.silence())
+        for gap in plan.gaps:
+            rows[gap] = [math.nan] * width
+        return Rows(plan.first, rows, plan.silence())
 
 
 def _angle_between(start: float, stop: float, share: float) -> float:

@@ -65,7 +65,7 @@ class Merger:
         final : bool
             Whether nothing more will come.
         """
-        if first is None:
+        if first is None or not (final or any(self._rows)):
             return []
         if self._next is None:
             self._start = first
@@ -112,7 +112,7 @@ class Merger:
                     return piece, piece.end
                 end = piece.end if silent is None else row + _run(silent[offset:])
                 end = min(end, limit)
-                return Rows(row, piece.values[offset : end - piece.first]), end
+                return piece.part(row, end), end
             if rows:
                 # A pause too long to be filled.
                 limit = min(limit, rows[0].first)

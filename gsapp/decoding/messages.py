@@ -268,8 +268,10 @@ def number_reader(
     order = [slots.index(place) for place in places]
     # Of a single number `itemgetter` would make no tuple; a tuple stays itself.
     pick = tuple if order == list(range(len(slots))) else itemgetter(*order)
+    floats = all(kind.kind == "f" for _, kind in slots)
 
     def read(payload: bytes) -> tuple[float, ...]:
-        return pick(unpack(payload if len(payload) >= size else payload.ljust(size, b"\0")))
+        numbers = pick(unpack(payload if len(payload) >= size else payload.ljust(size, b"\0")))
+        return numbers if floats else tuple(map(float, numbers))
 
     return read

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -36,7 +36,6 @@ from gsapp.decoding.merging import Merger
 from gsapp.decoding.stream import Columns, Stream
 from gsapp.quantities import Block
 
-_FEW_ROWS = 16
 _FORGET = 4 * LONGEST_HOLD
 _LONGEST_WAIT = 2 * round(LONGEST_FILL * 1e6)
 
@@ -83,15 +82,12 @@ class _Step(NamedTuple):
         From the columns `inputs` to this one; None for a slow input.
     inputs : tuple of int
         Places of columns.
-    powers : bool
-        Whether `compute` is for arrays only.
     slow : SlowInput or None
         The slow input.
     """
 
     compute: Compute | None
     inputs: tuple[int, ...] = ()
-    powers: bool = False
     slow: SlowInput | None = None
 
 
@@ -142,53 +138,45 @@ class _Group:
 
     def derive(self, grid: Grid, rows: Rows) -> Rows:
         """Add the derived columns."""
-        count, width = len(rows.values), self.width
-        columns: Sequence[Any] | None = None
-        if count <= _FEW_ROWS:
-            columns = self._columns_singly(grid, rows)
-        if columns is None:
-            columns = self._columns(grid, rows)
-        values = np.empty((count, len(self.channels)))
-        values[:, :width] = rows.values
-        values.T[width:] = [columns[place] for place in self.derived]
-        return Rows(rows.first, values)
-
-    def _columns(self, grid: Grid, rows: Rows) -> Sequence[Any]:
-        """Return all columns, each an array."""
-        # Each by itself: a function may round differently on a column that is strided.
+        if rows.few is not None:
+            found = self._derive_singly(grid, rows, rows.few)
+            if found is not None:
+                return found
+        # Each column by itself: a function may round differently on one that is strided.
         columns = list(np.ascontiguousarray(rows.values.T))
-        for compute, inputs, _, slow in self.steps:
+        for compute, inputs, slow in self.steps:
             if compute is not None:
                 columns.append(compute(*[columns[place] for place in inputs]))
             elif slow is not None:
-                columns.append(slow.at(grid.micros(rows.first, len(rows.values))))
-        return columns
+                columns.append(slow.at(grid.micros(rows.first, len(rows))))
+        values = np.empty((len(rows), len(self.channels)))
+        values[:, : self.width] = rows.values
+        values.T[self.width :] = [columns[place] for place in self.derived]
+        return Rows(rows.first, values)
 
-    def _columns_singly(self, grid: Grid, rows: Rows) -> Sequence[Any] | None:
-        """Return `_columns`, number by number: quicker for a few rows, and the same bits.
+    def _derive_singly(self, grid: Grid, rows: Rows, few: Sequence[Numbers]) -> Rows | None:
+        """Return what `derive` does, number by number: quicker for a few rows.
 
         None where Python refuses what NumPy answers with infinity.
         """
-        columns: list[list[float]] = rows.values.T.tolist()
+        columns: list[Numbers] = list(zip(*few, strict=True))
         try:
-            for compute, inputs, powers, slow in self.steps:
-                if powers and compute is not None:
-                    arrays = [np.array(columns[place]) for place in inputs]
-                    columns.append(compute(*arrays).tolist())
-                elif compute is not None:
+            for compute, inputs, slow in self.steps:
+                if compute is not None:
                     columns.append(list(map(compute, *[columns[place] for place in inputs])))
                 elif slow is not None:
-                    micros = grid.micros(rows.first, len(rows.values)).tolist()
+                    micros = grid.micros(rows.first, len(rows)).tolist()
                     columns.append(slow.at_singly(micros))
         except ArithmeticError:
             return None
-        return columns
+        derived = zip(*[columns[place] for place in self.derived], strict=True)
+        return Rows(rows.first, [[*row, *more] for row, more in zip(few, derived, strict=True)])
 
     def block(self, grid: Grid, rows: Rows) -> Block:
         """Return rows, derived columns included, as a block."""
         return Block.trusted(
             self.emitted,
-            grid.times(rows.first, len(rows.values)),
+            grid.times(rows.first, len(rows)),
             rows.values if self.join is None else rows.values[:, self.width :],
         )
 
@@ -359,14 +347,16 @@ class Pipeline:
         for merger, group in self._mergers:
             group.ready += merger.pull(first, now, final=final)
         blocks: list[Block] = []
+        done = []
         for group in self._groups:
             if group.join is not None:
                 group.ready += group.join.pull()
             if group.ready:
+                done.append(group)
                 if group.steps:
                     group.ready = [group.derive(self.grid, rows) for rows in group.ready]
                 blocks += [group.block(self.grid, rows) for rows in group.ready]
-        for group in self._groups:
+        for group in done:
             group.ready = []
         for slow in self._slow.values():
             slow.forget(now - _FORGET)
@@ -399,7 +389,7 @@ class Pipeline:
     def _counted(self, name: str, source: ChannelSource) -> ChannelSource:
         samples, gridder = max(
             (
-                (gridder.samples - int(gridder.missing[column]), gridder)
+                (gridder.samples - gridder.missing[column], gridder)
                 for number, column in self._candidates[name]
                 for gridder in (self._gridders[number],)
             ),
@@ -469,12 +459,9 @@ class Pipeline:
                 else group.add(_Step(None, slow=self._slow_input(name)))
                 for name in derivation.slow
             ]
-            powers = derivation.powers
             if derivation.density is not None:
-                slow = [group.add(_Step(derivation.density, tuple(slow), powers))]
-                powers = False
-            step = _Step(derivation.compute, (*quick, *slow), powers)
-            group.derived.append(group.add(step))
+                slow = [group.add(_Step(derivation.density, tuple(slow)))]
+            group.derived.append(group.add(_Step(derivation.compute, (*quick, *slow))))
             group.channels += (derivation.output,)
             self._inputs[derivation.output] = tuple(derivation.quick)
             used = [self.sources[name] for name in derivation.inputs]

@@ -23,6 +23,7 @@ from gsapp.quantities import FloatArray, base_id, channel, to_si
 
 _CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
 _RAIL = 1e-3
+_FEW_SAMPLES, _FEW_NUMBERS = 8, 200
 _STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
 Columns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]
 BoolArray = npt.NDArray[np.bool_]
@@ -113,16 +114,18 @@ class _Calibrations:
         """
         if excitation is not None and self._any_ratiometric:
             volts = volts * reference_ratio(self._supply, excitation[:, np.newaxis])
-        inside = volts.clip(self._low, self._high)
+        inside = np.minimum(np.maximum(volts, self._low), self._high)
+        values = self._coefficients[0] * inside
+        for coefficient in self._coefficients[1:-1]:
+            values += coefficient
+            values *= inside
+        values += self._coefficients[-1]
+        if np.count_nonzero(volts == inside) == volts.size:
+            return values, None
         beyond = volts - inside
         below = beyond < 0.0
-        outside = below | (beyond > 0.0)
-        values: FloatArray = self._coefficients[0]
-        for coefficient in self._coefficients[1:]:
-            values = values * inside + coefficient
-        if not outside.any():
-            return values, None
-        return values + beyond * np.where(below, self._low_slope, self._high_slope), outside
+        values += beyond * np.where(below, self._low_slope, self._high_slope)
+        return values, below | (beyond > 0.0)
 
     def evaluate_singly(
         self, values: list[float], places: Sequence[int], excitation: float
@@ -175,6 +178,8 @@ class Stream:
     ----------
     outputs : tuple of Output
         Columns of `convert`, in order.
+    few : int
+        Up to so many samples are quicker number by number.
     wanted : tuple of FieldRef
         The numbers of the message that `convert_singly` takes: one for each output, then those
         that conversions and flags of validity need.
@@ -204,9 +209,9 @@ class Stream:
                 outputs.append(Output(channel=entry.channel, entry=entry, calibrated=True))
             outputs.append(Output(channel=entry.volts_channel, entry=entry, calibrated=False))
         self.outputs = tuple(outputs)
+        self.few = max(1, min(_FEW_SAMPLES, _FEW_NUMBERS // len(outputs)))
         factors = [linear_factors(output.entry) for output in outputs]
-        self._factors = [factor for factor, _ in factors]
-        self._offsets = [offset for _, offset in factors]
+        self._scaled = [(n, f, o) for n, (f, o) in enumerate(factors) if (f, o) != (1.0, 0.0)]
         self._factor = np.array([factor for factor, _ in factors])
         self._offset = np.array([offset for _, offset in factors])
         self._places = [place for place, _ in calibrated]
@@ -219,7 +224,8 @@ class Stream:
         self.circular = np.array([base in _CIRCULAR for base in bases], dtype=bool)
         self.stepwise = np.array([base in _STEPWISE for base in bases], dtype=bool)
         self.clipped: dict[str, int] = {}
-        self._ranges: tuple[FloatArray, FloatArray] | None = None
+        self._low = np.full(len(outputs), -np.inf)
+        self._high = np.full(len(outputs), np.inf)
         self._limits: list[tuple[int, float, float]] = []
 
     @property
@@ -233,16 +239,12 @@ class Stream:
         A converter rounds the rail to one of its counts, so a thousandth of the range before
         the end counts as the end.
         """
-        low = np.full(len(self.outputs), -np.inf)
-        high = np.full(len(self.outputs), np.inf)
         for place, output in enumerate(self.outputs):
             if output.channel in ranges:
                 bottom, top = ranges[output.channel]
                 margin = _RAIL * (top - bottom if np.isfinite(top - bottom) else abs(top))
-                low[place], high[place] = bottom + margin, top - margin
+                self._low[place], self._high[place] = bottom + margin, top - margin
                 self._limits.append((place, bottom + margin, top - margin))
-        if np.isfinite(low).any() or np.isfinite(high).any():
-            self._ranges = (low, high)
 
     def convert(self, columns: Columns, count: int) -> FloatArray:
         """Return SI values of samples.
@@ -267,12 +269,17 @@ class Stream:
             supply = None if self._supply is None else values[:, self._supply]
             calibrated, outside = self._calibrations.evaluate(values[:, self._calibrated], supply)
             values[:, self._calibrated] = calibrated
-        finite = np.isfinite(values)
-        if not finite.all():
+        within = (values > self._low) & (values < self._high)
+        if outside is not None or np.count_nonzero(within) < within.size:
+            # Seldom: clipped, missing, or not even finite.
+            finite = np.isfinite(values)
             values[~finite] = np.nan
+            clipped = ~within
             if outside is not None:
-                outside &= finite[:, self._calibrated]
-        self._count_clipped(values, outside)
+                clipped[:, self._calibrated] |= outside
+            totals = (clipped & finite).sum(axis=0)
+            for column in np.flatnonzero(totals).tolist():
+                self._count(column, int(totals[column]))
         return values
 
     def convert_singly(self, samples: Sequence[Numbers]) -> list[list[float]]:
@@ -283,34 +290,37 @@ class Stream:
         samples : sequence of sequences of float
             For each sample the numbers `wanted`.
         """
-        return [self._convert_one(numbers) for numbers in samples]
+        width = len(self.outputs)
+        result = []
+        for sample in samples:
+            numbers = self._with_conversions(sample) if self._conversions else sample
+            values = list(numbers[:width])
+            for place, factor, offset in self._scaled:
+                values[place] = numbers[place] * factor + offset
+            if 0.0 in values:
+                values = [value + 0.0 for value in values]  # no negative zeros
+            for place, missing in self._missing:
+                if numbers[place] in missing:
+                    values[place] = math.nan
+            for place, flag in self._flags:
+                if numbers[flag] == 0.0:
+                    values[place] = math.nan
+            outside: Sequence[int] = ()
+            if self._calibrations is not None:
+                supply = math.nan if self._supply is None else values[self._supply]
+                outside = self._calibrations.evaluate_singly(values, self._places, supply)
+            if not math.isfinite(sum(values)):
+                values = [value if math.isfinite(value) else math.nan for value in values]
+            self._count_outside(values, outside)
+            result.append(values)
+        return result
 
-    def _convert_one(self, numbers: Numbers) -> list[float]:
-        if self._converted:
-            numbers = self._with_conversions(numbers)
-        values = [
-            number * factor + offset
-            # There may be more numbers than outputs.
-            for number, factor, offset in zip(numbers, self._factors, self._offsets, strict=False)
-        ]
-        for place, missing in self._missing:
-            if numbers[place] in missing:
-                values[place] = math.nan
-        for place, flag in self._flags:
-            if numbers[flag] == 0.0:
-                values[place] = math.nan
-        outside: Sequence[int] = ()
-        if self._calibrations is not None:
-            supply = math.nan if self._supply is None else values[self._supply]
-            outside = self._calibrations.evaluate_singly(values, self._places, supply)
-        if not math.isfinite(sum(values)):
-            values = [value if math.isfinite(value) else math.nan for value in values]
+    def _count_outside(self, values: Numbers, outside: Sequence[int]) -> None:
         clipped = [p for p, low, high in self._limits if values[p] <= low or values[p] >= high]
         if clipped or outside:
             for place in {*clipped, *outside}:
                 if not math.isnan(values[place]):
                     self._count(place, 1)
-        return values
 
     def _with_conversions(self, numbers: Numbers) -> Numbers:
         found = list(numbers)
@@ -338,22 +348,8 @@ class Stream:
             raw[number_of(columns, flag) == 0.0, place] = np.nan
         return raw
 
-    def _count_clipped(self, values: FloatArray, outside: BoolArray | None) -> None:
-        """Count samples outside calibration, or at the end of the instrument's range."""
-        clipped: BoolArray | None = None
-        if self._ranges is not None:
-            clipped = (values <= self._ranges[0]) | (values >= self._ranges[1])
-        if outside is not None:
-            if clipped is None:
-                clipped = np.zeros(values.shape, dtype=bool)
-            clipped[:, self._calibrated] |= outside
-        if clipped is None or not clipped.any():
-            return
-        totals = clipped.sum(axis=0)
-        for column in np.flatnonzero(totals).tolist():
-            self._count(column, int(totals[column]))
-
     def _count(self, column: int, clipped: int) -> None:
+        """Count samples outside calibration, or at the end of the instrument's range."""
         name = self.outputs[column].channel
         self.clipped[name] = self.clipped.get(name, 0) + clipped
 
