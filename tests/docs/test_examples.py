@@ -17,6 +17,7 @@ import typer
 
 from calibration import load_certificate, load_certificates
 from gsapp.aircraft import load_aircraft
+from gsapp.aircraft.swings import inertia_of, load_swings
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
@@ -27,17 +28,25 @@ from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
 from gsapp.flight.records import RawRecord
+from gsapp.identification.linear_models.files import load_linear_model
+from gsapp.identification.weights import load_weights
 from gsapp.session.limits import load_limits
 from gsapp.session.setting import setting_for
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted([ROOT / "README.md", *DOCS.glob("*.md"), *DOCS.glob("decisions/*.md")])
-GUIDES = [DOCS / "field-guide.md", DOCS / "files.md", DOCS / "virtual-aircraft.md"]
+GUIDES = [
+    DOCS / "field-guide.md",
+    DOCS / "files.md",
+    DOCS / "identification.md",
+    DOCS / "virtual-aircraft.md",
+]
 _BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _CHECKED = {
     "flight", "events", "flight-csv", "aircraft", "channel-map", "text-map", "lines", "table-map",
-    "table", "certificate", "limits", "plan", "model", "layout",
+    "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
+    "linear-model",
 }  # fmt: skip
 
 
@@ -134,6 +143,23 @@ def test_limits_are_read(example: Example) -> None:
     rules = {rule.key: rule for rule in load_limits(example("toml", "limits")).rules()}
     assert set(rules) == {"battery:low", "alpha:high"}
     assert rules["battery:low"].warning == pytest.approx(10.5)
+
+
+def test_weights_are_read_by_flight(example: Example) -> None:
+    weights = load_weights(example("toml", "weights"))
+    assert weights.for_flight("A")["an"] == pytest.approx(35 / 9.80665**2)
+    assert weights.for_flight("Flight B")["alpha"] == 0.0
+
+
+def test_swings_are_read_and_mean_something(example: Example) -> None:
+    found = inertia_of(load_swings(example("toml", "swings")))
+    assert {"ixx", "izz"} == set(found.values)
+    assert all(0.0 < one.std < 0.3 * one.value for one in found.values.values())
+
+
+def test_the_linear_model_is_read(example: Example) -> None:
+    model = load_linear_model(example("toml", "linear-model")).model()
+    assert model.C[1, 1] == pytest.approx(57.3 * np.pi / 180.0)
 
 
 def test_the_plan_is_read(example: Example) -> None:

@@ -380,7 +380,7 @@ def _states(maneuver: Maneuver, settings: MLSettings) -> tuple[tuple[str, ...], 
     asked = {"lon": ("theta",), "lat": ("phi",), "both": ()}[settings.axis]
     joined = [name for name in missing if name in asked]
     remarks = [
-        f"{name} was not measured; it is computed with the other states from a level start"
+        f"{name} was not measured; it is computed with the other states"
         for name in joined
     ]
     return (*usual, *joined), remarks
