@@ -281,18 +281,30 @@ def solve(
     ]
     parts: list[Solution] = []
     latest = Information.none(p)
-    start = 0
-    for stop in range(1, len(choices) + 1):
-        # Moments with the same step between frequencies are solved together.
-        if stop == len(choices) or choices[stop][0] != choices[start][0]:
-            moments = slice(start, stop)
-            firsts = [first for _, first in choices[moments]]
-            solution, latest = _solve_together(
-                transforms.part(moments, choices[start][0]), firsts, past.at(moments), body
-            )
-            parts.append(solution)
-            start = stop
+    for moments, step in _alike(choices):
+        firsts = [first for _, first in choices[moments]]
+        solution, latest = _solve_together(
+            transforms.part(moments, step), firsts, past.at(moments), body
+        )
+        parts.append(solution)
     return Solution.joined(parts), latest
+
+
+def _alike(choices: Sequence[tuple[int, int]]) -> list[tuple[slice, int]]:
+    """Return stretches of moments with the same step between frequencies, and that step.
+
+    Moments without frequencies go with any.
+    """
+    found: list[tuple[slice, int]] = []
+    start, step = 0, 0
+    for place, (own, first) in enumerate(choices):
+        if first == 0:
+            continue
+        if step not in (0, own):
+            found.append((slice(start, place), step))
+            start = place
+        step = own
+    return [*found, (slice(start, len(choices)), max(step, 1))]
 
 
 def _solve_together(
@@ -479,22 +491,18 @@ def _orthonormal(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArray, Fl
     Columns of the nuisance may vanish (the transform of a constant does at multiples of 1/T) or
     repeat: the basis then holds zeros in their place.
     """
-    basis = np.zeros_like(columns)
+    basis = np.empty((columns.shape[2], *columns.shape[:2]))
     used = np.zeros(len(columns))
-    for place in range(columns.shape[2]):
+    for place in range(len(basis)):
         one = columns[:, :, place] / np.maximum(sizes[:, place], 1e-300)[:, np.newaxis]
-        length = np.sqrt((one**2).sum(axis=1))
-        for _ in range(2):  # twice is enough
-            for other in range(place):
-                overlap = (basis[:, :, other] * one).sum(axis=1)
-                one = one - overlap[:, np.newaxis] * basis[:, :, other]
-        left = np.sqrt((one**2).sum(axis=1))
+        length = np.sqrt((one * one).sum(axis=1))
+        for other in basis[:place]:
+            one -= (other * one).sum(axis=1)[:, np.newaxis] * other
+        left = np.sqrt((one * one).sum(axis=1))
         counts = left > np.maximum(1e-6 * length, _TINY)
-        basis[:, :, place] = np.where(
-            counts[:, np.newaxis], one / np.where(counts, left, 1.0)[:, np.newaxis], 0.0
-        )
+        np.multiply(one, (counts / np.where(counts, left, 1.0))[:, np.newaxis], out=basis[place])
         used += counts
-    return basis, used
+    return np.ascontiguousarray(basis.transpose(1, 2, 0)), used
 
 
 def _paired(rows: FloatArray) -> FloatArray:

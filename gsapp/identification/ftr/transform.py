@@ -190,8 +190,12 @@ class RunningTransform:
         parts[:, :, p + 13 :] = 0.0
         size, ends = count * (p + 15), count * (p + 15) + 2 * count - 1
         flat = np.empty((many, ends + p + 4), dtype=np.complex128)
-        flat[:, :size] = _complex(self._phases @ parts).reshape(many, -1)
-        flat[:, size:ends] = _complex(self._square_phases @ (weights**2)[:, :, np.newaxis])[:, :, 0]
+        summed = self._phases @ parts
+        flat[:, :size].real = summed[:, :count].reshape(many, -1)
+        flat[:, :size].imag = summed[:, count:].reshape(many, -1)
+        squares = (self._square_phases @ (weights**2)[:, :, np.newaxis])[:, :, 0]
+        flat[:, size:ends].real = squares[:, : ends - size]
+        flat[:, size:ends].imag = squares[:, ends - size :]
         watched = np.concatenate((columns[:, :, :p], spun), axis=2)
         second = watched[:, 2:] - 2.0 * watched[:, 1:-1] + watched[:, :-2]
         triple: BoolArray = np.asarray(joined[:, 1:] & joined[:, :-1], dtype=bool)
