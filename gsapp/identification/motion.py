@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 
 from gsapp.decoding.air_data import density, standard_density, true_airspeed
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.equations import POLAR_STATES, attitude_rates
+from gsapp.dynamics.equations import POLAR_STATES, quaternion_from_euler
 from gsapp.dynamics.flight_model import INPUTS
 from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
@@ -214,18 +214,8 @@ class _Completion:
             return given["phi"], given["theta"], psi
         phi, theta = self._start((V, alpha, beta), rates)
         phi, theta = self.stand_ins.get("phi", phi), self.stand_ins.get("theta", theta)
-        dt = np.diff(self.maneuver.block.times)
-        rolled, pitched = np.empty(self.count), np.empty(self.count)
-        for k in range(self.count):
-            phi = float(given["phi"][k]) if "phi" in given else phi
-            theta = float(given["theta"][k]) if "theta" in given else theta
-            rolled[k], pitched[k] = phi, theta
-            if k + 1 < self.count:
-                p, q, r = (0.5 * float(one[k] + one[k + 1]) for one in rates)
-                first = attitude_rates(p, q, r, phi, theta)
-                half = 0.5 * dt[k]
-                second = attitude_rates(p, q, r, phi + half * first[0], theta + half * first[1])
-                phi, theta = phi + dt[k] * second[0], theta + dt[k] * second[1]
+        rolled, pitched = turned_attitude(self.maneuver.block.times, rates, phi, theta)
+        rolled, pitched = given.get("phi", rolled), given.get("theta", pitched)
         self.remarks.append(
             f"{' and '.join(missing)} not measured; gravity at the start and integrated rates "
             "stand in"
@@ -300,6 +290,44 @@ class _Completion:
         decay = float(np.exp(-self.maneuver.dt / lag))
         followed, _ = lfilter([1.0 - decay], [1.0, -decay], lever[1:], zi=[decay * lever[0]])
         return np.concatenate((lever[:1], followed))
+
+
+def turned_attitude(
+    times: FloatArray, rates: tuple[FloatArray, ...], phi: float, theta: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return bank and pitch angle (rad), shape (n,), that body rates turn a first attitude to.
+
+    Each step turns by the mean of the rates at its ends; the turns are exact (quaternions).
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        s.
+    rates : tuple of ndarray, shape (n,)
+        p, q, r, rad/s.
+    phi, theta : float
+        At the first sample, rad.
+    """
+    half = 0.25 * np.diff(times) * np.stack([rate[1:] + rate[:-1] for rate in rates])
+    angle = np.sqrt((half * half).sum(axis=0))
+    share = np.sinc(angle / np.pi)
+    turns = zip(np.cos(angle).tolist(), *(share * half).tolist(), strict=True)
+    w, x, y, z = quaternion_from_euler(phi, theta, 0.0)
+    found = [(w, x, y, z)]
+    for a, b, c, d in turns:
+        w, x, y, z = (
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        )
+        found.append((w, x, y, z))
+    w_all, x_all, y_all, z_all = np.array(found).T
+    sine = np.clip(2.0 * (w_all * y_all - z_all * x_all), -1.0, 1.0)
+    bank = np.arctan2(
+        2.0 * (w_all * x_all + y_all * z_all), 1.0 - 2.0 * (x_all * x_all + y_all * y_all)
+    )
+    return bank, np.arcsin(sine)
 
 
 def _arcsin(share: float) -> float:

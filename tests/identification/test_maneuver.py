@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import signal
+from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.equations import attitude_rates
 from gsapp.dynamics.pilot.flight import VirtualFlight, fly
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo
@@ -17,7 +19,7 @@ from gsapp.foundation import FlightError
 from gsapp.identification.alignment import advanced, aligned, lateness, touched
 from gsapp.identification.axes import axis_of, free_derivatives
 from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
-from gsapp.identification.motion import measured_motion
+from gsapp.identification.motion import measured_motion, turned_attitude
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
 
@@ -165,3 +167,19 @@ def test_missing_airspeed_gets_a_stand_in_or_a_clear_sentence(flown: VirtualFlig
         measured_motion(replace(maneuver, aircraft=unknown))
     with pytest.raises(FlightError, match="holds no samples"):
         cut_maneuver(flight, B777, 9000.0, 9010.0, id="2", inputs=("de",))
+
+
+def test_turned_attitude_follows_the_rates_exactly() -> None:
+    """A coning motion against an integration of the equations of attitude (4.1.8), (4.1.9)."""
+    times = np.arange(0.0, 4.0, 0.01)
+    rates = (0.8 * np.sin(2.0 * times), 0.5 * np.cos(1.3 * times), 0.3 * np.sin(0.7 * times))
+
+    def slopes(t: float, y: np.ndarray) -> tuple[float, float]:
+        p, q, r = 0.8 * np.sin(2.0 * t), 0.5 * np.cos(1.3 * t), 0.3 * np.sin(0.7 * t)
+        found = attitude_rates(p, q, r, y[0], y[1])
+        return float(found[0]), float(found[1])
+
+    expected = solve_ivp(slopes, (0.0, 3.99), (0.2, -0.1), t_eval=times, rtol=1e-10, atol=1e-12)
+    phi, theta = turned_attitude(times, rates, 0.2, -0.1)
+    assert np.max(np.abs(phi - expected.y[0])) < 5e-5
+    assert np.max(np.abs(theta - expected.y[1])) < 5e-5
