@@ -28,6 +28,8 @@ from gsapp.quantities.constants import GRAVITY
 
 CRUISE_OVER_STALL = 1.64
 """Speed that stands in for a missing one, over the stall speed: 100 over 61 ft/s."""
+_NOT_FLYING = 0.5
+"""Airspeed over stall speed below which nothing flies."""
 _FIRST = 0.8
 """Seconds at the start of a maneuver over which attitude is found."""
 
@@ -89,7 +91,7 @@ def measured_motion(
     Raises
     ------
     FlightError
-        If nothing can stand in for a missing speed.
+        If nothing can stand in for a missing speed, or the aircraft did not fly.
     """
     return _Completion(maneuver, dict(stand_ins or {})).finish()
 
@@ -185,9 +187,16 @@ class _Completion:
             if not np.isfinite(qbar).any():
                 qbar = self.maneuver.samples("dynamic_pressure")
             samples = np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan)
-        if np.isfinite(samples).any() and float(np.nanmax(samples)) > 0.0:
-            return np.maximum(self._fill("V", samples), 1.0)
         stall = self.maneuver.aircraft.limits.stall_speed
+        if np.isfinite(samples).any() and float(np.nanmax(samples)) > 0.0:
+            usual = float(np.nanmedian(samples))
+            if usual < max(_NOT_FLYING * stall, 1.0):
+                raise FlightError(
+                    f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' was not flown: its "
+                    f"airspeed of {usual:.1f} m/s is far below the stall speed; if the pitot is at "
+                    "fault, leave its channels out (gsapp cut --without) and a constant stands in"
+                )
+            return np.maximum(self._fill("V", samples), 1.0)
         constant = self.stand_ins.get("V", CRUISE_OVER_STALL * stall)
         if constant <= 0.0:
             raise FlightError(

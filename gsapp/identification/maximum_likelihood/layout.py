@@ -159,6 +159,10 @@ def _unmoved(
     return found
 
 
+_OVER_NOISE = 9.0
+"""Peak-to-peak of smoothed white noise over its deviation stays below this in a long record."""
+
+
 def _moves(signal: FloatArray) -> bool:
     """Return whether a signal holds more than white noise and drift below 0.05 degrees."""
     span = float(np.ptp(signal))
@@ -169,7 +173,7 @@ def _moves(signal: FloatArray) -> bool:
     noise = float(np.sqrt(np.mean(bends * bends) / 6.0)) if bends.size else 0.0
     width = max(1, signal.size // 50)
     smooth = np.convolve(signal, np.full(width, 1.0 / width), mode="valid")
-    return float(np.ptp(smooth)) > max(1e-3, 6.0 * noise / math.sqrt(width))
+    return float(np.ptp(smooth)) > max(1e-3, _OVER_NOISE * noise / math.sqrt(width))
 
 
 def _names(model: FlightModel, wanted: Sequence[str], settings: MLSettings) -> Names:
@@ -379,10 +383,7 @@ def _states(maneuver: Maneuver, settings: MLSettings) -> tuple[tuple[str, ...], 
     # Longitudinal motion hardly depends on bank, lateral motion hardly on pitch.
     asked = {"lon": ("theta",), "lat": ("phi",), "both": ()}[settings.axis]
     joined = [name for name in missing if name in asked]
-    remarks = [
-        f"{name} was not measured; it is computed with the other states"
-        for name in joined
-    ]
+    remarks = [f"{name} was not measured; it is computed with the other states" for name in joined]
     return (*usual, *joined), remarks
 
 

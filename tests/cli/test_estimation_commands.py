@@ -1,0 +1,162 @@
+"""``gsapp estimate`` and ``gsapp linear-models`` from outside, on virtual flights."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.flight import fly
+from gsapp.flight.catalog import Catalog, search_runs
+from gsapp.flight.writers import write_block
+from gsapp.identification.linear_models.files import load_linear_model
+
+TRUTH = load_model("b777")
+
+
+@pytest.fixture(scope="module")
+def flights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with two short flights, each one elevator and one combined doublet."""
+    folder = tmp_path_factory.mktemp("flights")
+    for seed in (5, 6):
+        write_block(folder / f"flight{seed}.csv", fly("short", seed=seed).measured, "csv")
+    return folder
+
+
+def gsapp(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the program."""
+    command = [sys.executable, "-m", "gsapp.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd)
+
+
+def result_of(*arguments: object, folder: Path) -> dict:
+    """Run a command that succeeds, and return its JSON."""
+    out = folder / "out.json"
+    done = gsapp(*arguments, "--json", out)
+    assert done.returncode == 0, done.stderr
+    return json.loads(out.read_text(encoding="utf-8"))
+
+
+def test_maximum_likelihood_of_two_flights_finds_the_truth(flights: Path, tmp_path: Path) -> None:
+    """Means within four of their bounds, runs and settings in the catalog, fixed JSON keys."""
+    content = result_of(
+        "estimate", flights / "flight5.csv", flights / "flight6.csv", "--aircraft", "b777",
+        "--catalog", tmp_path / "campaign.sqlite", folder=tmp_path,
+    )  # fmt: skip
+    assert content["method"] == "ml"
+    assert content["joint"] is None
+    assert [one["id"] for one in content["maneuvers"]] == ["1:1", "1:2", "2:1", "2:2"]
+    for one in content["maneuvers"]:
+        assert one["converged"]
+        assert {"flight", "t_start", "t_end", "input", "derivatives", "cramer_rao", "fit"} <= set(
+            one
+        )
+        assert all(
+            {"rms", "rms_over_range_pct", "r2", "theil"} == set(f) for f in one["fit"].values()
+        )
+    campaign = content["campaign"]
+    for name in (
+        "CN_alpha",
+        "Cm_alpha",
+        "Cm_q",
+        "Cm_de",
+        "Cl_p",
+        "Cl_da",
+        "Cn_beta",
+        "Cn_r",
+        "Cn_dr",
+    ):
+        value = campaign[name]
+        assert value["n"] == 2
+        # Sensor errors of the day are systematic: four bounds, or four percent.
+        miss = abs(value["mean"] - TRUTH.derivative(name))
+        assert miss < max(4.0 * value["std"], 0.04 * abs(TRUTH.derivative(name))), name
+    with Catalog(tmp_path / "campaign.sqlite") as store:
+        runs = search_runs(store)
+        assert len(runs) == 4
+        assert runs[0].estimates
+        assert runs[0].settings["method"] == "ml"
+
+
+@pytest.mark.parametrize("method", ["ee", "ftr"])
+def test_other_methods_give_the_same_shape(flights: Path, tmp_path: Path, method: str) -> None:
+    """Equation error and FTR: strong derivatives within a tenth of the truth."""
+    # In flight 6 no gyro clips; FTR has no use for a lateral record with holes as short as this.
+    content = result_of("estimate", flights / "flight6.csv", "--method", method, folder=tmp_path)
+    assert content["method"] == method
+    for name in ("Cm_de", "Cl_da", "Cn_dr"):
+        found = content["campaign"][name]["mean"]
+        assert found == pytest.approx(TRUTH.derivative(name), rel=0.1), name
+
+
+def test_hold_free_weights_and_joint_do_what_they_say(flights: Path, tmp_path: Path) -> None:
+    """Held is held, what is not free is held at the model, the joint fit covers both flights."""
+    content = result_of(
+        "estimate", flights / "flight5.csv", flights / "flight6.csv", "--axis", "lon",
+        "--hold", "CN_q=5", "--weights", "table-6.2.7", "--joint", folder=tmp_path,
+    )  # fmt: skip
+    assert [one["input"] for one in content["maneuvers"]] == ["de", "de"]
+    assert content["maneuvers"][0]["held"]["CN_q"] == 5.0
+    assert "CN_q" not in content["campaign"]
+    assert content["joint"]["derivatives"]["Cm_alpha"]["value"] == pytest.approx(
+        TRUTH.derivative("Cm_alpha"), rel=0.1
+    )
+    assert content["joint"]["fits"][0]["maneuvers"] == ["1:1", "2:1"]
+    content = result_of(
+        "estimate", flights / "flight5.csv", "--axis", "lon", "--free", "Cm_alpha,Cm_q,Cm_de,Cm_0",
+        "--model", "b777", folder=tmp_path,
+    )  # fmt: skip
+    assert set(content["campaign"]) == {"Cm_alpha", "Cm_q", "Cm_de", "Cm_0"}
+    assert content["maneuvers"][0]["held"]["CN_alpha"] == TRUTH.derivative("CN_alpha")
+
+
+def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
+    """Named by hand or not, nothing is estimated where nothing flew."""
+    done = gsapp("estimate", flights / "flight5.csv", "--maneuver", "5:15")
+    assert done.returncode == 1
+    assert "was not flown" in " ".join(done.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("--hold", "Cm_qq=1"), "did you mean Cm_q"),
+        (("--hold", "Cm_q"), "write NAME=VALUE"),
+        (("--prior", "Cm_q=3"), "write NAME=VALUE:STD"),
+        (("--maneuver", "9000:9010"), "no samples"),
+        (("--maneuver", "5"), "cannot be read"),
+        (("--weights", "nosuch"), "weights"),
+        (("--aircraft", "nosuch"), "aircraft"),
+        (("--responses", "alpha,qq"), "not among the responses"),
+    ],
+)
+def test_wrong_calls_get_one_sentence(
+    flights: Path, arguments: tuple[str, ...], sentence: str
+) -> None:
+    """Exit code 1 and the remedy, no traceback."""
+    done = gsapp("estimate", flights / "flight5.csv", *arguments)
+    assert done.returncode == 1
+    assert sentence in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
+
+
+def test_linear_models_are_fitted_on_one_flight_and_judged_on_another(
+    flights: Path, tmp_path: Path
+) -> None:
+    """Three models for each axis with matrices, modes and error table; files can be read back."""
+    content = result_of(
+        "linear-models", flights / "flight5.csv", "--validate", flights / "flight6.csv",
+        "--aircraft", "b777", "--out", tmp_path / "models", folder=tmp_path,
+    )  # fmt: skip
+    for axis, outputs in (("lon", ("an", "alpha", "q")), ("lat", ("ay", "beta", "p", "r"))):
+        assert set(content[axis]) == {"bls", "subspace", "ml"}
+        for name, one in content[axis].items():
+            assert {"A", "B", "C", "D", "states", "modes"} <= set(one)
+            for output in outputs:
+                assert 0.0 < one["rms_over_range_pct"][output] < 40.0, (axis, name, output)
+    model = load_linear_model(tmp_path / "models" / "ml-lat.toml").model()
+    assert model.states == ("beta", "p", "r", "phi")
