@@ -1,0 +1,317 @@
+"""The data compatibility check."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.sensors import airspeed, velocity_at
+from gsapp.foundation import FlightError
+from gsapp.identification.compatibility.fitting import (
+    Fit,
+    StretchFit,
+    fit,
+    free_errors,
+    nominal,
+)
+from gsapp.identification.compatibility.hypotheses import (
+    Remedied,
+    look_for_remedies,
+    signs_of,
+)
+from gsapp.identification.compatibility.preparing import Preparation, prepare
+from gsapp.identification.compatibility.results import (
+    CompatibilityResult,
+    InstrumentParameter,
+    InstrumentVerdict,
+)
+from gsapp.identification.compatibility.settings import (
+    OBSERVED,
+    SHOWN,
+    CompatibilitySettings,
+)
+from gsapp.identification.compatibility.wording import error_quantity, listed, quantity, title
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import ResponseFit, ResponseHistory
+from gsapp.identification.statistics import response_fit
+
+MOTION = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
+"""Channels of `CompatibilityResult.reconstructed`."""
+_CERTAIN = 3.0
+"""Bounds by which an error must exceed the tolerable."""
+_UNEXPLAINED: Mapping[str, float] = {
+    "V": 1.0, "alpha": 0.01, "beta": 0.01, "phi": 0.035, "theta": 0.035,
+}  # fmt: skip
+"""Slow noise of a channel (rms of averages, SI) beyond which the instrument is in question."""
+_GUSTY = 0.3
+"""Change of the air's speed over a second (m/s) that is worth a warning."""
+
+
+def check(
+    maneuvers: Sequence[Maneuver],
+    aircraft: Aircraft | None = None,
+    settings: CompatibilitySettings | None = None,
+) -> CompatibilityResult:
+    """Check whether the instruments are consistent with one another: kinematics alone.
+
+    Several maneuvers are taken together: errors of instruments are common to them, each has a
+    start of its own.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    aircraft : Aircraft, optional
+        In place of the one that each maneuver knows.
+    settings : CompatibilitySettings, optional
+
+    Raises
+    ------
+    FlightError
+        If no maneuver is given. All else that is missing or unfit is said in `warnings`.
+    """
+    if not maneuvers:
+        raise FlightError("there is no maneuver to check instruments by; give at least one")
+    chosen = settings or CompatibilitySettings()
+    prepared = prepare(maneuvers, aircraft)
+    stuck = _stuck(prepared)
+    if not prepared.stretches:
+        return CompatibilityResult(
+            maneuvers=(),
+            verdicts=stuck,
+            warnings=tuple(prepared.warnings),
+            summary="the instruments cannot be compared: " + "; ".join(prepared.warnings),
+        )
+    channels = prepared.channels
+    free = free_errors(chosen, channels)
+    first = fit(prepared.stretches, chosen, free, bounds=False)
+    found = Remedied(stretches=tuple(prepared.stretches), fit=first, remedies=(), verdicts=())
+    if chosen.try_signs:
+        found = look_for_remedies(prepared.stretches, first, chosen, channels)
+    if not found.fit.stretches:
+        raise FlightError(
+            "rates and accelerations make no flight at all of these maneuvers: look whether they "
+            "are in the units that the channel map says"
+        )
+    final = fit(found.stretches, chosen, free, noises=[one.noise for one in found.fit.stretches])
+    found = Remedied(
+        stretches=found.stretches,
+        fit=final,
+        remedies=found.remedies,
+        verdicts=found.verdicts,
+    )
+    parameters = _parameters(final, chosen)
+    histories = tuple(_history(one) for one in final.stretches)
+    verdicts = (*stuck, *found.verdicts, *_errors(parameters, chosen), *_unexplained(final))
+    warnings = [*prepared.warnings, *_gusts(final)]
+    if not final.converged:
+        warnings.append(
+            "the fit of instrument errors did not settle; take its values as a hint only"
+        )
+    return CompatibilityResult(
+        maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.stretches)),
+        parameters=parameters,
+        signs=signs_of(found, chosen, channels),
+        fit=_fits(histories),
+        histories=histories,
+        reconstructed=tuple(_motion(one) for one in final.stretches),
+        noise=_noise(prepared),
+        gust=_gust(final),
+        verdicts=verdicts,
+        remedies=tuple(one.name for one in found.remedies),
+        iterations=final.iterations,
+        converged=final.converged,
+        warnings=tuple(warnings),
+        summary=_summary(verdicts, channels),
+    )
+
+
+def _stuck(prepared: Preparation) -> tuple[InstrumentVerdict, ...]:
+    return tuple(
+        InstrumentVerdict(
+            kind="stuck",
+            channels=(name,),
+            sentence=f"{title(name)} stays constant in maneuver {listed(where)}: the instrument is "
+            "stuck or not connected; it is left out",
+        )
+        for name, where in prepared.stuck.items()
+    )
+
+
+def _parameters(found: Fit, settings: CompatibilitySettings) -> dict[str, InstrumentParameter]:
+    parameters = {}
+    for place, name in enumerate(found.free):
+        std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
+        plausible = settings.plausible_size(name)
+        if std > OBSERVED * plausible:
+            parameters[name] = InstrumentParameter(
+                value=None,
+                nominal=nominal(name),
+                status="not-observable",
+                why=_why(name, std, plausible),
+            )
+        else:
+            parameters[name] = InstrumentParameter(
+                value=found.errors[name], std=std, nominal=nominal(name)
+            )
+    return parameters
+
+
+def _why(name: str, std: float, plausible: float) -> str:
+    channel, _, kind = name.partition(".")
+    if std > 0.9 * plausible and kind != "bias":
+        return f"{title(channel)} hardly moves in these maneuvers"
+    return (
+        f"the data leave {error_quantity(name, std)} open, where {error_quantity(name, plausible)} "
+        "was plausible before: other errors would show alike; fly more or other maneuvers"
+    )
+
+
+def _errors(
+    parameters: Mapping[str, InstrumentParameter], settings: CompatibilitySettings
+) -> list[InstrumentVerdict]:
+    """Return verdicts on errors that surely exceed what is tolerable."""
+    found = []
+    for name, one in parameters.items():
+        if one.value is None or one.std is None:
+            continue
+        excess = abs(one.value - one.nominal) - settings.tolerable_size(name)
+        if excess <= _CERTAIN * one.std:
+            continue
+        channel, _, kind = name.partition(".")
+        value, std = error_quantity(name, one.value), error_quantity(name, one.std)
+        spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
+        said = {
+            "bias": f"{title(channel)} is off by {spread}",
+            "scale": f"{title(channel)} shows {spread} times what the other instruments say",
+            "delay": f"{title(channel)} is {spread} late against the gyros",
+        }[kind]
+        found.append(
+            InstrumentVerdict(
+                kind="bias" if kind == "bias" else "scale" if kind == "scale" else "delay",
+                channels=(channel,),
+                sentence=f"{said}; check its calibration"
+                if kind != "delay"
+                else f"{said}; state it in the aircraft file",
+                value=one.value,
+                std=one.std,
+            )
+        )
+    return found
+
+
+def _unexplained(found: Fit) -> list[InstrumentVerdict]:
+    """Return verdicts on channels that go their own ways, by no error of a simple kind."""
+    verdicts = []
+    for name in SHOWN:
+        slow = [
+            (float(one.noise.show[row] * one.predictor.show[row]) ** 0.5, one)
+            for one in found.stretches
+            if name in one.stretch.measured
+            and one.noise.show[row := one.found.channels.index(name)] > 4.0
+        ]
+        if not slow:
+            continue
+        size, worst = max(slow, key=lambda pair: pair[0])
+        if size > _UNEXPLAINED[name]:
+            verdicts.append(
+                InstrumentVerdict(
+                    kind="unexplained",
+                    channels=(name,),
+                    sentence=f"{title(name)} contradicts rates and accelerations by "
+                    f"{quantity(name, size)} (rms) in maneuver {worst.stretch.maneuver}, by no "
+                    "bias, scale or delay; look at the instrument itself",
+                    before=size,
+                    seen_in=name,
+                )
+            )
+    return verdicts
+
+
+def _gust(found: Fit) -> dict[str, float]:
+    densities = np.array(
+        [one.noise.drive[6:] * one.predictor.drive[6:] for one in found.stretches]
+    ).mean(axis=0)
+    return dict(zip(("u", "v", "w"), (float(one) for one in np.sqrt(densities)), strict=True))
+
+
+def _gusts(found: Fit) -> list[str]:
+    strong = {name: size for name, size in _gust(found).items() if size > _GUSTY}
+    if not strong:
+        return []
+    said = ", ".join(f"{size:.1f} m/s along {name}" for name, size in strong.items())
+    return [
+        f"the air moved, by {said} over a second: airspeed, alpha and beta contain it, and bounds "
+        "are wide accordingly"
+    ]
+
+
+def _noise(prepared: Preparation) -> dict[str, float]:
+    found: dict[str, list[float]] = {}
+    for stretch in prepared.stretches:
+        for name, size in stretch.noise.items():
+            if name in stretch.driving or name in stretch.measured:
+                found.setdefault(name, []).append(size)
+    return {name: float(np.median(sizes)) for name, sizes in found.items()}
+
+
+def _summary(verdicts: Sequence[InstrumentVerdict], channels: Sequence[str]) -> str:
+    if not verdicts:
+        return (
+            f"{listed([title(name) for name in channels])} are consistent with one another: what "
+            "a model misses is in the model"
+        )
+    return "; ".join(one.sentence for one in verdicts)
+
+
+# --- histories ----------------------------------------------------------------------------------
+
+
+def _history(one: StretchFit) -> ResponseHistory:
+    kept = [name for name in one.found.channels if name in one.stretch.measured]
+    rows = [one.found.channels.index(name) for name in kept]
+    return ResponseHistory(
+        maneuver=one.stretch.maneuver,
+        times=one.stretch.times,
+        channels=tuple(kept),
+        measured=np.column_stack([one.stretch.shown[name] for name in kept]),
+        computed=one.found.computed[:, rows],
+    )
+
+
+def _fits(histories: Sequence[ResponseHistory]) -> dict[str, ResponseFit]:
+    found = {}
+    for name in SHOWN:
+        pairs = [
+            (one.measured[:, row], one.computed[:, row])
+            for one in histories
+            if name in one.channels
+            for row in [one.channels.index(name)]
+        ]
+        if pairs:
+            measured, computed = (np.concatenate(side) for side in zip(*pairs, strict=True))
+            found[name] = response_fit(measured, computed)
+    return found
+
+
+def _motion(one: StretchFit) -> ResponseHistory:
+    """Return the motion at the center of gravity beside what the instruments show."""
+    path, stretch = one.found.path, one.stretch
+    place = stretch.aircraft.sensors.accelerometer.position
+    velocity = (path.velocity[:, 0], path.velocity[:, 1], path.velocity[:, 2])
+    rates = (path.rates[:, 0], path.rates[:, 1], path.rates[:, 2])
+    u, v, w = velocity_at((-place[0], -place[1], -place[2]), velocity, rates)
+    V = airspeed((u, v, w))
+    computed = np.column_stack((V, np.arctan2(w, u), np.arcsin(v / V), *rates, *path.attitude))
+    shown = {**stretch.driving, **{name: stretch.shown[name] for name in stretch.measured}}
+    nothing = np.full(len(V), np.nan)
+    return ResponseHistory(
+        maneuver=stretch.maneuver,
+        times=stretch.times,
+        channels=MOTION,
+        measured=np.column_stack(
+            [nothing if name in stretch.absent else shown.get(name, nothing) for name in MOTION]
+        ),
+        computed=computed,
+    )

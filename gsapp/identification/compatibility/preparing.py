@@ -1,0 +1,278 @@
+"""What the instruments of a maneuver show, cut into unbroken stretches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.air_data import true_airspeed
+from gsapp.foundation import FlightError
+from gsapp.identification.compatibility.settings import DRIVING, SHOWN
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import measured_motion
+from gsapp.identification.smoothing import bridge, runs
+from gsapp.quantities import BoolArray, FloatArray
+
+LONGEST_BRIDGE = 0.15
+"""Rates and accelerations missing for longer (s) break a maneuver in two."""
+SHORTEST = 2.0
+"""A stretch shorter than this (s) is left out."""
+FEWEST_SAMPLES = 40
+_CALIBRATED = ("V", "alpha", "beta")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stretch:
+    """Unbroken samples of one maneuver.
+
+    Attributes
+    ----------
+    maneuver : str
+    aircraft : Aircraft
+    times : ndarray, shape (n,)
+        Flight time, s.
+    dt : float
+    driving : mapping of str to ndarray, shape (n,)
+        Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none missing.
+    shown : mapping of str to ndarray, shape (n,)
+        V, alpha, beta, phi, theta as shown; NaN where missing.
+    absent : frozenset of str
+        Of `driving`: those that no instrument measured and that are zero here.
+    noise : mapping of str to float
+        White noise of each, rms of a sample.
+    guessed_speed : float or None
+        m/s, where airspeed was not measured; `shown` then holds it as V.
+    """
+
+    maneuver: str
+    aircraft: Aircraft
+    times: FloatArray
+    dt: float
+    driving: Mapping[str, FloatArray]
+    shown: Mapping[str, FloatArray]
+    absent: frozenset[str]
+    noise: Mapping[str, float]
+    guessed_speed: float | None = None
+
+    @property
+    def measured(self) -> frozenset[str]:
+        """Return the channels of `shown` that an instrument shows."""
+        guessed = {"V"} if self.guessed_speed is not None else set()
+        return frozenset(self.shown.keys() - guessed)
+
+    def exchanged(self, signs: Mapping[str, float], order: Mapping[str, str]) -> Stretch:
+        """Return the stretch with signs turned and channels read from one another's place."""
+
+        def remedied(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+            both = {**self.driving, **self.shown}
+            return {name: signs.get(name, 1.0) * both[order.get(name, name)] for name in table}
+
+        noise = {name: self.noise[order.get(name, name)] for name in self.noise}
+        return replace(
+            self, driving=remedied(self.driving), shown=remedied(self.shown), noise=noise
+        )
+
+
+@dataclass(slots=True)
+class Preparation:
+    """Stretches of all maneuvers, and what there is to say about the channels.
+
+    Attributes
+    ----------
+    stretches : list of Stretch
+    stuck : dict of str to list of str
+        Channels that stayed constant while the aircraft moved, with the maneuvers.
+    warnings : list of str
+    """
+
+    stretches: list[Stretch] = field(default_factory=list)
+    stuck: dict[str, list[str]] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the channels that at least one stretch has, in order."""
+        present = set[str]()
+        for stretch in self.stretches:
+            present |= (stretch.driving.keys() - stretch.absent) | stretch.measured
+        return tuple(name for name in (*DRIVING, *SHOWN) if name in present)
+
+
+def white_noise(samples: FloatArray) -> float:
+    """Return the white noise (rms of a sample) of a signal, from where no aircraft moves.
+
+    The median power between a quarter and nearly half of the sample rate, tones left aside.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,)
+        None missing.
+    """
+    count = samples.size
+    centered = samples - np.linspace(samples[:5].mean(), samples[-5:].mean(), count)
+    power = np.abs(np.fft.rfft(np.hanning(count) * centered)) ** 2 / (0.375 * count)
+    high = power[count // 4 : int(0.48 * count)]
+    # The median of an exponential distribution is ln 2 of its mean.
+    return float(np.sqrt(np.median(high) / np.log(2.0))) if high.size else 0.0
+
+
+def prepare(maneuvers: Sequence[Maneuver], aircraft: Aircraft | None) -> Preparation:
+    """Collect the stretches of maneuvers.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    aircraft : Aircraft, optional
+        In place of the one that each maneuver knows.
+    """
+    found = Preparation()
+    for maneuver in maneuvers:
+        _prepare(found, maneuver, aircraft or maneuver.aircraft)
+    found.warnings[:] = dict.fromkeys(found.warnings)
+    return found
+
+
+def _prepare(found: Preparation, maneuver: Maneuver, aircraft: Aircraft) -> None:
+    title = f"maneuver {maneuver.id}"
+    count = len(maneuver.block)
+    if count < FEWEST_SAMPLES:
+        found.warnings.append(
+            f"{title} has {count} samples; too few to compare instruments by: "
+            f"give at least {FEWEST_SAMPLES}"
+        )
+        return
+    dt = maneuver.dt
+    signals = {name: maneuver.samples(name) for name in (*DRIVING, *SHOWN)}
+    signals["V"], guessed = _speed(maneuver, signals["V"])
+    _drop_stuck(found, maneuver, signals)
+    there = {name for name, samples in signals.items() if np.isfinite(samples).any()}
+    absent = frozenset(name for name in DRIVING if name not in there)
+    shown = [name for name in SHOWN if name in there]
+    if not there & {"alpha", "beta", "V", "phi", "theta"}:
+        found.warnings.append(
+            f"{title}: alpha, beta, airspeed and attitude are all missing; rates and "
+            "accelerations alone have nothing to contradict"
+        )
+        return
+    if len(absent) == len(DRIVING):
+        found.warnings.append(
+            f"{title}: no rate and no acceleration was measured; there is nothing to make a "
+            "motion from"
+        )
+        return
+    missing = [name for name in (*DRIVING, *_CALIBRATED) if name not in there]
+    if missing:
+        found.warnings.append(
+            f"{title}: {_listed(missing)} {'was' if len(missing) == 1 else 'were'} not measured; "
+            "what only they could tell stays open"
+        )
+    broken = _broken(signals, DRIVING, absent, dt)
+    pieces = [
+        piece
+        for piece in runs(~broken)
+        if piece.stop - piece.start >= max(FEWEST_SAMPLES, SHORTEST / dt)
+        and any(np.isfinite(signals[name][piece]).any() for name in shown)
+    ]
+    if not pieces:
+        found.warnings.append(
+            f"{title}: rates and accelerations have no unbroken stretch of {SHORTEST:g} s; "
+            "nothing can be compared"
+        )
+    for piece in pieces:
+        driving = {
+            name: np.zeros(piece.stop - piece.start)
+            if name in absent
+            else bridge(signals[name][piece], ~np.isfinite(signals[name][piece]))
+            for name in DRIVING
+        }
+        visible = {
+            name: signals[name][piece]
+            for name in shown
+            if np.isfinite(signals[name][piece]).sum() >= FEWEST_SAMPLES // 2
+        }
+        if guessed is not None:
+            visible["V"] = np.full(piece.stop - piece.start, guessed)
+        found.stretches.append(
+            Stretch(
+                maneuver=maneuver.id,
+                aircraft=aircraft,
+                times=maneuver.block.times[piece],
+                dt=dt,
+                driving=driving,
+                shown=visible,
+                absent=absent,
+                noise=_noise(driving, visible, absent, aircraft),
+                guessed_speed=guessed,
+            )
+        )
+
+
+def _speed(maneuver: Maneuver, samples: FloatArray) -> tuple[FloatArray, float | None]:
+    """Return airspeed as shown, from whichever air data there are, or a guess at it."""
+    if np.isfinite(samples).any():
+        return samples, None
+    for name in ("qbar", "dynamic_pressure"):
+        if maneuver.has(name):
+            rho = measured_motion(maneuver).input("rho")
+            qbar = maneuver.samples(name)
+            return np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan), None
+    try:
+        return samples, float(measured_motion(maneuver).state("V").mean())
+    except FlightError:
+        return samples, 30.0
+
+
+def _drop_stuck(found: Preparation, maneuver: Maneuver, signals: dict[str, FloatArray]) -> None:
+    """Take out channels that stayed constant while others moved."""
+    for name, samples in signals.items():
+        seen = samples[np.isfinite(samples)]
+        if seen.size >= FEWEST_SAMPLES and not np.ptp(seen):
+            found.stuck.setdefault(name, []).append(maneuver.id)
+            signals[name] = np.full_like(samples, np.nan)
+
+
+def _broken(
+    signals: Mapping[str, FloatArray], names: Sequence[str], absent: frozenset[str], dt: float
+) -> BoolArray:
+    """Return the samples in gaps of the driving channels too long to bridge, shape (n,)."""
+    count = next(iter(signals.values())).size
+    found = np.zeros(count, dtype=bool)
+    for name in names:
+        if name in absent:
+            continue
+        for gap in runs(~np.isfinite(signals[name])):
+            at_end = gap.start == 0 or gap.stop == count
+            if at_end or (gap.stop - gap.start) * dt > LONGEST_BRIDGE:
+                found[gap] = True
+    return found
+
+
+def _noise(
+    driving: Mapping[str, FloatArray],
+    shown: Mapping[str, FloatArray],
+    absent: frozenset[str],
+    aircraft: Aircraft,
+) -> dict[str, float]:
+    sensors = aircraft.sensors
+    stated = {
+        **dict.fromkeys(("p", "q", "r"), sensors.gyro.noise),
+        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.noise),
+        "alpha": sensors.alpha_vane.noise,
+        "beta": sensors.beta_vane.noise,
+    }
+    smallest = {"V": 0.01, **dict.fromkeys(("ax", "ay", "an"), 1e-3)}
+    noise = {}
+    for name, samples in {**driving, **shown}.items():
+        if name in absent:
+            continue
+        clean = bridge(samples, ~np.isfinite(samples))
+        floor = max(0.3 * stated.get(name, 0.0), smallest.get(name, 1e-5))
+        noise[name] = max(white_noise(clean), floor)
+    return noise
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
