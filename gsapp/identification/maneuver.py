@@ -12,6 +12,7 @@ from gsapp.flight import Flight
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
+from gsapp.identification.air import with_air_data
 from gsapp.identification.alignment import aligned, lateness, touched
 from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -146,6 +147,8 @@ def cut_maneuver(
 ) -> Maneuver:
     """Cut one maneuver from a flight, its channels brought to their right times.
 
+    Speed, dynamic pressure and density are added where they follow from what was measured.
+
     Parameters
     ----------
     flight : Flight
@@ -182,7 +185,8 @@ def cut_maneuver(
         values=flight.block.values[wide],
     )
     inner = slice(int(low) - wide.start, int(high) - wide.start)
-    block = aligned(around, aircraft)
+    weather = None if flight.info is None else flight.info.weather
+    block = with_air_data(aligned(around, aircraft), weather)
     block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])
     late, step = lateness(aircraft), typical_step(around.times)
     clipped = {

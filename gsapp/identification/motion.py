@@ -15,13 +15,13 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 
-from gsapp.decoding.air_data import density, standard_density, true_airspeed
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.equations import POLAR_STATES, quaternion_from_euler
 from gsapp.dynamics.flight_model import INPUTS
 from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.foundation import FlightError
+from gsapp.identification.air import air_density, airspeed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -159,21 +159,7 @@ class _Completion:
     # --- air data -------------------------------------------------------------------------------
 
     def _density(self) -> FloatArray:
-        found = self.maneuver.samples
-        rho = found("density")
-        if not np.isfinite(rho).any():
-            rho = density(found("static_pressure"), found("temperature"))
-        if not np.isfinite(rho).any():
-            rho = standard_density(found("static_pressure"))
-        if not np.isfinite(rho).any():
-            V, qbar = found("V"), found("qbar")
-            with np.errstate(divide="ignore", invalid="ignore"):
-                # The mean of the ratio: sample by sample it would only carry noise.
-                rho = (
-                    np.full(self.count, np.nanmedian(2.0 * qbar / V**2))
-                    if (np.isfinite(V * qbar).any())
-                    else rho
-                )
+        rho = air_density(self.maneuver.samples)
         if np.isfinite(rho).any():
             return self._fill("rho", rho)
         constant = self.stand_ins.get("rho", SEA_LEVEL_DENSITY)
@@ -181,12 +167,7 @@ class _Completion:
         return np.full(self.count, constant)
 
     def _speed(self, rho: FloatArray) -> FloatArray:
-        samples = self.maneuver.samples("V")
-        if not np.isfinite(samples).any():
-            qbar = self.maneuver.samples("qbar")
-            if not np.isfinite(qbar).any():
-                qbar = self.maneuver.samples("dynamic_pressure")
-            samples = np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan)
+        samples = airspeed(self.maneuver.samples, rho)
         stall = self.maneuver.aircraft.limits.stall_speed
         if np.isfinite(samples).any() and float(np.nanmax(samples)) > 0.0:
             usual = float(np.nanmedian(samples))

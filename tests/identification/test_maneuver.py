@@ -14,8 +14,9 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.equations import attitude_rates
 from gsapp.dynamics.pilot.flight import VirtualFlight, fly
 from gsapp.flight import Flight
-from gsapp.flight.info import FlightInfo
+from gsapp.flight.info import FlightInfo, Weather
 from gsapp.foundation import FlightError
+from gsapp.identification.air import with_air_data
 from gsapp.identification.alignment import advanced, aligned, lateness, touched
 from gsapp.identification.axes import axis_of, free_derivatives
 from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
@@ -183,3 +184,21 @@ def test_turned_attitude_follows_the_rates_exactly() -> None:
     phi, theta = turned_attitude(times, rates, 0.2, -0.1)
     assert np.max(np.abs(phi - expected.y[0])) < 5e-5
     assert np.max(np.abs(theta - expected.y[1])) < 5e-5
+
+
+def test_air_data_follow_from_either_side(flown: VirtualFlight) -> None:
+    """V from pressures, qbar from V and density, the field's temperature where none is aboard."""
+    block = flown.measured.between(41.0, 44.0)
+    truth = flown.truth.between(41.0, 44.0)
+    whole = with_air_data(block)
+    assert np.sqrt(np.mean((whole["V"] - truth["V"]) ** 2)) < 0.15
+    assert np.array_equal(whole["qbar"], block["dynamic_pressure"])
+    only_speed = Block(
+        channels=("V", "static_pressure"), times=whole.times,
+        values=np.column_stack([whole["V"], block["static_pressure"]]),
+    )  # fmt: skip
+    warm = with_air_data(only_speed, Weather(temperature="30 degC"))
+    expected = block["static_pressure"] / (287.05 * 303.15)
+    assert np.allclose(warm["density"], expected, rtol=1e-3)
+    assert np.allclose(warm["qbar"], 0.5 * expected * whole["V"] ** 2, rtol=1e-3)
+    assert with_air_data(block.select(("de",))).channels == ("de",)
