@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -129,3 +131,70 @@ def test_a_slow_message_never_holds_back_a_quick_one(cases: SimpleNamespace) -> 
     rho = float(air_data.standard_density(np.array([95_000.0]))[0])
     assert found["V"][1][-1] == pytest.approx(20.0 * np.sqrt(1.225 / rho))
     assert decoder.sources["V"].timing == "arrival"
+
+
+TWO_ELEVATORS = """
+name = "t"
+[[channels]]
+id = "elevator_left"
+source = "DEBUG_VECT[left].x"
+unit = "deg"
+[[channels]]
+id = "elevator_right"
+source = "DEBUG_VECT[right].x"
+unit = "deg"
+"""
+
+
+def test_an_input_that_never_comes_costs_no_memory(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """Half an hour of one elevator without the other: what is kept does not grow."""
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, TWO_ELEVATORS)))
+    send = cases.Sender()
+    kept = []
+    for second in range(1800):
+        first = 100_000 * (10 * second)
+        decoder.feed(
+            [
+                send(first + 100_000 * k, "debug_vect", b"left", first + 100_000 * k, 1.0, 0, 0)
+                for k in range(10)
+            ]
+        )
+        if second % 300 == 299:
+            kept.append(memory_of(decoder))
+    assert max(kept[1:]) < 1.2 * kept[0]
+
+
+def memory_of(decoder: Decoder) -> int:
+    """Return how many bytes all that a decoder refers to takes."""
+    seen: set[int] = set()
+    waiting: list[object] = [decoder]
+    total = 0
+    while waiting:
+        thing = waiting.pop()
+        if id(thing) in seen or isinstance(thing, type):
+            continue
+        seen.add(id(thing))
+        total += sys.getsizeof(thing)
+        waiting += gc.get_referents(thing) if not callable(thing) else []
+    return total
+
+
+@pytest.mark.parametrize("pause", [130])
+def test_how_long_an_input_is_waited_for_depends_on_the_record_alone(
+    cases: SimpleNamespace, tmp_path: Path, pause: int
+) -> None:
+    """One elevator begins late, and its stamps lag: the mean is the same however it is cut."""
+    path = cases.write_map(tmp_path, TWO_ELEVATORS)
+    send, records = cases.Sender(), []
+    for k in range(6000):
+        now = 100_000 * k
+        records.append(send(now, "debug_vect", b"left", now, float(k), 0, 0))
+        if k >= 10 * pause:
+            records.append(send(now + 50_000, "debug_vect", b"right", now - 2_000_000, 1.0, 0, 0))
+    whole, _ = cases.decode_in_chunks(
+        lambda: Decoder(load_channel_map(path)), records, [len(records)]
+    )
+    for sizes in ([1], [7, 400]):
+        found, _ = cases.decode_in_chunks(lambda: Decoder(load_channel_map(path)), records, sizes)
+        cases.assert_same(whole, found)
+    assert whole["de"][0].size > 100
