@@ -427,6 +427,55 @@ def estimate(
     )  # fmt: skip
 
 
+@app.command()
+def catalog(
+    file: Annotated[
+        Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
+    ],
+    flight: Annotated[Optional[str], typer.Option(help="Of this flight")] = None,  # noqa: UP045
+    inputs: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="da+dr", help="Exactly these surfaces moved"),
+    ] = None,
+    kind: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(help="doublet, 3-2-1-1, pulse, ..."),
+    ] = None,
+    worst_grade: Annotated[
+        Literal["A", "B", "C", "D"], typer.Option(help="Leave worse ones out")
+    ] = "D",
+    where: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="CHANNEL=LEAST:MOST", help="Condition before the input, as 'V=90 ft/s:'"
+        ),
+    ] = None,
+    note: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(help="Words that stand in the note"),
+    ] = None,
+    derivative: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="NAME", help="Show every estimate of this derivative"),
+    ] = None,
+    csv: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(readable=False, metavar="FILE", help="Write what was found as a table"),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Search the maneuvers of a campaign and what was estimated from them.
+
+    Example: gsapp catalog campaign.sqlite --inputs da+dr --where "V=90 ft/s:110 ft/s"
+    """
+    from gsapp.cli import catalog as command
+
+    command.run(
+        catalog=file, flight=flight, inputs=inputs, kind=kind, worst_grade=worst_grade,
+        where=where or (), note=note, derivative=derivative, csv=csv, json=json,
+    )  # fmt: skip
+
+
 @app.command("linear-models")
 def linear_models(
     flights: FlightPaths,

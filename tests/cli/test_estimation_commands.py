@@ -82,6 +82,29 @@ def test_maximum_likelihood_of_two_flights_finds_the_truth(flights: Path, tmp_pa
         assert runs[0].settings["method"] == "ml"
 
 
+def test_catalog_is_searched_by_condition_and_derivative(flights: Path, tmp_path: Path) -> None:
+    """Maneuvers of both flights by input and speed; estimates beside them; CSV and JSON."""
+    catalog = tmp_path / "campaign.sqlite"
+    for seed in (5, 6):
+        flight = flights / f"flight{seed}.csv"
+        assert gsapp("estimate", flight, "--catalog", catalog, "--axis", "lon").returncode == 0
+    done = gsapp("catalog", catalog, "--inputs", "de", "--derivative", "Cm_de",
+                 "--csv", tmp_path / "found.csv")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "2 maneuvers" in done.stdout
+    assert done.stdout.count("ml -1.") == 2
+    assert len((tmp_path / "found.csv").read_text(encoding="utf-8").splitlines()) == 3
+    content = json.loads(gsapp("catalog", catalog, "--where", "V=500 ft/s:", "--json", "-").stdout)
+    assert content == []
+    content = json.loads(gsapp("catalog", catalog, "--where", "V=20:60", "--json", "-").stdout)
+    assert [one["inputs"] for one in content] == [["de"], ["da", "dr"]] * 2
+    assert content[0]["runs"][0]["derivatives"]["Cm_de"]["value"] < -1.0
+    wrong = gsapp("catalog", catalog, "--where", "V")
+    assert wrong.returncode == 1
+    assert "CHANNEL=LEAST:MOST" in wrong.stderr
+    assert "no catalog" in gsapp("catalog", tmp_path / "none.sqlite").stderr
+
+
 @pytest.mark.parametrize("method", ["ee", "ftr"])
 def test_other_methods_give_the_same_shape(flights: Path, tmp_path: Path, method: str) -> None:
     """Equation error and FTR: strong derivatives within a tenth of the truth."""

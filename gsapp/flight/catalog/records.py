@@ -55,6 +55,10 @@ def conditions_of(flight: Flight, maneuver: FoundManeuver) -> dict[str, Conditio
             found[name] = Condition(
                 mean=float(samples.mean()), least=float(samples.min()), most=float(samples.max())
             )
+    # Speed may follow from pressures, which the maneuver's own figure knows.
+    for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):
+        if name not in found and value is not None:
+            found[name] = Condition(mean=value, least=value, most=value)
     return found
 
 

@@ -1,0 +1,164 @@
+"""``gsapp catalog``: search the maneuvers of a campaign and what was estimated from them."""
+
+from __future__ import annotations
+
+import json as json_module
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.flight.catalog import Run, StoredManeuver
+
+
+def run(
+    *,
+    catalog: Path,
+    flight: str | None = None,
+    inputs: str | None = None,
+    kind: str | None = None,
+    worst_grade: Literal["A", "B", "C", "D"] = "D",
+    where: Sequence[str] = (),
+    note: str | None = None,
+    derivative: str | None = None,
+    csv: Path | None = None,
+    json: Path | None = None,
+) -> None:
+    """Search a catalog.
+
+    Parameters
+    ----------
+    catalog : Path
+    flight, kind, note : str, optional
+        Name of a flight, shape of the input, words in the note.
+    inputs : str, optional
+        Exactly these surfaces, ``da+dr``.
+    worst_grade : {"A", "B", "C", "D"}
+    where : sequence of str
+        Each ``CHANNEL=LEAST:MOST``, with a unit or SI: conditions before the input.
+    derivative : str, optional
+        Show every estimate of it.
+    csv, json : Path, optional
+        Where the maneuvers found go.
+
+    Raises
+    ------
+    GroundStationError
+        If the catalog cannot be opened, or a condition cannot be read.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._results import on_screen, write_result
+    from gsapp.flight.catalog import Catalog, maneuvers_csv, search_maneuvers, search_runs
+    from gsapp.foundation import FlightError, write_atomically
+
+    if not catalog.is_file():
+        raise FlightError(f"there is no catalog {catalog}; gsapp maneuvers --catalog makes one")
+    console = Console(stderr=on_screen(json))
+    conditions = dict(_condition(text) for text in where)
+    with Catalog(catalog) as store:
+        found = search_maneuvers(
+            store, flight=flight, kind=kind, worst_grade=worst_grade, conditions=conditions,
+            inputs=None if inputs is None else inputs.split("+"), text=note,
+        )  # fmt: skip
+        runs = {one.id: one for one in search_runs(store)}
+    if csv is not None:
+        write_atomically(csv, maneuvers_csv(found))
+    if json is not None:
+        content = [_json(one, runs) for one in found]
+        write_result(json, json_module.dumps(content, indent=1) + "\n")
+    if not on_screen(json):
+        _describe(console, found, runs, derivative)
+
+
+def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:
+    """Read ``V=90 ft/s:110 ft/s``; either end may be empty."""
+    from gsapp.foundation import FlightError
+    from gsapp.quantities import channel, units
+
+    name, equals, span = text.partition("=")
+    least, colon, most = span.partition(":")
+    if not equals or not colon:
+        raise FlightError(
+            f"--where '{text}' cannot be read; write CHANNEL=LEAST:MOST, as 'V=90 ft/s:110 ft/s'"
+        )
+    quantity = channel(name.strip()).quantity
+
+    def end(value: str) -> float | None:
+        value = value.strip()
+        if not value:
+            return None
+        try:
+            return float(value)
+        except ValueError:
+            return units.parse(value, quantity)
+
+    return name.strip(), (end(least), end(most))
+
+
+def _json(one: StoredManeuver, runs: dict[int | None, Run]) -> dict[str, Any]:
+    return {
+        "flight": one.flight,
+        **one.maneuver.to_json(),
+        "note": one.maneuver.note,
+        "conditions": {name: found.mean for name, found in one.conditions.items()},
+        "runs": [
+            {
+                "id": number,
+                "method": runs[number].method,
+                "axis": runs[number].axis,
+                "made_at": runs[number].made_at,
+                "converged": runs[number].converged,
+                "derivatives": {
+                    name: {"value": found.value, "std": found.std, "status": found.status}
+                    for name, found in runs[number].estimates.items()
+                },
+            }
+            for number in one.runs
+        ],
+    }
+
+
+def _describe(
+    console: Console,
+    found: Sequence[StoredManeuver],
+    runs: dict[int | None, Run],
+    derivative: str | None,
+) -> None:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gsapp.quantities.constants import DEGREE, FOOT
+
+    count = len(found)
+    table = Table(
+        title=f"{count} maneuver{'' if count == 1 else 's'}", title_justify="left",
+        box=box.SIMPLE_HEAD, pad_edge=False,
+    )  # fmt: skip
+    for heading in ("flight", "id", "start [s]", "inputs", "kind", "grade", "V [ft/s]"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("alpha [deg]", no_wrap=True)
+    table.add_column(derivative or "runs", no_wrap=True)
+    for one in found:
+        maneuver = one.maneuver
+        last = str(len(one.runs))
+        if derivative is not None:
+            shown = [
+                f"{runs[number].method} {value.value:.4f} ±{value.std:.4f}"
+                for number in one.runs
+                if (value := runs[number].estimates.get(derivative)) is not None
+                and value.value is not None
+                and value.std is not None
+            ]
+            last = "\n".join(shown)
+        table.add_row(
+            escape(one.flight), escape(maneuver.id), f"{maneuver.t_start:.2f}",
+            "+".join(maneuver.inputs), maneuver.kind, maneuver.grade,
+            "" if maneuver.V is None else f"{maneuver.V / FOOT:.1f}",
+            "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:.1f}",
+            last,
+        )  # fmt: skip
+    console.print(table)
