@@ -3,9 +3,9 @@
 For equation error, maximum likelihood and Fourier transform regression, derivative by derivative:
 rms of error over bound (1 where bounds are honest; 0.7 to 1.3 is asked for), mean of it (0 without
 bias), rms error in percent of one maneuver. (The rms of 20 numbers scatters by 0.16, of 120 by
-0.065: `--quick` shows a few outside by chance.) Besides: what is left without noise, on an Earth that
-stands still, on one that turns, and where surfaces move without corners; what zero offsets of the
-accelerometers do; and the means over a campaign with the shipped model.
+0.065: `--quick` shows a few outside by chance.) Besides: what is left without noise, on an Earth
+that stands still, on one that turns, and where surfaces move without corners; what zero offsets of
+the accelerometers do; and the means over a campaign with the shipped model.
 """
 
 from __future__ import annotations
