@@ -153,7 +153,10 @@ class _Completion:
             return self._fill(name, samples)
         constant = self.stand_ins.get(name, otherwise)
         if name in ("alpha", "beta", "p", "q", "r", "de", "da", "dr") or constant != otherwise:
-            self.remarks.append(f"{name} was not measured; the constant {constant:g} stands in")
+            self.remarks.append(
+                f"{name} was not measured; the constant {constant:g} stands in, and no bound holds "
+                "its error"
+            )
         return np.full(self.count, constant)
 
     # --- air data -------------------------------------------------------------------------------
@@ -184,7 +187,10 @@ class _Completion:
                 f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' has no airspeed, and "
                 "the aircraft file no stall_speed to guess one from; give a constant for V"
             )
-        self.remarks.append(f"airspeed was not measured; the constant {constant:.1f} m/s stands in")
+        self.remarks.append(
+            f"airspeed was not measured; the constant {constant:.1f} m/s stands in: coefficients "
+            "go with its square, and no bound holds its error"
+        )
         return np.full(self.count, constant)
 
     # --- attitude and engines -------------------------------------------------------------------
