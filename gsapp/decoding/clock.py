@@ -365,7 +365,11 @@ class FlightClock:
             self._pass(time)
             self._release_waiting()
             return
-        envelope = self._risen(host)
+        envelope = self._envelope
+        passed = host - self._envelope_host
+        if passed > 0:
+            envelope += DRIFT * passed
+            self._envelope_host = host
         if delay > envelope + HOST_STEP:
             self._above.append(delay)
             if len(self._above) >= 4 * CONFIRM_COUNT:
@@ -374,8 +378,7 @@ class FlightClock:
                 self._tell("host-step", time, "this computer's clock was set; delays begin anew")
         elif self._above:
             self._above.clear()
-        self._envelope = min(envelope, delay)
-        self._envelope_host = max(host, self._envelope_host)
+        self._envelope = delay if delay < envelope else envelope
         self._pass(time)
 
     def _risen(self, host: int) -> float:

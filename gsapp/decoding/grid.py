@@ -19,7 +19,6 @@ ways that give the same bits: number by number for the few rows that a live link
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, insort
 from collections import deque
 from collections.abc import Sequence
 from fractions import Fraction
@@ -281,13 +280,13 @@ class Gridder:
         self._fallback = fallback
         self._value: FloatArray | Numbers = [math.nan] * circular.size
         self._next = 0
-        self._intervals: deque[int] = deque()
-        self._ordered: list[int] = []
+        self._intervals: deque[int] = deque(maxlen=_WINDOW)
+        self._least = 0  # none of these intervals is shorter
 
     @property
     def period(self) -> int:
         """Return the sample period, us; 1 s while unknown."""
-        ordered = self._ordered
+        ordered = sorted(self._intervals)
         return ordered[(len(ordered) - 1) // 2] if ordered else _UNKNOWN_PERIOD
 
     @property
@@ -393,12 +392,14 @@ class Gridder:
 
     def _is_gap(self, interval: int) -> bool:
         """Take note of an interval, and return whether it is too long to bridge."""
-        ordered, intervals = self._ordered, self._intervals
-        if len(intervals) == _WINDOW:
-            del ordered[bisect_left(ordered, intervals.popleft())]
-        intervals.append(interval)
-        insort(ordered, interval)
-        usual = ordered[(len(ordered) - 1) // 2] if len(ordered) > 1 else _UNKNOWN_PERIOD
+        self._intervals.append(interval)
+        if interval < self._least:
+            self._least = interval
+        if 2 * interval <= 5 * self._least:
+            return False  # the usual case, told without the median
+        if len(self._intervals) > 1:
+            self._least = min(self._intervals)
+        usual = self.period if len(self._intervals) > 1 else _UNKNOWN_PERIOD
         gap = 2 * interval > 5 * usual
         self.gaps += gap
         return gap
@@ -453,9 +454,12 @@ def _angle_between(start: float, stop: float, share: float) -> float:
     The steps of `Gridder._between` and `Gridder._laid` for a single number.
     """
     turn = stop - start
-    if math.isnan(turn):
-        return math.nan
-    turn -= _TURN * round(turn / _TURN)
+    if not -3.0 < turn < 3.0:
+        if math.isnan(turn):
+            return math.nan
+        turn -= _TURN * round(turn / _TURN)
     angle = start + share * turn
+    if not -3.0 < angle < 3.0:
+        angle -= _TURN * math.ceil(angle / _TURN - 0.5)
     # Where NumPy subtracts a negative zero, whole numbers have a positive one.
-    return angle - _TURN * math.ceil(angle / _TURN - 0.5) + 0.0
+    return angle + 0.0

@@ -79,7 +79,7 @@ class Output:
 class _Calibrations:
     """All certificates of one message at once: each step is one operation on a matrix."""
 
-    def __init__(self, certificates: Sequence[Certificate]) -> None:
+    def __init__(self, certificates: Sequence[Certificate], places: Sequence[int]) -> None:
         degree = max(certificate.degree for certificate in certificates)
         # The highest power first; where a certificate has none, it is zero.
         self._coefficients = [
@@ -98,10 +98,15 @@ class _Calibrations:
         self._supply = np.array([supply or -1.0 for supply in supplies])
         self._any_ratiometric = any(supplies)
         cubic = [np.zeros(len(certificates))] * (3 - degree) + self._coefficients
-        self._curves: list[list[float]] = np.column_stack(
-            (self._supply, self._low, self._high, *cubic)
-        ).tolist()
-        self._slopes = [certificate.end_slopes for certificate in certificates]
+        curves = np.column_stack((self._low, self._high, *cubic)).tolist()
+        self._slopes = {
+            place: certificate.end_slopes
+            for place, certificate in zip(places, certificates, strict=True)
+        }
+        # By supply, so that each is compared with the measured one once.
+        self._curves: dict[float, list[tuple[int, float, float, float, float, float, float]]] = {}
+        for place, supply, curve in zip(places, self._supply.tolist(), curves, strict=True):
+            self._curves.setdefault(supply, []).append((place, *curve))
 
     def evaluate(
         self, volts: FloatArray, excitation: FloatArray | None
@@ -127,38 +132,32 @@ class _Calibrations:
         values += beyond * np.where(below, self._low_slope, self._high_slope)
         return values, below | (beyond > 0.0)
 
-    def evaluate_singly(
-        self, values: list[float], places: Sequence[int], excitation: float
-    ) -> Sequence[int]:
+    def evaluate_singly(self, values: list[float], excitation: float) -> Sequence[int]:
         """Turn volts of one sample into SI values in place; return where they were outside.
 
         Parameters
         ----------
         values : list of float
             All that the stream yields.
-        places : sequence of int
-            Where the volts stand.
         excitation : float
             The supply measured; NaN where there is none.
         """
         outside: Sequence[int] = ()
-        supposed, ratio = 0.0, 1.0
-        for place, (supply, low, high, c3, c2, c1, c0) in zip(places, self._curves, strict=True):
-            if supply != supposed:
-                supposed = supply
-                plausible = 0.5 * supply < excitation < 1.5 * supply
-                ratio = supply / excitation if plausible else 1.0
-            volts = values[place] * ratio
-            if low <= volts <= high:
-                values[place] = ((c3 * volts + c2) * volts + c1) * volts + c0
-            elif volts < low or volts > high:
-                inside = low if volts < low else high
-                slope = self._slopes[places.index(place)][volts > high]
-                value = ((c3 * inside + c2) * inside + c1) * inside + c0
-                values[place] = value + (volts - inside) * slope
-                outside = (*outside, place)
-            else:
-                values[place] = math.nan
+        for supply, curves in self._curves.items():
+            plausible = 0.5 * supply < excitation < 1.5 * supply
+            ratio = supply / excitation if plausible else 1.0
+            for place, low, high, c3, c2, c1, c0 in curves:
+                volts = values[place] * ratio
+                if low <= volts <= high:
+                    values[place] = ((c3 * volts + c2) * volts + c1) * volts + c0
+                elif volts < low or volts > high:
+                    inside = low if volts < low else high
+                    slope = self._slopes[place][volts > high]
+                    value = ((c3 * inside + c2) * inside + c1) * inside + c0
+                    values[place] = value + (volts - inside) * slope
+                    outside = (*outside, place)
+                else:
+                    values[place] = math.nan
         return outside
 
 
@@ -214,9 +213,11 @@ class Stream:
         self._scaled = [(n, f, o) for n, (f, o) in enumerate(factors) if (f, o) != (1.0, 0.0)]
         self._factor = np.array([factor for factor, _ in factors])
         self._offset = np.array([offset for _, offset in factors])
-        self._places = [place for place, _ in calibrated]
-        self._calibrated = columns_at([place for place, _ in calibrated])
-        self._calibrations = _Calibrations([each for _, each in calibrated]) if calibrated else None
+        places = [place for place, _ in calibrated]
+        self._calibrated = columns_at(places)
+        self._calibrations = (
+            _Calibrations([each for _, each in calibrated], places) if calibrated else None
+        )
         self._plan_fields()
         supply = [i for i, output in enumerate(outputs) if output.channel == "excitation"]
         self._supply = supply[0] if supply else None
@@ -308,7 +309,7 @@ class Stream:
             outside: Sequence[int] = ()
             if self._calibrations is not None:
                 supply = math.nan if self._supply is None else values[self._supply]
-                outside = self._calibrations.evaluate_singly(values, self._places, supply)
+                outside = self._calibrations.evaluate_singly(values, supply)
             if not math.isfinite(sum(values)):
                 values = [value if math.isfinite(value) else math.nan for value in values]
             self._count_outside(values, outside)
