@@ -48,6 +48,7 @@ def load(name: str) -> ModuleType:
 def main(arguments: list[str]) -> int:
     """Run the benchmarks named, or all; return the exit code."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = [argument for argument in arguments if argument.startswith("-")]
     names = [argument for argument in arguments if not argument.startswith("-")]
     unknown = [name for name in names if name not in BENCHMARKS]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from gsapp.identification.statistics.correlation import (
     Layout,
@@ -91,7 +91,7 @@ def _judge(v: FloatArray, layout: Layout, dt: float) -> Whiteness:
     pairs = layout.pairs(counted)[after, 0, 0]
     mean = rho[after] / (1.0 - j[after] / count)
     statistic = (samples + 2.0) / samples * float((mean * mean * pairs).sum())
-    p_value = float(chi2.sf(statistic, pairs.size))
+    p_value = float(chdtrc(pairs.size, statistic))
     # The density of the tapered covariance, integrated to the edge of the low band.
     share = float((tapered * edge * np.sinc(edge * j)).sum())
     return Whiteness(
