@@ -41,6 +41,7 @@ from gsapp.identification.alignment import advanced, lateness
 from gsapp.identification.axes import COEFFICIENTS, SURFACES
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.quantities import BoolArray, FloatArray
+from gsapp.quantities.constants import GRAVITY
 
 FTRAxis = Literal["lon", "lat"]
 
@@ -54,6 +55,12 @@ _PLACE = {name: place for place, name in enumerate(NEEDED_CHANNELS)}
 
 RUNWAY = 1.25
 """Speed over the stall speed below which wheels may touch the ground."""
+CLEARANCE = 5.0
+"""Height above the place of take-off below which wheels may touch the ground, m."""
+STANDING = 0.5
+"""Share of the lowest speed that counts, below which the aircraft stands or rolls."""
+SMOOTHING = 0.5
+"""Time constant of the smoothing of static pressure, s."""
 SILENCE = 0.5
 """Seconds without a sample after which a channel counts as not measured."""
 
@@ -79,9 +86,10 @@ class AxisRows:
     ----------
     valid : ndarray of bool, shape (n,)
         Samples that count.
-    columns : ndarray, shape (n, p + 1 + 3 + 3 + 1)
+    columns : ndarray, shape (n, p + 1 + 3 + 3 + 2)
         qbar x for every regressor; qbar; the three static parts; the three spun parts; what makes
-        qbar x of a rate (qbar c/2V or qbar b/2V). Zero where not valid.
+        qbar x of a rate (qbar c/2V or qbar b/2V); the first of qbar x as the vane shows it, not
+        moved to the CG. Zero where not valid.
     running : ndarray of bool, shape (n, 3)
         Equations all of whose instruments spoke of late.
     """
@@ -135,11 +143,31 @@ class AxisBody:
         Over S c or S b.
     regressors, equations : tuple of int
         Places of the rates among the regressors, of the moments among the equations.
+    reach : ndarray, shape (p, n)
+        What an error of the rates makes of the regressors, as a multiple of what it makes of its
+        own: flow angles are moved to the CG by the rates.
+    sharpness : ndarray, shape (p,)
+        Variance of white noise in the band over that from second differences: bringing late
+        channels to their time smoothes the latter, not the former.
+    noise : ndarray, shape (p,)
+        Variance of the regressors' own instruments, rad^2, by the aircraft file: what is seen
+        beyond it is air that really moves. Zero for the rates.
+    turns : ndarray of bool, shape (p,)
+        Whether a regressor is a rate.
+    trust : ndarray, shape (3,)
+        Share of what the residuals of an equation have in common with the errors of the rates
+        that is put down to these: all in the moments; half in the forces, whose residuals go
+        with those of the moments through noise of a vane, too, and nothing tells the two apart.
     offset : ndarray, shape (3,)
         What the accelerometers' uncertain zero makes of qbar C, Pa.
     """
 
     inertia: FloatArray
+    reach: FloatArray
+    sharpness: FloatArray
+    noise: FloatArray
+    turns: BoolArray
+    trust: FloatArray
     offset: FloatArray
     regressors: tuple[int, ...]
     equations: tuple[int, ...]
@@ -215,6 +243,7 @@ class Equations:
         self.held = np.full(count, np.nan)
         self.levers = np.full(2, np.nan)  # throttle and difference, as the engines follow them
         self.burned = np.zeros(1)
+        self.pressures = np.full(2, np.nan)  # static, smoothed: now, and on the ground
 
     # --- rows -----------------------------------------------------------------------------------
 
@@ -239,7 +268,11 @@ class Equations:
         flying = np.isfinite(V) & np.isfinite(qbar)
         V = np.where(flying, V, 30.0)
         qbar = np.where(flying, qbar, 1.0)
-        flying &= V * np.sqrt(rho / SEA_LEVEL_DENSITY) >= max(self._slowest, 1.0)
+        calibrated = V * np.sqrt(rho / SEA_LEVEL_DENSITY)
+        if self._slowest > 0.0:
+            standing = flying & (calibrated < STANDING * self._slowest)
+            flying &= self._clear_of_ground(values[:, _PLACE["static_pressure"]], rho, standing)
+        flying &= calibrated >= max(self._slowest, 1.0)
         V = np.where(flying, V, 30.0)
         p, q, r = rates = signal("p"), signal("q"), signal("r")
         shown = V
@@ -274,6 +307,7 @@ class Equations:
                 -weight * ax_spun,
                 moment * body.iyy * q,
                 qbar * (0.5 * geometry.chord) / V,
+                qbar * signal("alpha") / self.aircraft.sensors.alpha_vane.upwash,
             )
             out["lon"] = self._pack("lon", longitudinal, finite, alive, flying)
         if "lat" in self.axes:
@@ -295,6 +329,7 @@ class Equations:
                 moment * (body.ixx * p - body.ixz * r),
                 moment * (body.izz * r - body.ixz * p),
                 qbar * turn,
+                qbar * signal("beta") / self.aircraft.sensors.beta_vane.upwash,
             )
             out["lat"] = self._pack("lat", lateral, finite, alive, flying)
         return out
@@ -403,6 +438,31 @@ class Equations:
             qbar = np.where(np.isfinite(qbar), qbar, 0.5 * rho * V * V)
         return rho, V, qbar
 
+    def _clear_of_ground(
+        self, static: FloatArray, rho: FloatArray, standing: BoolArray
+    ) -> BoolArray:
+        """Return where the wheels are well above the place where the aircraft last stood.
+
+        Everywhere if static pressure is not measured, or the aircraft was never seen on the
+        ground.
+        """
+        smooth = self._smoothed(static, np.isfinite(static), 0)
+        ground = self._smoothed(static, np.isfinite(static) & standing, 1)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(~(ground - smooth < CLEARANCE * GRAVITY * rho))
+
+    def _smoothed(self, signal: FloatArray, chosen: BoolArray, place: int) -> FloatArray:
+        """Return a first-order smoothing of chosen samples, held in between."""
+        state = float(self.pressures[place])
+        picked = signal[chosen]
+        if not picked.size:
+            return np.full(signal.size, state)
+        first = float(picked[0]) if np.isnan(state) else state
+        decay = float(np.exp(-self.dt / SMOOTHING))
+        smooth, _ = lfilter([1.0 - decay], [1.0, -decay], picked, zi=np.array([decay * first]))
+        self.pressures[place] = smooth[-1]
+        return np.concatenate(([state], smooth))[np.cumsum(chosen)]
+
     def _engines(
         self, values: FloatArray, held: FloatArray, rho: FloatArray, V: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -463,12 +523,59 @@ class Equations:
         geometry, body = self.aircraft.geometry, self.aircraft.mass
         zero = self.settings.accelerometer_offset * self._mass / geometry.wing_area
         offset = np.array([zero if name in _OWN else 0.0 for name in COEFFICIENTS[axis]])
+        sharpness = self._sharpness(axis)
+        sensors = self.aircraft.sensors
+        own = {
+            "alpha": sensors.alpha_vane.noise / sensors.alpha_vane.upwash,
+            "beta": sensors.beta_vane.noise / sensors.beta_vane.upwash,
+            **dict.fromkeys(("p", "q", "r"), 0.0),
+        }
+        names = axis_regressors(axis)
+        noise = np.array([own.get(name, sensors.surfaces.noise) ** 2 for name in names])
+        trust = np.array([0.5 if name in _OWN else 1.0 for name in COEFFICIENTS[axis]])
+        turns = np.array([name in ("p", "q", "r") for name in names])
         if axis == "lon":
             inertia = np.array([[body.iyy]]) / (geometry.wing_area * geometry.chord)
-            return AxisBody(inertia=inertia, offset=offset, regressors=(1,), equations=(2,))
+            x, _, _ = self.aircraft.sensors.alpha_vane.position
+            return AxisBody(
+                inertia=inertia,
+                reach=np.array([[2.0 * x / geometry.chord], [1.0], [0.0]]),
+                sharpness=sharpness,
+                noise=noise,
+                turns=turns,
+                trust=trust,
+                offset=offset,
+                regressors=(1,),
+                equations=(2,),
+            )
         inertia = np.array([[body.ixx, -body.ixz], [-body.ixz, body.izz]])
         inertia = inertia / (geometry.wing_area * geometry.span)
-        return AxisBody(inertia=inertia, offset=offset, regressors=(1, 2), equations=(1, 2))
+        x, _, z = self.aircraft.sensors.beta_vane.position
+        reach = np.zeros((5, 2))
+        reach[0] = 2.0 * z / geometry.span, -2.0 * x / geometry.span
+        reach[1, 0] = reach[2, 1] = 1.0
+        return AxisBody(
+            inertia=inertia,
+            reach=reach,
+            sharpness=sharpness,
+            noise=noise,
+            turns=turns,
+            trust=trust,
+            offset=offset,
+            regressors=(1, 2),
+            equations=(1, 2),
+        )
+
+    def _sharpness(self, axis: FTRAxis) -> FloatArray:
+        """Return `AxisBody.sharpness`."""
+        late = dict(self._late)
+        found = []
+        for name in axis_regressors(axis):
+            pulse = np.zeros(32)
+            pulse[20] = 1.0
+            steps = late.get(_PLACE[name], 0.0) % 1.0
+            found.append(6.0 / float((np.diff(advanced(pulse, steps)[:30], n=2) ** 2).sum()))
+        return np.array(found)
 
     # --- saved state ----------------------------------------------------------------------------
 
@@ -480,6 +587,7 @@ class Equations:
             "held": self.held,
             "levers": self.levers,
             "burned": self.burned,
+            "pressures": self.pressures,
         }
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
@@ -489,6 +597,7 @@ class Equations:
         self.held = np.array(state["held"], dtype=np.float64)
         self.levers = np.array(state["levers"], dtype=np.float64)
         self.burned = np.array(state["burned"], dtype=np.float64)
+        self.pressures = np.array(state["pressures"], dtype=np.float64)
 
     # --- words ----------------------------------------------------------------------------------
 

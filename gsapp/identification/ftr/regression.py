@@ -43,6 +43,8 @@ from gsapp.quantities import FloatArray
 _TINY = 1e-9
 """Share of its natural size below which a column is taken as zero."""
 _NEIGHBORS = 5
+_FIRM = 8.0
+"""Real equations that the roughness of earlier records counts for in the weight of a record."""
 _NUISANCES = 4
 
 
@@ -57,11 +59,13 @@ class Information:
     meat : ndarray, shape (3, p, p)
         X' R X.
     rss, freedom : ndarray, shape (3,)
-        Squared residuals; real equations less unknowns.
+        Squared residuals over the squared weights of the samples; real equations less unknowns.
     variation : ndarray, shape (3,)
         Integral of (qbar C)^2 in the band, trim and drift taken out.
     noise : ndarray, shape (3, p)
         Share of the diagonal of G that noise of the regressors makes.
+    white : ndarray, shape (3, p)
+        What of it is to be taken off the diagonal: white noise of what is no rate.
     mean : ndarray, shape (3, p + 2)
         Sums at zero frequency of qbar x, qbar, qbar C.
     mean_noise : ndarray, shape (3,)
@@ -72,6 +76,8 @@ class Information:
         Integral of qbar^2 over that time, Pa^2 s.
     spread : ndarray, shape (3, p)
         Integral of (qbar x)^2 in the band.
+    weighty : ndarray, shape (3, p)
+        Squared diagonal of G over freedom: tells how many records share the weight.
     """
 
     G: FloatArray
@@ -81,11 +87,13 @@ class Information:
     freedom: FloatArray
     variation: FloatArray
     noise: FloatArray
+    white: FloatArray
     mean: FloatArray
     mean_noise: FloatArray
     listened: FloatArray
     pressure: FloatArray
     spread: FloatArray
+    weighty: FloatArray
 
     @staticmethod
     def none(p: int) -> Information:
@@ -98,11 +106,13 @@ class Information:
             freedom=np.zeros(3),
             variation=np.zeros(3),
             noise=np.zeros((3, p)),
+            white=np.zeros((3, p)),
             mean=np.zeros((3, p + 2)),
             mean_noise=np.zeros(3),
             listened=np.zeros(3),
             pressure=np.zeros(3),
             spread=np.zeros((3, p)),
+            weighty=np.zeros((3, p)),
         )
 
     def plus(self, other: Information) -> Information:
@@ -114,7 +124,12 @@ class Information:
     def faded(self, share: float) -> Information:
         """Return the information with the signals behind it faded to a share."""
         square = share * share
-        powers = {"meat": square * square, "mean": share, "freedom": 1.0}
+        powers = {
+            "meat": square * square,
+            "weighty": square * square,
+            "mean": share,
+            "freedom": 1.0,
+        }
         return Information(
             **{
                 one.name: powers.get(one.name, square) * getattr(self, one.name)
@@ -334,28 +349,42 @@ def _solve_together(
     counts = np.where(transforms.broken, 0.0, (number > 0)[:, np.newaxis] * 1.0)
     G_own = XT @ X
     b_own = np.swapaxes(XT @ Y, 1, 2)
-    G = past.G + counts[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis]
-    b = past.b + counts[:, :, np.newaxis] * b_own
+    # White noise of variance v in one sample gives v times the squared weights at any frequency.
+    sample = transforms.noise * body.sharpness
+    times = (squared * number)[:, np.newaxis]
+    white_own = np.minimum(sample, body.noise * (pressure**2)[:, np.newaxis]) * times
+    # Before its residuals are known, a record is taken to be as rough as those before it.
+    known = past.freedom > 0.0
+    usual = squared[:, np.newaxis] * past.rss / np.where(known, past.freedom, 1.0)
+    least = _TINY * (Y**2).sum(axis=1) / np.maximum(number, 1.0)[:, np.newaxis] + 1e-300
+    weight = counts / np.where(known, np.maximum(usual, least), 1.0)
+    G = past.G + weight[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis]
+    b = past.b + weight[:, :, np.newaxis] * b_own
     inverse = _inverse(G)
     theta = (inverse @ b[..., np.newaxis])[..., 0]
     residual = Y - X @ np.swapaxes(theta, 1, 2)
     # How many of the unknowns this record had to pay for, and where.
     spread = X[:, np.newaxis] @ inverse
-    lever = (spread * X[:, np.newaxis]).sum(axis=3)
+    lever = (spread * X[:, np.newaxis]).sum(axis=3) * weight[:, :, np.newaxis]
     freedom = 2.0 * number[:, np.newaxis] - used[:, np.newaxis] - lever.sum(axis=2)
     scale = 2.0 * number[:, np.newaxis] / np.maximum(freedom, 1.0)
+    some = _FIRM * known
+    rough = ((residual**2).sum(axis=1) + some * usual) / np.maximum(freedom + some, 1.0)
+    weight = counts / np.maximum(rough, least)
+    each = weight[:, :, np.newaxis]
+    G = past.G + each[..., np.newaxis] * G_own[:, np.newaxis]
+    white = past.white + each * white_own[:, np.newaxis]
+    inverse = _inverse(G, _removable(_inverse(G), white))
 
     omega = 2.0 * np.pi * transforms.frequencies[1:]
     answer = _answer(residual, theta, body, turning, omega)
-    rates, moments = list(body.regressors), list(body.equations)
-    excess = np.zeros_like(b_own)
-    excess[:, np.array(moments)[:, np.newaxis], rates] = (
-        np.swapaxes(residual[:, :, moments], 1, 2)
-        @ answer
-        * (turning[:, np.newaxis] * scale[:, moments])[:, :, np.newaxis]
-    )
+    moments = list(body.equations)
+    # What of the regressors goes with the residuals: rates, and flow angles moved to the CG.
+    reach = body.reach * turning[:, np.newaxis, np.newaxis]
+    moving = answer @ np.swapaxes(reach, 1, 2)
+    excess = np.swapaxes(residual, 1, 2) @ moving * (scale * body.trust)[:, :, np.newaxis]
     b_own = b_own - excess
-    b = past.b + counts[:, :, np.newaxis] * b_own
+    b = past.b + each * b_own
     theta = (inverse @ b[..., np.newaxis])[..., 0]
     residual = Y - X @ np.swapaxes(theta, 1, 2)
 
@@ -367,33 +396,31 @@ def _solve_together(
     meat = _meat(X, level, _coupling(transforms.correlation, count))
 
     hertz = float(transforms.frequencies[1])
-    # White noise of variance v in one sample gives v times the squared weights at any frequency.
-    noise = transforms.noise * (squared * number)[:, np.newaxis]
-    noise[:, rates] = np.maximum(
-        noise[:, rates],
-        (answer**2).sum(axis=1) * (turning[:, np.newaxis] ** 2) * scale[:, moments],
-    )
+    moved = (moving**2).sum(axis=1) * scale[:, moments].max(axis=1)[:, np.newaxis]
+    noise = np.where(body.turns, np.maximum(sample * times, moved), sample * times + moved)
     mean = np.empty((len(keep), 3, p + 2))
     mean[:, :, :p] = transforms.regressors[:, np.newaxis, 0].real
     mean[:, :, p] = transforms.trim[:, np.newaxis, 0, 0].real
     mean[:, :, p + 1] = transforms.targets[:, 0].real
     # At zero frequency all power is real; the noise of the ends is not among the residuals.
     lowest = level[np.arange(len(keep)), np.argmax(keep, axis=1)]
-    each = counts[:, :, np.newaxis]
-    diagonal = np.diagonal(G_own, axis1=1, axis2=2)
+    plain = counts[:, :, np.newaxis]
+    alone = np.diagonal(G_own, axis1=1, axis2=2)
     own = Information(
         G=each[..., np.newaxis] * G_own[:, np.newaxis],
         b=each * b_own,
-        meat=each[..., np.newaxis] * meat,
-        rss=counts * (residual**2).sum(axis=1),
+        meat=(each**2)[..., np.newaxis] * meat,
+        rss=counts * (residual**2).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)[:, None],
         freedom=counts * freedom,
         variation=counts * 2.0 * hertz * (Y**2).sum(axis=1),
         noise=each * noise[:, np.newaxis],
-        mean=each * mean,
+        white=each * white_own[:, np.newaxis],
+        mean=plain * mean,
         mean_noise=counts * (lowest**2 + transforms.end_noise),
         listened=counts * listened[:, np.newaxis],
         pressure=counts * (pressure**2 * listened)[:, np.newaxis],
-        spread=each * (2.0 * hertz * diagonal)[:, np.newaxis],
+        spread=plain * (2.0 * hertz * alone)[:, np.newaxis],
+        weighty=(each * alone[:, np.newaxis]) ** 2 / np.maximum(freedom, 1.0)[:, :, np.newaxis],
     )
     last = Information(**{name: getattr(own, name)[-1] for name in _NAMES})
     return _conclude(own.plus(past), inverse, body), last
@@ -428,16 +455,19 @@ def _conclude(information: Information, inverse: FloatArray | None, body: AxisBo
     """
     G = information.G
     p = G.shape[-1]
-    inverse = _inverse(G) if inverse is None else inverse
+    if inverse is None:
+        inverse = _inverse(G, _removable(_inverse(G), information.white))
     theta = (inverse @ information.b[..., np.newaxis])[..., 0]
-    covariance = inverse @ information.meat @ inverse
     diagonal = np.diagonal(G, axis1=2, axis2=3)
+    wide = _wider(diagonal**2 / np.maximum(information.weighty, 1e-300))
+    covariance = inverse @ information.meat @ inverse
+    covariance *= wide[..., np.newaxis] * wide[..., np.newaxis, :]
     there = diagonal > 0.0
     spread = np.where(there, np.diagonal(inverse, axis1=2, axis2=3), 1.0)
     own = np.where(there, np.minimum(1.0 / spread, diagonal), 0.0)
     freedom = information.freedom
-    variance = information.rss / np.maximum(freedom, 1.0)
-    plain = np.sqrt(variance[..., np.newaxis] * np.diagonal(inverse, axis1=2, axis2=3))
+    # Records are weighted by one over the variance of their residuals.
+    plain = np.sqrt(np.maximum(np.diagonal(inverse, axis1=2, axis2=3), 0.0))
     base = information.mean[..., p]
     safe = np.where(base > 0.0, base, 1.0)
     slopes = -information.mean[..., :p] / safe[..., np.newaxis]
@@ -457,6 +487,8 @@ def _conclude(information: Information, inverse: FloatArray | None, body: AxisBo
         axis=-1,
     )
     noise = np.maximum(information.noise, 1e-300)
+    # What white noise made of G is taken off already.
+    left = information.noise - information.white
     scale = np.sqrt(np.where(there, diagonal, 1.0))
     return Solution(
         theta=theta,
@@ -465,7 +497,7 @@ def _conclude(information: Information, inverse: FloatArray | None, body: AxisBo
         bias=bias,
         bias_std=bias_std,
         bias_slopes=slopes,
-        signal_to_noise=np.sqrt(np.maximum(own - noise, 0.0) / noise),
+        signal_to_noise=np.sqrt(np.maximum(own - left, 0.0) / noise),
         alone=np.where(there, own / np.where(there, diagonal, 1.0), 0.0),
         amplitude=np.sqrt(
             information.spread / np.maximum(information.pressure, 1e-300)[..., np.newaxis]
@@ -475,6 +507,16 @@ def _conclude(information: Information, inverse: FloatArray | None, body: AxisBo
         listened=information.listened,
         correlation=G / (scale[..., np.newaxis] * scale[..., np.newaxis, :]),
     )
+
+
+def _wider(freedom: FloatArray) -> FloatArray:
+    """Return what widens bounds so that three of them hold as much as of a normal distribution.
+
+    The level of the residuals is itself estimated, around each frequency from its neighbors: as
+    if from two thirds of all residuals. (Student's quantile over three, expanded.)
+    """
+    levels = np.maximum(2.0 / 3.0 * freedom, 4.0)
+    return np.asarray(1.0 + 2.5 / levels + 5.75 / levels**2, dtype=np.float64)
 
 
 # --- small linear algebra, for many moments at once ---------------------------------------------
@@ -511,8 +553,23 @@ def _paired(rows: FloatArray) -> FloatArray:
     return np.asarray(rows[:, :half] + rows[:, half:], dtype=np.float64)
 
 
-def _inverse(G: FloatArray) -> FloatArray:
-    """Return the inverse of scaled normal matrices; a variable that did nothing gets zeros."""
+def _removable(inverse: FloatArray, white: FloatArray) -> FloatArray:
+    """Return how much of the white noise can be taken off the diagonal of G.
+
+    Up to 1/(2p) of what each variable did on its own: then at least half of G stays, whatever
+    the variables. More is not needed where the variable was excited enough to be shown.
+    """
+    diagonal = np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 1e-300)
+    return np.asarray(np.minimum(white, 0.5 / diagonal.shape[-1] / diagonal), dtype=np.float64)
+
+
+def _inverse(G: FloatArray, less: FloatArray | None = None) -> FloatArray:
+    """Return the inverse of scaled normal matrices; a variable that did nothing gets zeros.
+
+    `less` is taken off the diagonal first.
+    """
+    if less is not None:
+        G = G - less[..., np.newaxis] * np.eye(G.shape[-1])
     diagonal = np.diagonal(G, axis1=-2, axis2=-1)
     there = diagonal > 0.0
     scale = np.where(there, 1.0 / np.sqrt(np.where(there, diagonal, 1.0)), 0.0)

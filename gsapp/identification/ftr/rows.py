@@ -22,8 +22,8 @@ LONGEST_FILL = 60.0
 
 IndexArray = npt.NDArray[np.int64]
 _NOT_YET = -(2**62)
-# Not waited for once there is the density that follows from them.
-_SPARED = ("static_pressure", "temperature")
+# Not waited for once there is the density that follows from it.
+_SPARED = ("temperature",)
 _PLACE = {name: place for place, name in enumerate(NEEDED_CHANNELS)}
 
 

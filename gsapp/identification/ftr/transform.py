@@ -57,7 +57,7 @@ class Transforms:
     turning : ndarray, shape (U,)
         Mean of qbar c/2V or qbar b/2V, Pa s.
     noise : ndarray, shape (U, p)
-        Variance of one sample of qbar x, from second differences.
+        Variance of one sample of qbar x, from second differences; of the first, of its vane.
     end_noise : ndarray, shape (U, 3)
         Variance that the noise of the two end samples gives the targets.
     broken : ndarray of bool, shape (U, 3)
@@ -161,7 +161,7 @@ class RunningTransform:
 
         Parameters
         ----------
-        columns : ndarray, shape (U, N + 1, p + 8)
+        columns : ndarray, shape (U, N + 1, p + 9)
             As `AxisRows.columns`, each block headed by the last row of the block before.
         valid : ndarray of bool, shape (U, N + 1)
         running : ndarray of bool, shape (U, N + 1, 3)
@@ -196,7 +196,8 @@ class RunningTransform:
         squares = (self._square_phases @ (weights**2)[:, :, np.newaxis])[:, :, 0]
         flat[:, size:ends].real = squares[:, : ends - size]
         flat[:, size:ends].imag = squares[:, ends - size :]
-        watched = np.concatenate((columns[:, :, :p], spun), axis=2)
+        # The rates, which move a flow angle to the CG, bring the shaking of the gyros into it.
+        watched = np.concatenate((columns[:, :, p + 8 :], columns[:, :, 1:p], spun), axis=2)
         second = watched[:, 2:] - 2.0 * watched[:, 1:-1] + watched[:, :-2]
         triple: BoolArray = np.asarray(joined[:, 1:] & joined[:, :-1], dtype=bool)
         flat[:, ends:-1] = ((second**2) * triple[:, :, np.newaxis]).sum(axis=1) / 6.0
