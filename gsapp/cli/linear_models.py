@@ -198,7 +198,7 @@ def _describe(
 
     table = Table(
         title=f"{_AXES[axis]}: RMS error over range in {flight}, %",
-        caption="whole flight; its maneuvers from their own trim; the source's (tables 7.4.1, "
+        caption="whole flight; its maneuvers, each from its own start; the source's (tables 7.4.1, "
         "7.4.2)",
         title_justify="left",
         caption_justify="left",

@@ -36,6 +36,7 @@ from gsapp.identification.linear_models.subspace import subspace
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.statistics import response_fit
+from gsapp.quantities import FloatArray
 
 _RATE = 50.0
 """Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
@@ -52,7 +53,7 @@ class JudgedModel:
     rms_over_range_pct : mapping of str to float
         Over the whole of the flight it was judged on, by output.
     by_maneuver_pct : mapping of str to float
-        The same over its maneuvers alone, each from its own trim.
+        The same over its maneuvers alone, each with a level and a start of its own.
     remarks : tuple of str
     """
 
@@ -190,8 +191,8 @@ def compare(
     return {
         name: JudgedModel(
             model=model,
-            rms_over_range_pct=_errors(sampled, flight, from_trim=False),
-            by_maneuver_pct=_errors(sampled, parts, from_trim=True),
+            rms_over_range_pct=_errors(sampled, flight, own_start=False),
+            by_maneuver_pct=_errors(sampled, parts, own_start=True),
             remarks=kept,
         )
         for name, (model, sampled, kept) in models.items()
@@ -216,18 +217,18 @@ def _decimated(one: Signals, step: int) -> Record:
 
 
 def _errors(
-    model: DiscreteModel, stretches: Sequence[Signals], *, from_trim: bool
+    model: DiscreteModel, stretches: Sequence[Signals], *, own_start: bool
 ) -> dict[str, float]:
     """Return RMS over range by output, percent; infinite where the model runs away."""
     if not stretches:
         return {}
     measured, computed = [], []
     for one in stretches:
-        rows = one.trim_rows if from_trim else slice(None)
         with np.errstate(over="ignore", invalid="ignore"):
-            y = model.simulate(one.inputs - one.inputs[rows].mean(axis=0))
+            y = model.simulate(one.inputs - one.inputs.mean(axis=0))
+            missed = one.outputs - y
             # Outputs differ by a constant: the level that the model does not know.
-            y = y + (one.outputs[rows] - y[rows]).mean(axis=0)
+            y = y + (_free_motion(model, missed) if own_start else missed.mean(axis=0))
         measured.append(one.outputs)
         computed.append(y)
     z, y = np.vstack(measured), np.vstack(computed)
@@ -237,3 +238,21 @@ def _errors(
         fit = response_fit(z[:, column], np.nan_to_num(y[:, column]))
         found[name] = math.inf if bad else fit.rms_over_range_pct
     return found
+
+
+def _free_motion(model: DiscreteModel, missed: FloatArray) -> FloatArray:
+    """Return the level and the motion from a start of its own that make up for most, (n, p).
+
+    Few maneuvers begin in trim; what a maneuver began with is not the model's error.
+    """
+    count, width = missed.shape
+    still = np.zeros((count, model.B.shape[1]))
+    columns = [model.simulate(still, start).ravel() for start in np.eye(model.order)]
+    columns += [np.tile(level, count) for level in np.eye(width)]
+    table = np.column_stack(columns)
+    # Outputs of different size count alike.
+    scale = np.tile(1.0 / np.maximum(missed.std(axis=0), 1e-12), count)
+    if not np.isfinite(table).all() or not np.isfinite(missed).all():
+        return np.full(missed.shape, np.nan)
+    solved = np.linalg.lstsq(table * scale[:, None], missed.ravel() * scale, rcond=None)[0]
+    return np.asarray((table @ solved).reshape(missed.shape), dtype=np.float64)

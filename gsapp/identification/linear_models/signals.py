@@ -26,8 +26,6 @@ OUTPUTS: Mapping[LinearAxis, tuple[str, ...]] = {
 
 SHORTEST = 1.0
 """Stretches shorter than this (s) are left out."""
-_LEVEL = 0.3
-"""Seconds at the start of a maneuver whose mean is its trim."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,11 +59,6 @@ class Signals:
     def dt(self) -> float:
         """Return the sample time, s."""
         return float(self.times[1] - self.times[0])
-
-    @property
-    def trim_rows(self) -> slice:
-        """Return the samples whose mean is the trim that the stretch began in."""
-        return slice(0, max(1, round(_LEVEL / self.dt)))
 
 
 def signals_of(
