@@ -13,16 +13,18 @@ sensitivities S[k+1] = Phi_k S[k] + Gamma_k are one more such solve with many ri
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from scipy.linalg.lapack import dtbtrs
 
-from gsapp.identification.maximum_likelihood.kernels import Drive, Kernel
+from gsapp.identification.maximum_likelihood.kernels import Drive, Gradient, Kernel
 from gsapp.quantities import FloatArray
 
 Integration = Literal["rk4", "euler"]
+_Found = TypeVar("_Found", bound=tuple[Any, ...])
 _ROUNDS = 12
 _SETTLED = 3e-6
 """A Newton correction smaller than this (of 1, or of the state) leaves an error of its square."""
@@ -86,6 +88,49 @@ def _times(A: FloatArray, B: FloatArray) -> FloatArray:
     return np.ascontiguousarray((first @ second).transpose(1, 2, 0))
 
 
+def _propagated(
+    slopes: Sequence[FloatArray], h: float
+) -> tuple[FloatArray, list[FloatArray | None]]:
+    """Return Phi, and by what the gradients of each stage enter the step (None: the unit matrix).
+
+    A Runge-Kutta step is x + h/6 (k1 + 2 k2 + 2 k3 + k4). Gone through from its end, with a_s the
+    slopes of the rates at stage s, what stage s adds to k_s enters the bracket times
+
+        P4 = I,  P3 = 2 I + h P4 a4,  P2 = 2 I + h/2 P3 a3,  P1 = I + h/2 P2 a2,
+
+    so that Phi = I + h/6 sum P_s a_s and Gamma = h/6 sum P_s g_s with the gradients g_s.
+    """
+    unit = np.eye(len(slopes[0]))[:, :, None]
+    if len(slopes) == 1:
+        return unit + h * slopes[0], [None]
+    a1, a2, a3, a4 = slopes
+    P3 = 2.0 * unit + h * a4
+    third = _times(P3, a3)
+    P2 = 2.0 * unit + 0.5 * h * third
+    second = _times(P2, a2)
+    P1 = unit + 0.5 * h * second
+    Phi: FloatArray = unit + h / 6.0 * (_times(P1, a1) + second + third + a4)
+    return Phi, [P1, P2, P3, None]
+
+
+def _carry(carrier: FloatArray | None, gradient: Gradient, total: FloatArray) -> None:
+    """Add a carrier (None: the unit matrix) times a gradient to a total."""
+    if isinstance(gradient, np.ndarray):
+        total += gradient if carrier is None else _times(carrier, gradient)
+        return
+    for columns, factors, basis in gradient:
+        if carrier is None:
+            for row, factor in factors:
+                total[row, columns] += factor * basis
+            continue
+        (row, factor), *others = factors
+        carried = carrier[:, row] * factor
+        for row, factor in others:
+            carried += carrier[:, row] * factor
+        for state, one in enumerate(carried):
+            total[state, columns] += one * basis
+
+
 class Engine:
     """Steps, trajectories and sensitivities with one kernel.
 
@@ -113,52 +158,45 @@ class Engine:
         stepped: FloatArray = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
         return stepped
 
+    def _stages(
+        self,
+        evaluate: Callable[[Drive, FloatArray, FloatArray], _Found],
+        drives: Drives,
+        x: FloatArray,
+        h: float,
+        values: FloatArray,
+    ) -> list[_Found]:
+        """Return what a method of the kernel, rates first, gives at every stage of the steps."""
+        found = [evaluate(drives.before, x, values)]
+        if self._integration == "rk4":
+            halfway, after = drives.halfway, drives.after
+            for drive, reach in ((halfway, 0.5 * h), (halfway, 0.5 * h), (after, h)):
+                found.append(evaluate(drive, x + reach * found[-1][0], values))
+        return found
+
     def _step_slopes(
         self, drives: Drives, x: FloatArray, h: float, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return F_k and Phi_k, shape (n_states, n_states, n - 1)."""
-        slopes = self.kernel.slopes
-        k1, a1 = slopes(drives.before, x, values)
-        unit = np.eye(len(x))[:, :, None]
-        if self._integration == "euler":
-            return x + h * k1, unit + h * a1
-        k2, a2 = slopes(drives.halfway, x + 0.5 * h * k1, values)
-        k3, a3 = slopes(drives.halfway, x + 0.5 * h * k2, values)
-        k4, a4 = slopes(drives.after, x + h * k3, values)
-        d2 = a2 + 0.5 * h * _times(a2, a1)
-        d3 = a3 + 0.5 * h * _times(a3, d2)
-        d4 = a4 + h * _times(a4, d3)
-        return (
-            x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4),
-            unit + h / 6.0 * (a1 + 2.0 * (d2 + d3) + d4),
-        )
+        stages = self._stages(self.kernel.slopes, drives, x, h, values)
+        Phi, _ = _propagated([f_x for _, f_x in stages], h)
+        rates = [f for f, _ in stages]
+        if len(rates) == 1:
+            return x + h * rates[0], Phi
+        k1, k2, k3, k4 = rates
+        return x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4), Phi
 
     def _step_gradients(
         self, drives: Drives, x: FloatArray, h: float, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return Phi_k and Gamma_k, shape (n_states, n_free, n - 1)."""
-        gradients = self.kernel.gradients
-        size = len(x)
-        unit = np.eye(size)[:, :, None]
-        # Each holds derivatives by the states, then by the parameters.
-        k1, first = gradients(drives.before, x, values)
-        if self._integration == "euler":
-            return unit + h * first[:, :size], h * first[:, size:]
-        k2, own = gradients(drives.halfway, x + 0.5 * h * k1, values)
-        second = _times(0.5 * h * own[:, :size], first)
-        second += own
-        k3, own = gradients(drives.halfway, x + 0.5 * h * k2, values)
-        third = _times(0.5 * h * own[:, :size], second)
-        third += own
-        _, own = gradients(drives.after, x + h * k3, values)
-        total = _times(h * own[:, :size], third)
-        total += own
-        total += first
-        second += third
-        second *= 2.0
-        total += second
-        total *= h / 6.0
-        return unit + total[:, :size], total[:, size:]
+        stages = self._stages(self.kernel.gradients, drives, x, h, values)
+        Phi, carriers = _propagated([f_x for _, f_x, _ in stages], h)
+        Gamma = np.zeros((len(x), len(self.kernel.free), x.shape[1]))
+        for carrier, (_, _, gradient) in zip(carriers, stages, strict=True):
+            _carry(carrier, gradient, Gamma)
+        Gamma *= h / (1.0 if len(stages) == 1 else 6.0)
+        return Phi, Gamma
 
     # --- trajectories ---------------------------------------------------------------------------
 

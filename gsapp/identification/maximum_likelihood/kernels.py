@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +52,30 @@ class Drive:
             by_path=None if self.by_path is None else self.by_path[:, :, which],
             table=self.table[:, which],
         )
+
+
+class Share(NamedTuple):
+    """A share of the derivatives of the rates by the free parameters, in factors.
+
+    The rate of state `row` has the derivatives ``factor * basis`` by the parameters of `columns`,
+    for each pair of `factors`. What carries them through a step is so multiplied with the factors
+    alone, once for all these parameters.
+
+    Attributes
+    ----------
+    columns : slice
+        Of the free parameters.
+    factors : tuple of (int, ndarray of shape (n,))
+    basis : ndarray, shape (n_columns, n)
+    """
+
+    columns: slice
+    factors: tuple[tuple[int, FloatArray], ...]
+    basis: FloatArray
+
+
+Gradient = FloatArray | list[Share]
+"""Derivatives of the rates by the free parameters: (n_states, n_free, n), or a sum of shares."""
 
 
 class Kernel(ABC):
@@ -95,11 +119,8 @@ class Kernel(ABC):
     @abstractmethod
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return rates and their derivatives, shape (n_states, n_states + n_free, n).
-
-        By the states, then by `free`.
-        """
+    ) -> tuple[FloatArray, FloatArray, Gradient]:
+        """Return rates and their derivatives by the states, as `slopes`, and by `free`."""
 
     @abstractmethod
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
@@ -191,18 +212,18 @@ class GeneralKernel(Kernel):
 
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return rates with derivatives by states and free parameters."""
         rows = self._differentiate(drive, x, values, self._own)
-        size, own = len(self.state_names), len(self._own)
-        found = np.empty((size, size + len(self.free), x.shape[1]))
-        found[:, :size] = rows[:, :, self._active].transpose(1, 2, 0)
+        f_x = np.ascontiguousarray(rows[:, :, self._active].transpose(1, 2, 0))
+        own = len(self._own)
+        f_p = np.empty((len(self.state_names), len(self.free), x.shape[1]))
         first = len(self.model.state_names) + len(INPUTS)
-        found[:, size : size + own] = rows[:, :, first:].transpose(1, 2, 0)
+        f_p[:, :own] = rows[:, :, first:].transpose(1, 2, 0)
         if drive.by_path is not None:
             by_surface = rows[:, :, self._surfaces]
-            found[:, size + own :] = np.einsum("nis,spn->ipn", by_surface, drive.by_path)
-        return self.rates(drive, x, values), found
+            f_p[:, own:] = np.einsum("nis,spn->ipn", by_surface, drive.by_path)
+        return self.rates(drive, x, values), f_x, f_p
 
     def _differentiate(
         self, drive: Drive, x: FloatArray, values: FloatArray, free: tuple[str, ...]

@@ -20,7 +20,7 @@ from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.propulsion import thrust as thrust_of
 from gsapp.dynamics.terms import Term
 from gsapp.identification.axes import COEFFICIENTS, Axis
-from gsapp.identification.maximum_likelihood.kernels import Drive, Kernel
+from gsapp.identification.maximum_likelihood.kernels import Drive, Kernel, Share
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -75,11 +75,15 @@ class _Coefficient:
 
 
 class _Slope(NamedTuple):
-    """A coefficient with its derivatives by the states (rows) and by effect parameters."""
+    """A coefficient with its derivatives.
+
+    By the rows of the basis that hold states, plain numbers but for effects; and by its free
+    parameters: columns, and the rows of derivatives.
+    """
 
     value: FloatArray
-    by_state: list[FloatArray | float]
-    by_extra: list[tuple[int, FloatArray]]
+    by_row: list[FloatArray | float]
+    by_parameter: list[tuple[slice, FloatArray]]
 
 
 class _Lean(Kernel):
@@ -87,6 +91,8 @@ class _Lean(Kernel):
 
     axis: Axis
     surfaces: tuple[str, ...]
+    _half: int
+    """Row of the table with half the reference length over V."""
 
     def __init__(
         self,
@@ -106,6 +112,9 @@ class _Lean(Kernel):
             name: _Coefficient(name, model, self.free, 1 + len(own) + len(self.surfaces))
             for name in COEFFICIENTS[self.axis]
         }
+        self._linear = np.array(
+            [np.arange(one.places.start, one.places.stop) for one in self._coefficients.values()]
+        )
         for term, places in model.terms:
             through = _THROUGH[self.axis].get(term.target)
             if through is None or term.id.startswith("linear."):
@@ -139,13 +148,14 @@ class _Lean(Kernel):
             found = drive.table[0 if name == "thrust" else 1]
         return found
 
-    def _by_state(self, name: str, drive: Drive) -> tuple[int, FloatArray | float] | None:
-        if name in self.state_names:
-            return self.state_names.index(name), 1.0
-        if name in _HATS and _HATS[name] in self.state_names:
-            length = self._chord if name == "q_hat" else self._span
-            return self.state_names.index(_HATS[name]), 0.5 * length / drive.states[_ROW["V"]]
-        return None
+    def _by_row(self, name: str, drive: Drive) -> tuple[int, FloatArray | float] | None:
+        """Return which state a reading depends on, and its slope by that state's basis row."""
+        if _HATS.get(name) in self.state_names:
+            return self.state_names.index(_HATS[name]), 1.0
+        if name not in self.state_names:
+            return None
+        row = self.state_names.index(name)
+        return row, 1.0 / drive.table[self._half] if row else 1.0
 
     def _factor(self, extra: _Extra, drive: Drive) -> FloatArray | float:
         if not extra.moment:
@@ -154,66 +164,73 @@ class _Lean(Kernel):
         factor: FloatArray = extra.sign / (drive.table[1] * (self._area * length))
         return factor
 
-    def _value(
-        self, name: str, basis: FloatArray, drive: Drive, x: FloatArray, values: FloatArray
+    def _reads(self, extra: _Extra, drive: Drive, x: FloatArray) -> tuple[FloatArray, ...]:
+        return tuple(self._read(read, drive, x) for read in extra.term.reads)
+
+    def _values(
+        self, basis: FloatArray, drive: Drive, x: FloatArray, values: FloatArray
     ) -> FloatArray:
-        one = self._coefficients[name]
-        total: FloatArray = values[one.places] @ basis
-        for extra in one.extras:
-            reads = tuple(self._read(read, drive, x) for read in extra.term.reads)
-            added = extra.term.value(reads, (), tuple(values[extra.places]))
-            total = total + self._factor(extra, drive) * added
+        """Return the coefficients, shape (3, n)."""
+        total: FloatArray = values[self._linear] @ basis
+        for row, one in enumerate(self._coefficients.values()):
+            for extra in one.extras:
+                reads = self._reads(extra, drive, x)
+                added = extra.term.value(reads, (), tuple(values[extra.places]))
+                total[row] += self._factor(extra, drive) * added
         return total
 
-    def _slope(
+    def _slopes(
+        self, basis: FloatArray, drive: Drive, x: FloatArray, values: FloatArray
+    ) -> list[_Slope]:
+        """Return the coefficients with derivatives."""
+        found = []
+        coefficients = self._values(basis, drive, x, values)
+        last = 1 + len(_STATES[self.axis])
+        for value, one in zip(coefficients, self._coefficients.values(), strict=True):
+            by_row: list[FloatArray | float] = values[one.places][1:last].tolist()
+            by_parameter = [(one.columns, one.rows_of(basis))] if one.rows else []
+            for extra in one.extras:
+                reads = self._reads(extra, drive, x)
+                jacobian = extra.term.jacobian(reads, (), tuple(values[extra.places]))
+                factor = self._factor(extra, drive)
+                for read, slope in zip(extra.term.reads, jacobian.reads, strict=True):
+                    through = self._by_row(read, drive)
+                    if through is not None:
+                        row, scale = through
+                        by_row[row] = by_row[row] + factor * slope * scale
+                for row, column in extra.columns:
+                    added = factor * jacobian.parameters[row] + 0.0 * x[:1]
+                    by_parameter.append((slice(column, column + 1), added))
+            found.append(_Slope(value, by_row, by_parameter))
+        return found
+
+    def _weighted(
         self,
-        name: str,
-        basis: FloatArray,
-        scales: Sequence[FloatArray | float],
+        out: FloatArray,
+        pairs: Sequence[tuple[_Slope, FloatArray]],
+        by_rate: Sequence[FloatArray | float],
         drive: Drive,
-        x: FloatArray,
-        values: FloatArray,
-    ) -> _Slope:
-        """Return a coefficient with derivatives; `scales` is what each state's row is times it."""
-        one = self._coefficients[name]
-        slopes = values[one.places]
-        by_state: list[FloatArray | float] = [
-            slopes[1 + row] * scale for row, scale in enumerate(scales)
-        ]
-        by_extra: list[tuple[int, FloatArray]] = []
-        for extra in one.extras:
-            reads = tuple(self._read(read, drive, x) for read in extra.term.reads)
-            jacobian = extra.term.jacobian(reads, (), tuple(values[extra.places]))
-            factor = self._factor(extra, drive)
-            for read, slope in zip(extra.term.reads, jacobian.reads, strict=True):
-                found = self._by_state(read, drive)
-                if found is not None:
-                    by_state[found[0]] = by_state[found[0]] + factor * slope * found[1]
-            for row, column in extra.columns:
-                by_extra.append((column, factor * jacobian.parameters[row] + 0.0 * x[0]))
-        return _Slope(self._value(name, basis, drive, x, values), by_state, by_extra)
-
-    def _total(self, name: str, slope: _Slope, basis: FloatArray, S: FloatArray) -> FloatArray:
-        """Return the total derivatives of a coefficient, shape (m, n)."""
-        total = slope.by_state[0] * S[0]
-        for row in range(1, len(slope.by_state)):
-            total += slope.by_state[row] * S[row]
-        one = self._coefficients[name]
-        if one.rows:
-            total[one.columns] += one.rows_of(basis)
-        for column, added in slope.by_extra:
-            total[column] += added
-        return np.asarray(total)
-
-    def _spread(
-        self, out: FloatArray, name: str, slope: _Slope, basis: FloatArray, factor: FloatArray
+        S: FloatArray,
     ) -> None:
-        """Add factor times the derivatives of a coefficient by its parameters to a row of rates."""
-        one = self._coefficients[name]
-        if one.rows:
-            out[one.columns] += factor * one.rows_of(basis)
-        for column, added in slope.by_extra:
-            out[column] += factor * added
+        """Write the total derivatives (m, n) of a response that is a weighted sum of coefficients.
+
+        Parameters
+        ----------
+        pairs : sequence of (_Slope, ndarray)
+            Coefficients and their weights.
+        by_rate : sequence of float or ndarray
+            What else the response changes by with the rates of turn among the states.
+        """
+        for row in range(1 + len(by_rate)):
+            by_state = sum(weight * slope.by_row[row] for slope, weight in pairs)
+            if row:
+                by_state = by_state * drive.table[self._half] + by_rate[row - 1]
+                out += by_state * S[row]
+            else:
+                np.multiply(by_state, S[0], out=out)
+        for slope, weight in pairs:
+            for columns, rows in slope.by_parameter:
+                out[columns] += weight * rows
 
     # --- drives ---------------------------------------------------------------------------------
 
@@ -223,6 +240,17 @@ class _Lean(Kernel):
         thrust = np.asarray(thrust_of(self._aircraft, inputs[_INPUT["throttle"]], rho, V))
         lever = inputs[_INPUT["throttle_difference"]]
         return thrust, 0.5 * rho * V * V, np.asarray(thrust_of(self._aircraft, lever, rho, V))
+
+
+def _shares(
+    slopes: Sequence[_Slope], factors: Sequence[tuple[tuple[int, FloatArray], ...]]
+) -> list[Share]:
+    """Return the derivatives of the rates by parameters from those by each coefficient."""
+    return [
+        Share(columns, own, rows)
+        for slope, own in zip(slopes, factors, strict=True)
+        for columns, rows in slope.by_parameter
+    ]
 
 
 def _sin_cos(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -242,6 +270,7 @@ class LongitudinalKernel(_Lean):
 
     axis: Axis = "lon"
     surfaces = ("de",)
+    _half = 7
 
     def drive(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
@@ -297,7 +326,7 @@ class LongitudinalKernel(_Lean):
     def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return alpha' and q'."""
         basis = self._basis(drive, x)
-        CN, CA, Cm = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lon"])
+        CN, CA, Cm = self._values(basis, drive, x, values)
         A, B = self._along_and_across(drive, x)
         c, d, E = drive.table[4:7]
         sin_a, cos_a = _sin_cos(x[0])
@@ -318,11 +347,9 @@ class LongitudinalKernel(_Lean):
     def _with_slopes(
         self, drive: Drive, x: FloatArray, basis: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, list[_Slope]]:
-        scales = (1.0, drive.table[7])
-        three = [self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]]
-        CN, CA, Cm = three
+        CN, CA, Cm = three = self._slopes(basis, drive, x, values)
         A, B = self._along_and_across(drive, x)
-        c, d, E = drive.table[4:7]
+        c, d, E, half = drive.table[4:8]
         sin_a, cos_a = _sin_cos(x[0])
         up, forward = A - c * CN.value, B - c * CA.value
         f = np.empty_like(x)
@@ -330,11 +357,10 @@ class LongitudinalKernel(_Lean):
         f[1] = d * Cm.value + E
         by_CN, by_CA = -c * cos_a, c * sin_a
         f_x = np.zeros((len(x), len(x), x.shape[1]))
-        f_x[0, 0] = by_CN * CN.by_state[0] + by_CA * CA.by_state[0] - sin_a * up - cos_a * forward
-        f_x[0, 1] = by_CN * CN.by_state[1] + by_CA * CA.by_state[1]
-        f_x[0, 1] += 1.0
-        f_x[1, 0] = d * Cm.by_state[0]
-        f_x[1, 1] = d * Cm.by_state[1]
+        f_x[0, 0] = by_CN * CN.by_row[0] + by_CA * CA.by_row[0] - sin_a * up - cos_a * forward
+        f_x[0, 1] = (by_CN * CN.by_row[1] + by_CA * CA.by_row[1]) * half + 1.0
+        f_x[1, 0] = d * Cm.by_row[0]
+        f_x[1, 1] = d * half * Cm.by_row[1]
         if self._with_attitude:
             level, fall, cos_phi, sin_phi = drive.table[11:15]
             f[2] = x[1] * cos_phi - drive.states[_ROW["r"]] * sin_phi
@@ -344,17 +370,12 @@ class LongitudinalKernel(_Lean):
 
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, list[Share]]:
         """Return alpha', q' with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
-        f, f_x, by_CN, by_CA, (CN, CA, Cm) = self._with_slopes(drive, x, basis, values)
-        found = np.zeros((len(x), len(x) + len(self.free), x.shape[1]))
-        found[:, : len(x)] = f_x
-        f_p = found[:, len(x) :]
-        self._spread(f_p[0], "CN", CN, basis, by_CN)
-        self._spread(f_p[0], "CA", CA, basis, by_CA)
-        self._spread(f_p[1], "Cm", Cm, basis, drive.table[5])
-        return f, found
+        f, f_x, by_CN, by_CA, three = self._with_slopes(drive, x, basis, values)
+        factors = (((0, by_CN),), ((0, by_CA),), ((1, drive.table[5]),))
+        return f, f_x, _shares(three, factors)
 
     def _shown(self, drive: Drive, x: FloatArray, CN: FloatArray, CA: FloatArray,
                q_dot: FloatArray) -> FloatArray:  # fmt: skip
@@ -391,7 +412,7 @@ class LongitudinalKernel(_Lean):
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the responses."""
         basis = self._basis(drive, x)
-        CN, CA, Cm = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lon"])
+        CN, CA, Cm = self._values(basis, drive, x, values)
         return self._shown(drive, x, CN, CA, drive.table[5] * Cm + drive.table[6])
 
     def output_sensitivities(
@@ -399,30 +420,22 @@ class LongitudinalKernel(_Lean):
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives."""
         basis = self._basis(drive, x)
-        scales = (1.0, drive.table[7])
-        CN, CA, Cm = (
-            self._slope(name, basis, scales, drive, x, values) for name in COEFFICIENTS["lon"]
-        )
+        CN, CA, Cm = self._slopes(basis, drive, x, values)
         y = self._shown(drive, x, CN.value, CA.value, drive.table[5] * Cm.value + drive.table[6])
         dy = np.empty((len(self.responses), *S.shape[1:]))
         ahead, _, below = self._aircraft.sensors.accelerometer.position
         d, per_mass, q = drive.table[5], drive.table[8], x[1]
-        d_Cm = None
-        if not {"an", "ax"}.isdisjoint(self.responses):
-            d_Cm = self._total("Cm", Cm, basis, S)
         for row, name in enumerate(self.responses):
             if name == "alpha":
                 self._vane_sensitivity(drive, x, S, dy[row])
             elif name == "q":
                 dy[row] = S[1]
             elif name == "an":
-                np.multiply(self._total("CN", CN, basis, S), per_mass, out=dy[row])
-                dy[row] += (d * ahead) * d_Cm
-                dy[row] += (2.0 * below * q) * S[1]
+                pairs = ((CN, per_mass), (Cm, d * ahead))
+                self._weighted(dy[row], pairs, (2.0 * below * q,), drive, S)
             else:
-                np.multiply(self._total("CA", CA, basis, S), -per_mass, out=dy[row])
-                dy[row] += (d * below) * d_Cm
-                dy[row] -= (2.0 * ahead * q) * S[1]
+                pairs = ((CA, -per_mass), (Cm, d * below))
+                self._weighted(dy[row], pairs, (-2.0 * ahead * q,), drive, S)
         return y, dy
 
     def _vane_sensitivity(
@@ -449,6 +462,7 @@ class LateralKernel(_Lean):
 
     axis: Axis = "lat"
     surfaces = ("da", "dr")
+    _half = 16
 
     def drive(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
@@ -528,7 +542,7 @@ class LateralKernel(_Lean):
     def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return beta', p', r'."""
         basis = self._basis(drive, x)
-        CY, Cl, Cn = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lat"])
+        CY, Cl, Cn = self._values(basis, drive, x, values)
         sin_a, cos_a, c = drive.table[2:5]
         G, F = self._gravity(drive, x)
         sin_b, cos_b = _sin_cos(x[0])
@@ -551,14 +565,10 @@ class LateralKernel(_Lean):
         self, drive: Drive, x: FloatArray, basis: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, list[_Slope]]:
         half = drive.table[16]
-        three = [
-            self._slope(name, basis, (1.0, half, half), drive, x, values)
-            for name in COEFFICIENTS["lat"]
-        ]
-        CY, Cl, Cn = three
+        CY, Cl, Cn = three = self._slopes(basis, drive, x, values)
         sin_a, cos_a, c = drive.table[2:5]
         G, F = self._gravity(drive, x)
-        d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
+        d1, _, _, e1, e2, e3, e4 = drive.table[7:14]
         sin_b, cos_b = _sin_cos(x[0])
         side = c * CY.value + G
         f = np.empty_like(x)
@@ -566,13 +576,19 @@ class LateralKernel(_Lean):
         f[1], f[2] = self._spin(drive, x, Cl.value, Cn.value)
         by_CY = c * cos_b
         f_x = np.zeros((len(x), len(x), x.shape[1]))
-        f_x[0, 0] = by_CY * CY.by_state[0] - sin_b * side - cos_b * F
-        f_x[0, 1] = by_CY * CY.by_state[1] + sin_a
-        f_x[0, 2] = by_CY * CY.by_state[2] - cos_a
+        by_rate = by_CY * half
+        f_x[0, 0] = by_CY * CY.by_row[0] - sin_b * side - cos_b * F
+        f_x[0, 1] = by_rate * CY.by_row[1] + sin_a
+        f_x[0, 2] = by_rate * CY.by_row[2] - cos_a
+        # The moments d1, d2, d3 are in the ratio of the inertias: numbers are combined first.
+        body = self._aircraft.mass
+        d2_share, d3_share = body.ixz / body.izz, body.ixx / body.izz
+        per_rate = d1 * half
         for column in range(3):
-            l_x, n_x = Cl.by_state[column], Cn.by_state[column]
-            f_x[1, column] = d1 * l_x + d2 * n_x
-            f_x[2, column] = d2 * l_x + d3 * n_x
+            per_row = per_rate if column else d1
+            l_x, n_x = Cl.by_row[column], Cn.by_row[column]
+            np.multiply(l_x + d2_share * n_x, per_row, out=f_x[1, column])
+            np.multiply(d2_share * l_x + d3_share * n_x, per_row, out=f_x[2, column])
         f_x[1, 1] += e1
         f_x[1, 2] += e2
         f_x[2, 1] += e3
@@ -589,20 +605,13 @@ class LateralKernel(_Lean):
 
     def gradients(
         self, drive: Drive, x: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, list[Share]]:
         """Return the rates with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
-        f, f_x, by_CY, (CY, Cl, Cn) = self._with_slopes(drive, x, basis, values)
-        found = np.zeros((len(x), len(x) + len(self.free), x.shape[1]))
-        found[:, : len(x)] = f_x
-        f_p = found[:, len(x) :]
+        f, f_x, by_CY, three = self._with_slopes(drive, x, basis, values)
         d1, d2, d3 = drive.table[7:10]
-        self._spread(f_p[0], "CY", CY, basis, by_CY)
-        self._spread(f_p[1], "Cl", Cl, basis, d1)
-        self._spread(f_p[1], "Cn", Cn, basis, d2)
-        self._spread(f_p[2], "Cl", Cl, basis, d2)
-        self._spread(f_p[2], "Cn", Cn, basis, d3)
-        return f, found
+        factors = (((0, by_CY),), ((1, d1), (2, d2)), ((1, d2), (2, d3)))
+        return f, f_x, _shares(three, factors)
 
     def _flow(self, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         ahead, right, below = self._aircraft.sensors.beta_vane.position
@@ -638,7 +647,7 @@ class LateralKernel(_Lean):
     def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the responses."""
         basis = self._basis(drive, x)
-        CY, Cl, Cn = (self._value(name, basis, drive, x, values) for name in COEFFICIENTS["lat"])
+        CY, Cl, Cn = self._values(basis, drive, x, values)
         return self._shown(drive, x, CY, self._spin(drive, x, Cl, Cn))
 
     def output_sensitivities(
@@ -646,11 +655,7 @@ class LateralKernel(_Lean):
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives."""
         basis = self._basis(drive, x)
-        half = drive.table[16]
-        CY, Cl, Cn = (
-            self._slope(name, basis, (1.0, half, half), drive, x, values)
-            for name in COEFFICIENTS["lat"]
-        )
+        CY, Cl, Cn = self._slopes(basis, drive, x, values)
         y = self._shown(drive, x, CY.value, self._spin(drive, x, Cl.value, Cn.value))
         dy = np.empty((len(self.responses), *S.shape[1:]))
         for row, name in enumerate(self.responses):
@@ -660,13 +665,14 @@ class LateralKernel(_Lean):
                 ahead, right, below = self._aircraft.sensors.accelerometer.position
                 d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
                 q = drive.states[_ROW["q"]]
-                np.multiply(self._total("CY", CY, basis, S), drive.table[17], out=dy[row])
-                dy[row] += (ahead * d2 - below * d1) * self._total("Cl", Cl, basis, S)
-                dy[row] += (ahead * d3 - below * d2) * self._total("Cn", Cn, basis, S)
+                pairs = (
+                    (CY, drive.table[17]),
+                    (Cl, ahead * d2 - below * d1),
+                    (Cn, ahead * d3 - below * d2),
+                )
                 by_p = ahead * (q + e3) - below * e1 - 2.0 * right * x[1]
                 by_r = ahead * e4 + below * (q - e2) - 2.0 * right * x[2]
-                dy[row] += by_p * S[1]
-                dy[row] += by_r * S[2]
+                self._weighted(dy[row], pairs, (by_p, by_r), drive, S)
             else:
                 dy[row] = S[1] if name == "p" else S[2]
         return y, dy
