@@ -27,7 +27,7 @@ the rates is measured against.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 
@@ -288,7 +288,7 @@ def solve(
         Of the records before it, at each moment: arrays of shape (U, 3, ...).
     body : AxisBody
     """
-    p = transforms.regressors.shape[2]
+    p = transforms.signals.shape[2] - 7
     count = len(transforms.frequencies)
     choices = [
         chosen_frequencies(length, band, spacing, count, p)
@@ -326,29 +326,28 @@ def _solve_together(
     transforms: Transforms, firsts: Sequence[int], past: Information, body: AxisBody
 ) -> tuple[Solution, Information]:
     """Return what `solve` does, from all frequencies not below the first of each moment."""
-    p = transforms.regressors.shape[2]
+    p = transforms.signals.shape[2] - 7
     count = len(transforms.frequencies)
-    keep = np.stack([_kept(first, count) for first in firsts])
+    keep = _together(_kept, firsts, count)
     number = keep.sum(axis=1)
     if not number.any():
         return _conclude(past, None, body), Information.none(p)
-    twice = np.concatenate((keep, keep), axis=1)[:, :, np.newaxis]
     pressure, turning = transforms.pressure, transforms.turning
     listened, squared = transforms.listened, transforms.squared
-    X = twice * _real(transforms.regressors[:, 1:])
-    Y = twice * _real(transforms.targets[:, 1:])
-    nuisance = twice * _real(np.concatenate((transforms.trim[:, 1:], transforms.ends[:, 1:]), 2))
+    signals = _real(transforms.signals[:, 1:])
+    if not keep.all():
+        signals *= np.concatenate((keep, keep), axis=1)[:, :, np.newaxis]
     # Natural sizes: a constant coefficient of one, a drift by one over the record, one sample.
     one = np.ones(len(keep))
     sizes = np.stack((pressure * listened, pressure * listened**2, one, one), axis=1)
-    basis, used = _orthonormal(nuisance, sizes)
-    across = np.swapaxes(basis, 1, 2)
-    X = X - basis @ (across @ X)
-    Y = Y - basis @ (across @ Y)
-    XT = np.swapaxes(X, 1, 2)
+    basis, used = _orthonormal(signals[:, :, p + 3 :], sizes)
+    moved = signals[:, :, : p + 3]
+    moved = moved - basis @ (np.swapaxes(basis, 1, 2) @ moved)
+    X, Y = moved[:, :, :p], moved[:, :, p:]
+    products = np.swapaxes(moved, 1, 2) @ moved
+    G_own, b_own = products[:, :p, :p], products[:, p:, :p]
+    energy = np.diagonal(products, axis1=1, axis2=2)[:, p:]
     counts = np.where(transforms.broken, 0.0, (number > 0)[:, np.newaxis] * 1.0)
-    G_own = XT @ X
-    b_own = np.swapaxes(XT @ Y, 1, 2)
     # White noise of variance v in one sample gives v times the squared weights at any frequency.
     sample = transforms.noise * body.sharpness
     times = (squared * number)[:, np.newaxis]
@@ -356,25 +355,25 @@ def _solve_together(
     # Before its residuals are known, a record is taken to be as rough as those before it.
     known = past.freedom > 0.0
     usual = squared[:, np.newaxis] * past.rss / np.where(known, past.freedom, 1.0)
-    least = _TINY * (Y**2).sum(axis=1) / np.maximum(number, 1.0)[:, np.newaxis] + 1e-300
+    least = _TINY * energy / np.maximum(number, 1.0)[:, np.newaxis] + 1e-300
     weight = counts / np.where(known, np.maximum(usual, least), 1.0)
-    G = past.G + weight[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis]
     b = past.b + weight[:, :, np.newaxis] * b_own
-    inverse = _inverse(G)
+    inverse = _inverse(past.G + weight[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis])
     theta = (inverse @ b[..., np.newaxis])[..., 0]
     residual = Y - X @ np.swapaxes(theta, 1, 2)
     # How many of the unknowns this record had to pay for, and where.
-    spread = X[:, np.newaxis] @ inverse
-    lever = (spread * X[:, np.newaxis]).sum(axis=3) * weight[:, :, np.newaxis]
-    freedom = 2.0 * number[:, np.newaxis] - used[:, np.newaxis] - lever.sum(axis=2)
+    pairs = (X[:, :, :, np.newaxis] * X[:, :, np.newaxis, :]).reshape(*X.shape[:2], p * p)
+    each_way = (weight[:, :, np.newaxis, np.newaxis] * inverse).reshape(-1, 3, p * p)
+    lever = pairs @ np.swapaxes(each_way, 1, 2)
+    freedom = 2.0 * number[:, np.newaxis] - used[:, np.newaxis] - lever.sum(axis=1)
     scale = 2.0 * number[:, np.newaxis] / np.maximum(freedom, 1.0)
     some = _FIRM * known
-    rough = ((residual**2).sum(axis=1) + some * usual) / np.maximum(freedom + some, 1.0)
+    rough = (_energy(residual) + some * usual) / np.maximum(freedom + some, 1.0)
     weight = counts / np.maximum(rough, least)
     each = weight[:, :, np.newaxis]
-    G = past.G + each[..., np.newaxis] * G_own[:, np.newaxis]
-    white = past.white + each * white_own[:, np.newaxis]
-    inverse = _inverse(G, _removable(_inverse(G), white))
+    G = each[..., np.newaxis] * G_own[:, np.newaxis]
+    white = each * white_own[:, np.newaxis]
+    inverse = _cleaned(_inverse(past.G + G), past.white + white)
 
     omega = 2.0 * np.pi * transforms.frequencies[1:]
     answer = _answer(residual, theta, body, turning, omega)
@@ -388,33 +387,35 @@ def _solve_together(
     theta = (inverse @ b[..., np.newaxis])[..., 0]
     residual = Y - X @ np.swapaxes(theta, 1, 2)
 
-    near = np.stack([_neighbors(first, count) for first in firsts])
+    near = _together(_neighbors, firsts, count)
     # The fit takes most of what there is at the lowest frequencies, where trim and motion lie.
-    taken = _paired((basis**2).sum(axis=2)[..., np.newaxis] + np.swapaxes(lever, 1, 2))
+    lever += np.einsum("urk,urk->ur", basis, basis)[..., np.newaxis]
+    taken = _paired(lever)
     left = np.maximum(near @ (2.0 * keep[:, :, np.newaxis] - taken), 0.1)
     level = np.sqrt(2.0 * (near @ _paired(residual**2)) / left)
     meat = _meat(X, level, _coupling(transforms.correlation, count))
 
     hertz = float(transforms.frequencies[1])
-    moved = (moving**2).sum(axis=1) * scale[:, moments].max(axis=1)[:, np.newaxis]
-    noise = np.where(body.turns, np.maximum(sample * times, moved), sample * times + moved)
+    still, shaken = sample * times, _energy(moving) * scale[:, moments].max(axis=1)[:, np.newaxis]
+    noise = np.where(body.turns, np.maximum(still, shaken), still + shaken)
+    at_zero = transforms.signals[:, 0].real
     mean = np.empty((len(keep), 3, p + 2))
-    mean[:, :, :p] = transforms.regressors[:, np.newaxis, 0].real
-    mean[:, :, p] = transforms.trim[:, np.newaxis, 0, 0].real
-    mean[:, :, p + 1] = transforms.targets[:, 0].real
+    mean[:, :, :p] = at_zero[:, np.newaxis, :p]
+    mean[:, :, p] = at_zero[:, p + 3, np.newaxis]
+    mean[:, :, p + 1] = at_zero[:, p : p + 3]
     # At zero frequency all power is real; the noise of the ends is not among the residuals.
     lowest = level[np.arange(len(keep)), np.argmax(keep, axis=1)]
     plain = counts[:, :, np.newaxis]
     alone = np.diagonal(G_own, axis1=1, axis2=2)
     own = Information(
-        G=each[..., np.newaxis] * G_own[:, np.newaxis],
+        G=G,
         b=each * b_own,
         meat=(each**2)[..., np.newaxis] * meat,
-        rss=counts * (residual**2).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)[:, None],
+        rss=counts * _energy(residual) / np.where(squared > 0.0, squared, 1.0)[:, None],
         freedom=counts * freedom,
-        variation=counts * 2.0 * hertz * (Y**2).sum(axis=1),
+        variation=counts * 2.0 * hertz * energy,
         noise=each * noise[:, np.newaxis],
-        white=each * white_own[:, np.newaxis],
+        white=white,
         mean=plain * mean,
         mean_noise=counts * (lowest**2 + transforms.end_noise),
         listened=counts * listened[:, np.newaxis],
@@ -424,6 +425,21 @@ def _solve_together(
     )
     last = Information(**{name: getattr(own, name)[-1] for name in _NAMES})
     return _conclude(own.plus(past), inverse, body), last
+
+
+def _together(
+    made: Callable[[int, int], FloatArray], firsts: Sequence[int], count: int
+) -> FloatArray:
+    """Return what is made for each moment's first frequency, one array for all if they agree."""
+    if all(first == firsts[0] for first in firsts):
+        one = made(firsts[0], count)
+        return np.broadcast_to(one, (len(firsts), *one.shape))
+    return np.stack([made(first, count) for first in firsts])
+
+
+def _energy(rows: FloatArray) -> FloatArray:
+    """Return the sums of squares over rows, (U, 2 m, e) -> (U, e)."""
+    return np.asarray(np.einsum("ure,ure->ue", rows, rows), dtype=np.float64)
 
 
 def solve_past(past: Information, body: AxisBody) -> Solution:
@@ -456,9 +472,9 @@ def _conclude(information: Information, inverse: FloatArray | None, body: AxisBo
     G = information.G
     p = G.shape[-1]
     if inverse is None:
-        inverse = _inverse(G, _removable(_inverse(G), information.white))
+        inverse = _cleaned(_inverse(G), information.white)
     theta = (inverse @ information.b[..., np.newaxis])[..., 0]
-    diagonal = np.diagonal(G, axis1=2, axis2=3)
+    diagonal: FloatArray = np.diagonal(G, axis1=2, axis2=3)
     wide = _wider(diagonal**2 / np.maximum(information.weighty, 1e-300))
     covariance = inverse @ information.meat @ inverse
     covariance *= wide[..., np.newaxis] * wide[..., np.newaxis, :]
@@ -553,32 +569,32 @@ def _paired(rows: FloatArray) -> FloatArray:
     return np.asarray(rows[:, :half] + rows[:, half:], dtype=np.float64)
 
 
-def _removable(inverse: FloatArray, white: FloatArray) -> FloatArray:
-    """Return how much of the white noise can be taken off the diagonal of G.
+def _cleaned(inverse: FloatArray, white: FloatArray) -> FloatArray:
+    """Return the inverse of G with white noise taken off its diagonal.
 
-    Up to 1/(2p) of what each variable did on its own: then at least half of G stays, whatever
-    the variables. More is not needed where the variable was excited enough to be shown.
+    Of each variable up to 1/(2p) of what it did on its own is taken off: then at least half of G
+    stays, whatever the variables. More is not needed where the variable was excited enough to be
+    shown. Four terms of the series I + T + T^2 + ... , T = G^-1 N, leave out no more than the
+    fourth power of that share.
     """
     diagonal = np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 1e-300)
-    return np.asarray(np.minimum(white, 0.5 / diagonal.shape[-1] / diagonal), dtype=np.float64)
+    less = np.minimum(white, 0.5 / diagonal.shape[-1] / diagonal)
+    T = inverse * less[..., np.newaxis, :]
+    first = inverse + T @ inverse
+    return np.asarray(first + T @ (T @ first), dtype=np.float64)
 
 
-def _inverse(G: FloatArray, less: FloatArray | None = None) -> FloatArray:
-    """Return the inverse of scaled normal matrices; a variable that did nothing gets zeros.
-
-    `less` is taken off the diagonal first.
-    """
-    if less is not None:
-        G = G - less[..., np.newaxis] * np.eye(G.shape[-1])
+def _inverse(G: FloatArray) -> FloatArray:
+    """Return the inverse of scaled normal matrices; a variable that did nothing gets zeros."""
+    p = G.shape[-1]
     diagonal = np.diagonal(G, axis1=-2, axis2=-1)
     there = diagonal > 0.0
-    scale = np.where(there, 1.0 / np.sqrt(np.where(there, diagonal, 1.0)), 0.0)
-    scaled = G * scale[..., np.newaxis] * scale[..., np.newaxis, :]
-    p = G.shape[-1]
+    scale = there / np.sqrt(np.where(there, diagonal, 1.0))
+    scales = scale[..., np.newaxis] * scale[..., np.newaxis, :]
+    scaled = G * scales
     # A hair on the diagonal keeps columns that are equal to the last bit from stopping it all.
-    scaled = scaled + np.eye(p) * np.where(there, 1e-12, 1.0)[..., np.newaxis, :]
-    inverse = np.linalg.inv(scaled) * scale[..., np.newaxis] * scale[..., np.newaxis, :]
-    return np.asarray(inverse, dtype=np.float64)
+    scaled.reshape(-1, p * p)[:, :: p + 1] += np.where(there, 1e-12, 1.0).reshape(-1, p)
+    return np.asarray(np.linalg.inv(scaled) * scales, dtype=np.float64)
 
 
 @cache

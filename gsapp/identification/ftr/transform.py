@@ -37,15 +37,10 @@ class Transforms:
     ----------
     frequencies : ndarray, shape (M,)
         Hz: 0, spacing, 2 spacing, ...
-    regressors : ndarray, shape (U, M, p)
-        Of qbar x.
-    trim : ndarray, shape (U, M, 2)
-        Of qbar and qbar t: a coefficient's constant part and its drift.
-    ends : ndarray, shape (U, M, 2)
-        Of a unit pulse at the first and at the last valid sample: the noise of the two samples
-        that the end terms rest on.
-    targets : ndarray, shape (U, M, 3)
-        Of qbar C, derivatives taken.
+    signals : ndarray, shape (U, M, p + 3 + 4)
+        Of the p regressors qbar x; of the three targets qbar C, derivatives taken; of qbar and
+        qbar t, a coefficient's constant part and its drift; of a unit pulse at the first and at
+        the last valid sample, the noise of the two samples that the end terms rest on.
     correlation : ndarray, shape (U, 2 M - 1)
         K at 0, spacing, ... : the transform of the squared weights, over its value at zero.
     squared : ndarray, shape (U,)
@@ -65,10 +60,7 @@ class Transforms:
     """
 
     frequencies: FloatArray
-    regressors: ComplexArray
-    trim: ComplexArray
-    ends: ComplexArray
-    targets: ComplexArray
+    signals: ComplexArray
     correlation: ComplexArray
     squared: FloatArray
     listened: FloatArray
@@ -83,10 +75,7 @@ class Transforms:
         sums = 2 * ((len(self.frequencies) - 1) // step) * step
         return Transforms(
             frequencies=self.frequencies[::step],
-            regressors=self.regressors[moments, ::step],
-            trim=self.trim[moments, ::step],
-            ends=self.ends[moments, ::step],
-            targets=self.targets[moments, ::step],
+            signals=self.signals[moments, ::step],
             correlation=self.correlation[moments, : sums + 1 : step],
             squared=self.squared[moments],
             listened=self.listened[moments],
@@ -245,12 +234,17 @@ class RunningTransform:
         variance = noise[:, :-1] / np.maximum(noise[:, -1:], 1e-9)
         pulses = sums[:, :, p + 13 :]
         spun, ends = sums[:, :, p + 5 : p + 8], sums[:, :, p + 8 : p + 11]
+        signals = np.empty((*sums.shape[:2], p + 7), dtype=np.complex128)
+        signals[:, :, :p] = sums[:, :, :p]
+        targets = signals[:, :, p : p + 3]
+        np.multiply(self._slope[:, np.newaxis], spun, out=targets)
+        targets += ends
+        targets += sums[:, :, p + 2 : p + 5]
+        signals[:, :, p + 3 : p + 5] = sums[:, :, p : p + 2]
+        signals[:, :, p + 5 :] = pulses
         return Transforms(
             frequencies=self.frequencies,
-            regressors=sums[:, :, :p],
-            trim=sums[:, :, p : p + 2],
-            ends=pulses,
-            targets=sums[:, :, p + 2 : p + 5] + self._slope[:, np.newaxis] * spun + ends,
+            signals=signals,
             correlation=squared / total[:, np.newaxis],
             squared=np.where(heard, total, 0.0),
             # With equal weights the sum of their squares is dt T: this is the length of the record.
