@@ -34,7 +34,7 @@ from gsapp.identification.results import DerivativeEstimate
 from gsapp.quantities import Block, FloatArray
 
 AXES: tuple[FTRAxis, ...] = ("lon", "lat")
-_STATE_VERSION = 1
+_STATE_VERSION = 2
 _LEAST_FREEDOM = 4.0
 """Real equations beyond the unknowns that a record needs for its information to be kept."""
 

@@ -6,8 +6,11 @@ is plain least squares):
 
 1. Trim, drift and the noise of the two end samples are projected out of X and Y: columns
    transform(qbar), transform(qbar t), and unit pulses at the ends.
-2. G = X'X, b = X'Y, to which earlier records add theirs; theta = G^-1 b.
-3. cov = G^-1 [X' R X + earlier] G^-1. R, the covariance of the residuals, follows from their
+2. G = X'X, b = X'Y, over the variance of the residuals, so that a rough record counts for less
+   than a calm one; earlier records add theirs; theta = (G - N)^-1 b, N being what white noise of
+   vanes and surfaces made of the diagonal of G.
+3. cov = (G - N)^-1 [X' R X + earlier] (G - N)^-1, widened by what the level of the residuals is
+   uncertain by (`_wider`). R, the covariance of the residuals, follows from their
    local level s_k and from how the weights in time couple frequencies,
 
        Gam_kl = s_k s_l K(w_k - w_l),   Psi_kl = s_k s_l K(w_k + w_l),
@@ -17,12 +20,15 @@ is plain least squares):
    average (2m - n)/2m). (8.1.17), printed with 1/(m - p), depends on the spacing of the
    frequencies.
 
-Noise in the regressors shrinks derivatives, most of all body. What of the rates goes with the
-residuals e of the moment equations is F e, with F = (j w I - qbar b/2V D)^-1 (I inertia, D the
+Noise in the regressors shrinks derivatives. White noise of vanes and surfaces is taken off G.
+That of the gyros is not white (engine vibration folds into it), and reaches the flow angles, too,
+where these are moved to the CG. What of the rates goes with the residuals
+e of the moment equations is F e, with F = (j w I - qbar b/2V D)^-1 (I inertia, D the
 damping derivatives), whether e is noise of the gyros, e = F^-1 n, or a gust's moment that the
-rates answer to. So Re sum conj(F e) e, times qbar b/2V, is what X'Y of the moments holds too
-much; it is taken out of b before the last solution, and |F e|^2 is the noise that excitation of
-the rates is measured against.
+rates answer to. So Re sum conj(L F e) e', L being what an error of the rates makes of the
+regressors and e' the residuals of any equation, is what X'Y holds too much; it is taken out of b
+before the last solution, and |L F e|^2 is noise that excitation is measured against. In the
+force equations half of it is taken out (`AxisBody.trust`).
 """
 
 from __future__ import annotations
@@ -33,7 +39,7 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.lib.stride_tricks import as_strided
 
 from gsapp.identification.ftr.equations import AxisBody
 from gsapp.identification.ftr.settings import Band
@@ -358,7 +364,12 @@ def _solve_together(
     least = _TINY * energy / np.maximum(number, 1.0)[:, np.newaxis] + 1e-300
     weight = counts / np.where(known, np.maximum(usual, least), 1.0)
     b = past.b + weight[:, :, np.newaxis] * b_own
-    inverse = _inverse(past.G + weight[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis])
+    alone = not known.any()
+    inverse = _inverse(
+        G_own[:, np.newaxis]
+        if alone
+        else past.G + weight[:, :, np.newaxis, np.newaxis] * G_own[:, np.newaxis]
+    )
     theta = (inverse @ b[..., np.newaxis])[..., 0]
     residual = Y - X @ np.swapaxes(theta, 1, 2)
     # How many of the unknowns this record had to pay for, and where.
@@ -373,7 +384,13 @@ def _solve_together(
     each = weight[:, :, np.newaxis]
     G = each[..., np.newaxis] * G_own[:, np.newaxis]
     white = each * white_own[:, np.newaxis]
-    inverse = _cleaned(_inverse(past.G + G), past.white + white)
+    if alone:
+        inverse = (
+            inverse * np.where(each > 0.0, 1.0 / np.where(each > 0.0, each, 1.0), 0.0)[..., None]
+        )
+    else:
+        inverse = _inverse(past.G + G)
+    inverse = _cleaned(inverse, past.white + white)
 
     omega = 2.0 * np.pi * transforms.frequencies[1:]
     answer = _answer(residual, theta, body, turning, omega)
@@ -406,7 +423,7 @@ def _solve_together(
     # At zero frequency all power is real; the noise of the ends is not among the residuals.
     lowest = level[np.arange(len(keep)), np.argmax(keep, axis=1)]
     plain = counts[:, :, np.newaxis]
-    alone = np.diagonal(G_own, axis1=1, axis2=2)
+    diagonal = np.diagonal(G_own, axis1=1, axis2=2)
     own = Information(
         G=G,
         b=each * b_own,
@@ -420,8 +437,8 @@ def _solve_together(
         mean_noise=counts * (lowest**2 + transforms.end_noise),
         listened=counts * listened[:, np.newaxis],
         pressure=counts * (pressure**2 * listened)[:, np.newaxis],
-        spread=plain * (2.0 * hertz * alone)[:, np.newaxis],
-        weighty=(each * alone[:, np.newaxis]) ** 2 / np.maximum(freedom, 1.0)[:, :, np.newaxis],
+        spread=plain * (2.0 * hertz * diagonal)[:, np.newaxis],
+        weighty=(each * diagonal[:, np.newaxis]) ** 2 / np.maximum(freedom, 1.0)[:, :, np.newaxis],
     )
     last = Information(**{name: getattr(own, name)[-1] for name in _NAMES})
     return _conclude(own.plus(past), inverse, body), last
@@ -549,16 +566,17 @@ def _orthonormal(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArray, Fl
     Columns of the nuisance may vanish (the transform of a constant does at multiples of 1/T) or
     repeat: the basis then holds zeros in their place.
     """
-    basis = np.empty((columns.shape[2], *columns.shape[:2]))
+    basis = np.ascontiguousarray(columns.transpose(2, 0, 1))
+    basis /= np.maximum(sizes.T, 1e-300)[:, :, np.newaxis]
+    lengths = np.sqrt(np.einsum("kur,kur->ku", basis, basis))
     used = np.zeros(len(columns))
     for place in range(len(basis)):
-        one = columns[:, :, place] / np.maximum(sizes[:, place], 1e-300)[:, np.newaxis]
-        length = np.sqrt((one * one).sum(axis=1))
+        one = basis[place]
         for other in basis[:place]:
-            one -= (other * one).sum(axis=1)[:, np.newaxis] * other
-        left = np.sqrt((one * one).sum(axis=1))
-        counts = left > np.maximum(1e-6 * length, _TINY)
-        np.multiply(one, (counts / np.where(counts, left, 1.0))[:, np.newaxis], out=basis[place])
+            one -= np.einsum("ur,ur->u", other, one)[:, np.newaxis] * other
+        left = np.sqrt(np.einsum("ur,ur->u", one, one))
+        counts = left > np.maximum(1e-6 * lengths[place], _TINY)
+        one *= (counts / np.where(counts, left, 1.0))[:, np.newaxis]
         used += counts
     return np.ascontiguousarray(basis.transpose(1, 2, 0)), used
 
@@ -620,19 +638,26 @@ def _neighbors(first: int, count: int) -> FloatArray:
 def _coupling(correlation: ComplexArray, count: int) -> FloatArray:
     """Return the covariance of real over imaginary residuals of unit level, (U, 2 m, 2 m)."""
     m = count - 1
-    # K of a negative frequency is the conjugate. Row k of a table of windows starts at k.
-    both = np.concatenate((correlation[:, m - 1 : 0 : -1].conj(), correlation), axis=1)
-    real = sliding_window_view(np.ascontiguousarray(both.real), m, axis=1)
-    imag = sliding_window_view(np.ascontiguousarray(both.imag), m, axis=1)
-    # Differences of frequencies run backwards along a row, sums forwards.
-    minus, plus = slice(None, m), slice(m + 1, 2 * m + 1)
+    # K of a negative frequency is the conjugate. Running forwards and backwards, and half of it,
+    # so that all that is added below lies in memory one after the other.
+    half = 0.5 * correlation
+    around = np.concatenate((half[:, m - 1 :: -1], half[:, 1:m].conj()), axis=1)
     out = np.empty((len(correlation), 2 * m, 2 * m))
-    np.add(real[:, minus, ::-1], real[:, plus], out=out[:, :m, :m])
-    np.subtract(real[:, minus, ::-1], real[:, plus], out=out[:, m:, m:])
-    np.add(imag[:, minus, ::-1], imag[:, plus], out=out[:, m:, :m])
-    np.subtract(imag[:, plus], imag[:, minus, ::-1], out=out[:, :m, m:])
-    out *= 0.5
+    for part, sign, first, second in (
+        ("real", 1.0, out[:, :m, :m], out[:, m:, m:]),
+        ("imag", -1.0, out[:, m:, :m], out[:, :m, m:]),
+    ):
+        minus = _windows(np.ascontiguousarray(getattr(around, part)), m)[:, ::-1]
+        plus = _windows(np.ascontiguousarray(getattr(half[:, 2:], part)), m)
+        np.add(minus, plus, out=first)
+        np.subtract(*((minus, plus) if sign > 0.0 else (plus, minus)), out=second)
     return out
+
+
+def _windows(row: FloatArray, m: int) -> FloatArray:
+    """Return m windows of m neighbors each, one place apart, shape (U, m, m), without a copy."""
+    along, across = row.strides
+    return as_strided(row, (len(row), m, m), (along, across, across), writeable=False)
 
 
 def _answer(

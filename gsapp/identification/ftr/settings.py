@@ -52,7 +52,9 @@ class FTRSettings:
         How far back, s, a window may begin.
     minimum_speed : float or None
         Calibrated airspeed below which samples do not count, m/s; by default 1.25 of the stall
-        speed, so that the runs on the runway stay out (the B777 takes off at 1.2).
+        speed, so that the runs on the runway stay out (the B777 takes off at 1.2). Unless it is
+        zero, neither do samples count within 5 m of the ground that the aircraft last stood on,
+        where static pressure is measured: touching down bends all estimates.
     speed : float or None
         Airspeed that stands in where none is measured, m/s.
     still : tuple of str
@@ -62,8 +64,8 @@ class FTRSettings:
         CA_0 and CY_0: no mean can tell it from them.
     signal_to_noise : float
         A derivative is unknown until what its variable did on its own, in the band, exceeds its
-        noise there by this factor. At 3, noise takes 1/9 off a derivative; for rates that is put
-        back.
+        noise there by this factor. At 3, noise takes 1/9 off a derivative; as much of that as is
+        known is put back.
     uncertain_share : float
         A derivative is unknown until its bound, times what its variable did, is below this share
         of what the coefficient did.
