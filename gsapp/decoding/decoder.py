@@ -274,17 +274,18 @@ class Decoder:
         """
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]
+        clock = self.clock
         for record in records:
             kind = record.kind
             if kind == "frame":
                 self._frame(record.stamp_us, record.data)
             elif kind == "line":
                 self._line(record.stamp_us, record.data)
-            if self.clock.now >= self._next_give_up:
+            if clock.now >= self._next_give_up:
                 # At moments that depend on the record alone, not on how it is fed.
                 blocks += self._pull(final=False)
-                self._pipeline.give_up(self.clock.now)
-                self._next_give_up = self.clock.now + _GIVE_UP_EVERY
+                self._pipeline.give_up(clock.now)
+                self._next_give_up = clock.now + _GIVE_UP_EVERY
         return blocks + self._pull(final=False)
 
     def finish(self) -> list[Block]:

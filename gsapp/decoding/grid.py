@@ -22,8 +22,8 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import chain, repeat
 from struct import pack
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -147,12 +147,15 @@ class Rows:
     def values(self) -> FloatArray:
         """Return the rows, shape (n, n_channels)."""
         if self._values is None:
-            # Much quicker than an array of lists.
-            rows = self.few or []
-            count = len(rows) * len(rows[0])
-            packed = pack(f"{count}d", *chain.from_iterable(rows))
-            self._values = np.frombuffer(packed).reshape(len(rows), -1)
+            self._values = np.array(self.few, dtype=np.float64)
         return self._values
+
+    def become(self, buffer: bytes, offset: int) -> int:
+        """Take the values of a few rows from a buffer; return the place after them, bytes."""
+        rows = self.few or []
+        shape = (len(rows), len(rows[0]))
+        self._values = np.ndarray(shape, np.float64, buffer, offset)
+        return offset + self._values.nbytes
 
     @property
     def end(self) -> int:
@@ -171,7 +174,17 @@ class Rows:
         return Rows(start, self.values[part] if self.few is None else self.few[part])
 
 
-class _Plan:
+def pack_together(pieces: Sequence[Rows]) -> None:
+    """Make arrays of rows that are lists: one buffer for all is far quicker than one for each."""
+    few = [piece for piece in pieces if piece.few is not None]
+    numbers = [number for piece in few for row in piece.few or () for number in row]
+    buffer = pack(f"{len(numbers)}d", *numbers)
+    offset = 0
+    for piece in few:
+        offset = piece.become(buffer, offset)
+
+
+class _Plan(NamedTuple):
     """Successive rows to be laid: each between two samples, or on one, given by their places.
 
     Attributes
@@ -184,41 +197,14 @@ class _Plan:
         Share of the sample after.
     gaps, silent : list of int
         Rows, counted from the first, that lie in a gap; that lie in a silence.
-    bridged : bool
-        Whether any row lies between samples.
     """
 
-    __slots__ = ("after", "before", "bridged", "first", "gaps", "silent", "weights")
-
-    def __init__(self, first: int) -> None:
-        self.first = first
-        self.before: list[int] = []
-        self.after: list[int] = []
-        self.weights: list[float] = []
-        self.gaps: list[int] = []
-        self.silent: list[int] = []
-        self.bridged = False
-
-    def bridge(
-        self, before: int, after: int, weights: Sequence[float], *, gap: bool, silent: bool
-    ) -> None:
-        """Lay rows between two samples."""
-        if gap or silent:
-            rows = range(len(self.after), len(self.after) + len(weights))
-            if gap:
-                self.gaps += rows
-            if silent:
-                self.silent += rows
-        self.before += repeat(before, len(weights))
-        self.after += repeat(after, len(weights))
-        self.weights += weights
-        self.bridged = True
-
-    def stand(self, place: int) -> None:
-        """Lay a row on a sample."""
-        self.before.append(place)
-        self.after.append(place)
-        self.weights.append(1.0)
+    first: int
+    before: list[int]
+    after: list[int]
+    weights: list[float]
+    gaps: list[int]
+    silent: list[int]
 
     def silence(self) -> BoolArray | None:
         """Return which rows lie in a silence; None for none."""
@@ -295,7 +281,12 @@ class Gridder:
         return max(self._fallback, self.period * 5 // 2)
 
     def feed(
-        self, times: Sequence[int], nows: Sequence[int], values: FloatArray | Sequence[Numbers]
+        self,
+        times: Sequence[int],
+        nows: Sequence[int],
+        values: FloatArray | Sequence[Numbers],
+        *,
+        complete: bool = False,
     ) -> list[Rows]:
         """Take samples and return the rows that they complete.
 
@@ -307,19 +298,45 @@ class Gridder:
             The latest flight time of any message when the sample came, us.
         values : ndarray, shape (n, m), or sequence of sequences of float
             The samples, none of them infinite. They are kept: the caller writes to them no more.
+        complete : bool
+            Whether it is known that no number is missing.
 
         Returns
         -------
         list of Rows
             Usually one, or none; more where a long pause parts them.
         """
+        plans, place, passed_over = self._plan(times, nows)
+        if not place:
+            return []
+        if not complete:
+            self._count_missing(values, passed_over)
+        if isinstance(values, np.ndarray):
+            known = np.empty((len(values) + 1, values.shape[1]))
+            known[0], known[1:] = self._value, values
+            rows = [self._laid(each, known) for each in plans if each.after]
+            self._value = known[place].copy()
+        else:
+            former = self._value
+            few = (former.tolist() if isinstance(former, np.ndarray) else former, *values)
+            rows = [self._laid_singly(each, few) for each in plans if each.after]
+            self._value = few[place]
+        return rows
+
+    def _plan(
+        self, times: Sequence[int], nows: Sequence[int]
+    ) -> tuple[list[_Plan], int, list[int]]:
+        """Plan the rows that samples complete; return them, the last sample that counts, others.
+
+        Place 0 is the last sample before these, if there is one; place 1 the first of these.
+        """
         numerator, step, fallback = self._grid.numerator, self._grid.step, self._fallback
-        # Place 0 is the last sample before these, if there is one; place 1 the first of these.
         place, last = 0, self.last
         at = 0 if last is None else last * numerator
         row = self._next
-        plan = _Plan(row)
+        plan = _Plan(row, [], [], [], [], [])
         plans = [plan]
+        _, befores, afters, weights, gaps, silents = plan
         passed_over = []
         index = 0
         for time, now in zip(times, nows, strict=True):
@@ -334,46 +351,47 @@ class Gridder:
                 before, gap = at, self._is_gap(time - last)
             else:
                 passed_over.append(index)
-                if time == last:
-                    self.duplicates += 1
-                else:
-                    self.overtaken += 1
+                self._pass_over(repeated=time == last)
                 continue
             at = time * numerator
             if last is None:
                 self.begin = -(-at // step)
             if last is None or at - before > self._longest:
+                # Rows begin, or go on after a pause too long to be filled.
                 row = -(-at // step)
-                plan = _Plan(row)
+                plan = _Plan(row, [], [], [], [], [])
                 plans.append(plan)
+                _, befores, afters, weights, gaps, silents = plan
             position = row * step
             if position < at:
-                between = at - before
-                weights = [each / between for each in range(position - before, between, step)]
-                row += len(weights)
+                between, start = at - before, len(afters)
+                weights += [each / between for each in range(position - before, between, step)]
+                stop = len(weights)
+                befores += [place] * (stop - start)
+                afters += [index] * (stop - start)
+                if gap:
+                    gaps += range(start, stop)
+                if silent:
+                    silents += range(start, stop)
+                row += stop - start
                 position = row * step
-                plan.bridge(place, index, weights, gap=gap, silent=silent)
             if position == at:
-                plan.stand(index)
+                befores.append(index)
+                afters.append(index)
+                weights.append(1.0)
                 row += 1
             place, last = index, time
         self.samples += index - len(passed_over)
-        if not place:
-            return []
-        self._count_missing(values, passed_over)
-        if isinstance(values, np.ndarray):
-            known = np.empty((len(values) + 1, values.shape[1]))
-            known[0], known[1:] = self._value, values
-            rows = [self._laid(each, known) for each in plans if each.after]
-            self._value = known[place].copy()
-        else:
-            former = self._value
-            few = (former.tolist() if isinstance(former, np.ndarray) else former, *values)
-            rows = [self._laid_singly(each, few) for each in plans if each.after]
-            self._value = few[place]
         self.last = last
         self._next = row
-        return rows
+        return plans, place, passed_over
+
+    def _pass_over(self, *, repeated: bool) -> None:
+        """Count a sample that is not later than the last one."""
+        if repeated:
+            self.duplicates += 1
+        else:
+            self.overtaken += 1
 
     def _count_missing(
         self, values: FloatArray | Sequence[Numbers], passed_over: Sequence[int]
@@ -406,7 +424,7 @@ class Gridder:
 
     def _laid(self, plan: _Plan, known: FloatArray) -> Rows:
         """Return planned rows between the samples known."""
-        result = self._between(plan, known) if plan.bridged else known.take(plan.after, axis=0)
+        result = self._between(plan, known)
         if self._angles:
             angles = result[:, self._circular]
             result[:, self._circular] = angles - _TURN * np.ceil(angles / _TURN - 0.5)
@@ -433,19 +451,54 @@ class Gridder:
         width = len(known[0])
         if len(plan.after) * width > _FEW:
             return self._laid(plan, np.array(known))
-        rows: list[Numbers] = []
-        angles, steps = self._angles, self._steps
-        for before, after, share in zip(plan.before, plan.after, plan.weights, strict=True):
-            start, stop, rest = known[before], known[after], 1.0 - share
-            row = [x * rest + y * share for x, y in zip(start, stop, strict=True)]
-            for place in angles:
-                row[place] = _angle_between(start[place], stop[place], share)
-            for place in steps:
-                row[place] = start[place]
-            rows.append(row)
+        places = list(zip(plan.before, plan.after, plan.weights, strict=True))
+        rows: list[Numbers]
+        if len(places) > 2 * width:
+            columns = [self._column_singly(place, places, known) for place in range(width)]
+            rows = list(zip(*columns, strict=True))
+        else:
+            rests = [1.0 - share for share in plan.weights]
+            rows = [
+                known[after]
+                if before == after
+                else [
+                    x * rest + y * share for x, y in zip(known[before], known[after], strict=True)
+                ]
+                for (before, after, share), rest in zip(places, rests, strict=True)
+            ]
+            if self._angles or self._steps:
+                rows = [
+                    self._mended(row, known[before], known[after], share)
+                    for row, (before, after, share) in zip(rows, places, strict=True)
+                ]
         for gap in plan.gaps:
             rows[gap] = [math.nan] * width
         return Rows(plan.first, rows, plan.silence())
+
+    def _mended(self, row: Numbers, start: Numbers, stop: Numbers, share: float) -> Numbers:
+        """Return a row with what goes round, and what keeps its former value."""
+        mended = list(row)
+        for place in self._angles:
+            mended[place] = _angle_between(start[place], stop[place], share)
+        for place in self._steps:
+            mended[place] = start[place]
+        return mended
+
+    def _column_singly(
+        self, column: int, places: Sequence[tuple[int, int, float]], known: Sequence[Numbers]
+    ) -> Numbers:
+        numbers = [row[column] for row in known]
+        if column in self._angles:
+            return [
+                _angle_between(numbers[before], numbers[after], share)
+                for before, after, share in places
+            ]
+        if column in self._steps:
+            return [numbers[before] for before, _, _ in places]
+        return [
+            numbers[before] * (1.0 - share) + numbers[after] * share
+            for before, after, share in places
+        ]
 
 
 def _angle_between(start: float, stop: float, share: float) -> float:

@@ -31,6 +31,7 @@ from gsapp.decoding.grid import (
     Numbers,
     Rows,
     columns_at,
+    pack_together,
 )
 from gsapp.decoding.merging import Merger
 from gsapp.decoding.stream import Columns, Stream
@@ -327,10 +328,11 @@ class Pipeline:
         samples : sequence of sequences of float
             For each sample the numbers that the stream has `wanted`.
         """
-        values = self.streams[stream].convert_singly(samples)
+        values, complete = self.streams[stream].convert_singly(samples)
         for slow, source, column in self._slow_feeds[stream]:
             slow.push(source, times, nows, [numbers[column] for numbers in values])
-        self._distribute(stream, self._gridders[stream].feed(times, nows, values))
+        rows = self._gridders[stream].feed(times, nows, values, complete=complete)
+        self._distribute(stream, rows)
 
     def _distribute(self, stream: int, rows: Sequence[Rows]) -> None:
         if not rows:
@@ -346,17 +348,17 @@ class Pipeline:
         """Return the blocks that are complete; see `Merger.pull` for the parameters."""
         for merger, group in self._mergers:
             group.ready += merger.pull(first, now, final=final)
-        blocks: list[Block] = []
-        done = []
+        done: list[tuple[_Group, Rows]] = []
         for group in self._groups:
             if group.join is not None:
                 group.ready += group.join.pull()
             if group.ready:
-                done.append(group)
                 if group.steps:
                     group.ready = [group.derive(self.grid, rows) for rows in group.ready]
-                blocks += [group.block(self.grid, rows) for rows in group.ready]
-        for group in done:
+                done += [(group, rows) for rows in group.ready]
+        pack_together([rows for _, rows in done])
+        blocks = [group.block(self.grid, rows) for group, rows in done]
+        for group, _ in done:
             group.ready = []
         for slow in self._slow.values():
             slow.forget(now - _FORGET)

@@ -283,14 +283,22 @@ class Stream:
                 self._count(column, int(totals[column]))
         return values
 
-    def convert_singly(self, samples: Sequence[Numbers]) -> list[list[float]]:
+    def convert_singly(self, samples: Sequence[Numbers]) -> tuple[list[list[float]], bool]:
         """Return SI values of samples: `convert`, number by number.
 
         Parameters
         ----------
         samples : sequence of sequences of float
             For each sample the numbers `wanted`.
+
+        Returns
+        -------
+        list of list of float
+            For each sample all that the stream yields.
+        bool
+            Whether no number is missing.
         """
+        complete = True
         width = len(self.outputs)
         result = []
         for sample in samples:
@@ -311,10 +319,12 @@ class Stream:
                 supply = math.nan if self._supply is None else values[self._supply]
                 outside = self._calibrations.evaluate_singly(values, supply)
             if not math.isfinite(sum(values)):
+                complete = False
                 values = [value if math.isfinite(value) else math.nan for value in values]
-            self._count_outside(values, outside)
+            if self._limits or outside:
+                self._count_outside(values, outside)
             result.append(values)
-        return result
+        return result, complete
 
     def _count_outside(self, values: Numbers, outside: Sequence[int]) -> None:
         clipped = [p for p, low, high in self._limits if values[p] <= low or values[p] >= high]
