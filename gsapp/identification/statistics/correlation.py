@@ -74,13 +74,22 @@ class Layout:
         ndarray, shape (2 lags + 1, m, m)
             The middle one is that of lag 0.
         """
-        row = np.zeros((self.length, columns.shape[1]))
-        self.lay(columns, row)
-        spectra = rfft(row, axis=0)
+        spectra = self._spectra(columns)
         return self.lags_of(spectra.conj()[:, :, None] * spectra[:, None, :])
 
+    def own_sums(self, columns: FloatArray) -> FloatArray:
+        """Return the lagged sums of each column with itself alone, shape (2 lags + 1, m)."""
+        spectra = self._spectra(columns)
+        return self.lags_of(spectra.conj() * spectra)
+
+    def _spectra(self, columns: FloatArray) -> ComplexArray:
+        row = np.zeros((self.length, columns.shape[1]))
+        self.lay(columns, row)
+        spectra: ComplexArray = rfft(row, axis=0)
+        return spectra
+
     def lags_of(self, cross: ComplexArray) -> FloatArray:
-        """Return the lagged sums that belong to a cross spectrum (n_frequencies, m, m)."""
+        """Return the lagged sums that belong to a cross spectrum (n_frequencies, ...)."""
         sums = irfft(cross, n=self.length, axis=0)
         found: FloatArray = np.concatenate((sums[-self.lags :], sums[: self.lags + 1]))
         return found

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import chdtrc
 
 from gsapp.identification.statistics.correlation import (
+    BoolArray,
     Layout,
-    autocovariance,
     bartlett,
     usual_lags,
 )
@@ -69,16 +69,19 @@ def whiteness(
     """
     lags = usual_lags(len(v))
     layout = Layout(len(v), segments, lags)
-    return tuple(_judge(v[:, [index]], layout, dt) for index in range(v.shape[1]))
-
-
-def _judge(v: FloatArray, layout: Layout, dt: float) -> Whiteness:
-    """Test one response, shape (n, 1)."""
-    count, lags = len(v), layout.lags
     counted = np.isfinite(v)
+    sums = layout.own_sums(np.where(counted, v, 0.0))
+    return tuple(
+        _judge(sums[:, index], counted[:, [index]], layout, dt) for index in range(v.shape[1])
+    )
+
+
+def _judge(sums: FloatArray, counted: BoolArray, layout: Layout, dt: float) -> Whiteness:
+    """Test one response by its lagged sums; which samples count has the shape (n, 1)."""
+    count, lags = len(counted), layout.lags
     samples = int(counted.sum())
     edge = min(2.0 * LOW_FREQUENCY_HZ * dt, 1.0)
-    own = autocovariance(v, layout)[:, 0, 0]
+    own = sums * layout.per_pair(counted)[:, 0, 0]
     if samples < FEWEST_SAMPLES or not own[lags] > 0.0:
         return Whiteness(
             p_value=1.0, low_frequency_share=np.nan, white_share=edge, inflation=np.nan, white=True
