@@ -22,6 +22,7 @@ from gsapp.identification.compatibility.hypotheses import (
     signs_of,
 )
 from gsapp.identification.compatibility.preparing import Preparation, prepare
+from gsapp.identification.compatibility.redundancy import compare_redundant
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentParameter,
@@ -75,11 +76,13 @@ def check(
         raise FlightError("there is no maneuver to check instruments by; give at least one")
     chosen = settings or CompatibilitySettings()
     prepared = prepare(maneuvers, aircraft)
-    stuck = _stuck(prepared)
+    comparisons, disagreements = compare_redundant(maneuvers, chosen)
+    stuck = (*_stuck(prepared), *disagreements)
     if not prepared.stretches:
         return CompatibilityResult(
             maneuvers=(),
             verdicts=stuck,
+            comparisons=comparisons,
             warnings=tuple(prepared.warnings),
             summary="the instruments cannot be compared: " + "; ".join(prepared.warnings),
         )
@@ -94,7 +97,13 @@ def check(
             "rates and accelerations make no flight at all of these maneuvers: look whether they "
             "are in the units that the channel map says"
         )
-    final = fit(found.stretches, chosen, free, noises=[one.noise for one in found.fit.stretches])
+    final = fit(
+        found.stretches,
+        chosen,
+        free,
+        noises=[one.noise for one in found.fit.stretches],
+        begin=found.fit if found.fit.converged else None,
+    )
     found = Remedied(
         stretches=found.stretches,
         fit=final,
@@ -119,6 +128,7 @@ def check(
         noise=_noise(prepared),
         gust=_gust(final),
         verdicts=verdicts,
+        comparisons=comparisons,
         remedies=tuple(one.name for one in found.remedies),
         iterations=final.iterations,
         converged=final.converged,
@@ -144,12 +154,13 @@ def _parameters(found: Fit, settings: CompatibilitySettings) -> dict[str, Instru
     for place, name in enumerate(found.free):
         std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
         plausible = settings.plausible_size(name)
-        if std > OBSERVED * plausible:
+        unclear = _unclear(found, name)
+        if unclear or std > OBSERVED * plausible:
             parameters[name] = InstrumentParameter(
                 value=None,
                 nominal=nominal(name),
                 status="not-observable",
-                why=_why(name, std, plausible),
+                why=_why(name, np.inf if unclear else std, plausible),
             )
         else:
             parameters[name] = InstrumentParameter(
@@ -158,10 +169,18 @@ def _parameters(found: Fit, settings: CompatibilitySettings) -> dict[str, Instru
     return parameters
 
 
+def _unclear(found: Fit, name: str) -> bool:
+    """Return whether noise hides the motion by which a scale or a delay of a vane is seen."""
+    channel, _, kind = name.partition(".")
+    if channel not in SHOWN or kind == "bias":
+        return False
+    return not any(name in one.clear for one in found.stretches)
+
+
 def _why(name: str, std: float, plausible: float) -> str:
     channel, _, kind = name.partition(".")
     if std > 0.9 * plausible and kind != "bias":
-        return f"{title(channel)} hardly moves in these maneuvers"
+        return f"{title(channel)} hardly moves beyond the noise in these maneuvers"
     return (
         f"the data leave {error_quantity(name, std)} open, where {error_quantity(name, plausible)} "
         "was plausible before: other errors would show alike; fly more or other maneuvers"

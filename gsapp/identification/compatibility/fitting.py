@@ -11,12 +11,13 @@ from gsapp.identification.compatibility.predicting import (
     START,
     Prediction,
     Start,
+    bias_seen,
     first_start,
     predict,
     sensitivities,
 )
 from gsapp.identification.compatibility.preparing import Stretch
-from gsapp.identification.compatibility.settings import CompatibilitySettings
+from gsapp.identification.compatibility.settings import ACCELERATIONS, CompatibilitySettings
 from gsapp.identification.compatibility.whitening import (
     Gain,
     Noise,
@@ -33,16 +34,22 @@ from gsapp.quantities import FloatArray
 
 _SPEED_AT_START, _TURN_AT_START = 10.0, 0.5
 """Standard deviations of a start before anything was measured: m/s, rad."""
-_SETTLED = 1e-3
+_SETTLED = 0.02
 """A step smaller than this share of a bound is the last."""
+_NEARLY, _PATIENCE, _LOOKS = 0.3, 4, 2
+"""The noise is looked for where steps are this small, or after so many; so many times."""
 _LARGEST_DELAY = 0.2
 _LARGEST_TURN = 0.5
 """Of a start in one step, rad."""
+_WORSE, _HALVINGS = 1.02, 3
 _RIDGE = 1e-12
 _FASTEST = 1e3
 """Velocities (m/s) beyond this are no flight."""
-_MOTION_OVER_NOISE = 10.0
-"""Variance of the motion over that of the noise in it, for scale and delay to be seen."""
+_MOTION_OVER_NOISE, _CHANGE_OVER_NOISE = (10.0, 20.0), (5.0, 25.0)
+"""Variance of the motion over that of the noise in it, for a scale to be seen; for a delay.
+
+The first over white noise, to take part in the fit; the second over all noise, to be reported.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +66,8 @@ class StretchFit:
     gain : Gain
     left : ndarray, shape (m, n_channels)
         What the predictor leaves of the averaged residuals.
+    seen, clear : frozenset of str
+        Scales and delays of vanes that the stretch has a say in; those seen through all noise.
     S : ndarray, shape (m, n_channels, n_free + 5)
         The same of the sensitivities.
     """
@@ -70,6 +79,8 @@ class StretchFit:
     noise: Noise
     gain: Gain
     left: FloatArray
+    seen: frozenset[str]
+    clear: frozenset[str]
     S: FloatArray
 
     def residuals(self) -> FloatArray:
@@ -90,6 +101,8 @@ class Fit:
         Values, scales as factors.
     covariance : ndarray, shape (n_free, n_free)
     stretches : tuple of StretchFit
+    origin : ndarray, shape (n_free + 5 n_stretches,)
+        How far errors and starts have moved.
     unlikelihood : float
         Twice the negative log-likelihood, errors weighed by what is plausible.
     iterations : int
@@ -100,6 +113,7 @@ class Fit:
     errors: Mapping[str, float]
     covariance: FloatArray
     stretches: tuple[StretchFit, ...]
+    origin: FloatArray
     unlikelihood: float
     iterations: int
     converged: bool
@@ -132,6 +146,7 @@ def fit(
     noises: Sequence[Noise] | None = None,
     iterations: int | None = None,
     bounds: bool = True,
+    begin: Fit | None = None,
 ) -> Fit:
     """Fit errors and starts.
 
@@ -146,12 +161,18 @@ def fit(
         In place of the settings'.
     bounds : bool
         Whether the covariance is corrected for what color is left; it takes as long as a step.
+    begin : Fit, optional
+        Of the same stretches and the same free errors.
     """
     most = settings.iterations if iterations is None else iterations
     free = tuple(free)
     plausible = np.array([settings.plausible_size(name) for name in free])
-    errors = {name: nominal(name) for name in free}
-    starts = [first_start(stretch, errors) for stretch in stretches]
+    errors = {name: nominal(name) for name in free} if begin is None else dict(begin.errors)
+    starts = (
+        [first_start(stretch, errors) for stretch in stretches]
+        if begin is None
+        else [part.start for part in begin.stretches]
+    )
     chosen = list(noises) if noises is not None else [Noise.white(len(s.shown)) for s in stretches]
     size = len(free) + len(START) * len(stretches)
     prior = np.zeros(size)
@@ -159,51 +180,57 @@ def fit(
     prior[len(free) :] = np.tile(
         [1.0 / _SPEED_AT_START**2] * 3 + [1.0 / _TURN_AT_START**2] * 2, len(stretches)
     )
-    origin = np.zeros(size)
-    looked, number, converged = noises is not None, 0, False
+    origin = np.zeros(size) if begin is None else begin.origin.copy()
+    if begin is None:
+        guess = np.mean(
+            [bias_seen(one, start) for one, start in zip(stretches, starts, strict=True)], axis=0
+        )
+        for axis, name in enumerate(ACCELERATIONS):
+            if (label := f"{name}.bias") in free:
+                largest = settings.plausible_size(label)
+                errors[label] = float(np.clip(guess[axis], -largest, largest))
+                origin[free.index(label)] = errors[label]
+        starts = [first_start(stretch, errors) for stretch in stretches]
+    number, calm, phase, converged = 0, 0, 0 if noises is None else _LOOKS, False
     parts: list[StretchFit] = []
+    seen: list[frozenset[str] | None] = [None] * len(stretches)
+    least, halved = np.inf, 0
+    look, step, before = False, np.zeros(size), (errors, starts, origin)
     while True:
         latest = [
-            _linearized(
-                stretch, settings, errors, start, free, noise, look=not looked and number > 0
-            )
-            for stretch, start, noise in zip(stretches, starts, chosen, strict=True)
+            _linearized(stretch, settings, errors, start, free, noise, look=look, seen=known)
+            for stretch, start, noise, known in zip(stretches, starts, chosen, seen, strict=True)
         ]
         sound = [one for one in latest if one is not None]
-        if len(sound) < len(latest):
+        cost = _cost(sound, prior, origin) if len(sound) == len(latest) else np.inf
+        if not cost <= _WORSE * least and (np.isinf(cost) or not look) and halved < _HALVINGS:
+            # The step led too far: a part of it may not.
+            if not parts:
+                return _lost(free, errors, parts, number)
+            number, halved, step = number + 1, halved + 1, 0.25 * step
+            errors, starts, origin = _moved(free, before, step)
+            continue
+        if np.isinf(cost):
             return _lost(free, errors, parts, number)
-        parts = sound
-        if not looked and number:
-            chosen = [part.noise for part in parts]
-            looked = number >= 2
-        H, g = np.diag(prior), -prior * origin
-        for place, part in enumerate(parts):
-            columns = _columns(place, len(free))
-            S, left = _counted(part.S, part.left), np.nan_to_num(part.left)
-            flat = S.reshape(-1, S.shape[2])
-            weighted = (part.gain.weight @ S).reshape(flat.shape)
-            H[np.ix_(columns, columns)] += flat.T @ weighted
-            g[columns] += weighted.T @ left.ravel()
-        scale = 1.0 / np.sqrt(H.diagonal())
-        scaled = np.linalg.inv(H * scale * scale[:, None] + _RIDGE * np.eye(size))
-        covariance = scaled * scale * scale[:, None]
+        parts, least, halved = sound, cost, 0
+        chosen = [part.noise for part in parts]
+        if phase >= _LOOKS:
+            seen = [part.seen for part in parts]
+        covariance, g = _normal(parts, len(free), prior, origin)
         step = covariance @ g
-        if number >= most or (looked and converged):
+        if converged or number >= most:
             break
-        converged = bool((np.abs(step) <= _SETTLED * np.sqrt(covariance.diagonal())).all())
+        size_of_step = float((np.abs(step) / np.sqrt(covariance.diagonal())).max())
         number += 1
+        calm += 1
+        look = phase < _LOOKS and (size_of_step < _NEARLY or calm >= _PATIENCE)
+        if look:
+            phase, calm = phase + 1, 0
+        converged = phase >= _LOOKS and not look and size_of_step < _SETTLED
         step = _limited(step, free, errors)
-        turns = np.abs(step[len(free) :].reshape(-1, len(START))[:, 3:]).max()
-        step *= min(1.0, _LARGEST_TURN / max(turns, 1e-300))
-        origin += step
-        errors = {
-            name: errors[name] + float(change) for name, change in zip(free, step, strict=False)
-        }
-        starts = [
-            start.moved(step[_columns(place, len(free))[len(free) :]])
-            for place, start in enumerate(starts)
-        ]
-    cost = sum(
+        before = (errors, starts, origin)
+        errors, starts, origin = _moved(free, before, step)
+    likely = sum(
         float(unlikelihood(part.left[None], part.gain.covariance[None])[0]) for part in parts
     )
     if bounds:
@@ -220,10 +247,54 @@ def fit(
         errors=errors,
         covariance=covariance[: len(free), : len(free)],
         stretches=tuple(parts),
-        unlikelihood=cost + float(prior @ origin**2),
+        origin=origin,
+        unlikelihood=likely + float(prior @ origin**2),
         iterations=number,
         converged=converged,
     )
+
+
+_State = tuple[dict[str, float], list[Start], FloatArray]
+
+
+def _moved(free: Sequence[str], before: _State, step: FloatArray) -> _State:
+    """Return errors, starts and how far they have moved in all after a step."""
+    errors, starts, origin = before
+    return (
+        {name: errors[name] + float(change) for name, change in zip(free, step, strict=False)},
+        [
+            start.moved(step[_columns(place, len(free))[len(free) :]])
+            for place, start in enumerate(starts)
+        ],
+        origin + step,
+    )
+
+
+def _cost(parts: Sequence[StretchFit], prior: FloatArray, origin: FloatArray) -> float:
+    """Return the sum of squares that a step makes smaller."""
+    total = float(prior @ origin**2)
+    for part in parts:
+        left = np.nan_to_num(part.left)
+        total += float(np.sum((left @ part.gain.weight) * left))
+    return total
+
+
+def _normal(
+    parts: Sequence[StretchFit], shared: int, prior: FloatArray, origin: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the covariance and the gradient of the normal equations."""
+    H: FloatArray = np.diag(prior)
+    g: FloatArray = -prior * origin
+    for place, part in enumerate(parts):
+        columns = _columns(place, shared)
+        S, left = _counted(part.S, part.left), np.nan_to_num(part.left)
+        flat = S.reshape(-1, S.shape[2])
+        weighted: FloatArray = (part.gain.weight @ S).reshape(flat.shape)
+        H[np.ix_(columns, columns)] += flat.T @ weighted
+        g[columns] += weighted.T @ left.ravel()
+    scale = 1.0 / np.sqrt(H.diagonal())
+    inverted = np.linalg.inv(H * scale * scale[:, None] + _RIDGE * np.eye(len(H)))
+    return np.asarray(inverted * scale * scale[:, None], dtype=np.float64), g
 
 
 def _lost(
@@ -238,6 +309,7 @@ def _lost(
         errors=errors,
         covariance=np.full((len(free), len(free)), np.inf),
         stretches=tuple(parts),
+        origin=np.zeros(len(free) + len(START) * len(parts)),
         unlikelihood=np.inf,
         iterations=number,
         converged=False,
@@ -250,14 +322,15 @@ def _columns(place: int, shared: int) -> np.ndarray[tuple[int], np.dtype[np.intp
 
 
 def _counted(S: FloatArray, left: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(left)[:, :, None], S, 0.0)
+    return np.asarray(np.where(np.isfinite(left)[:, :, None], S, 0.0), dtype=np.float64)
 
 
 def _limited(step: FloatArray, free: Sequence[str], errors: Mapping[str, float]) -> FloatArray:
     """Return the step with scales kept away from zero and delays within reason."""
-    found = step.copy()
+    turns = np.abs(step[len(free) :].reshape(-1, len(START))[:, 3:]).max()
+    found: FloatArray = step * min(1.0, _LARGEST_TURN / max(turns, 1e-300))
     for place, name in enumerate(free):
-        value = errors[name] + step[place]
+        value = errors[name] + found[place]
         if name.endswith(".scale"):
             value = min(max(value, 0.1), 10.0)
         elif name.endswith(".delay"):
@@ -275,24 +348,32 @@ def _linearized(
     noise: Noise,
     *,
     look: bool,
+    seen: frozenset[str] | None = None,
 ) -> StretchFit | None:
     """Return a stretch with all that a step needs; None where the motion left all bounds."""
-    found = predict(stretch, errors, start)
+    with np.errstate(all="ignore"):
+        found = predict(stretch, errors, start)
     if not np.abs(found.path.velocity).max() < _FASTEST:
         return None
     shown = np.column_stack([stretch.shown[name] for name in found.channels])
     counted = np.isfinite(shown)
-    predictor = predictor_for(stretch, found, settings.rate)
+    predictor = predictor_for(stretch, found, errors, settings.rate)
     v = averaged(shown - found.computed, counted, predictor.width)
     if look:
         noise = likeliest_noise(predictor, v, noise)
     S = averaged(sensitivities(stretch, errors, start, found, free), counted, predictor.width)
     chosen = gain(predictor, noise)
-    left = whitened(predictor, chosen.K, v[:, :, None])[:, :, 0]
+    with np.errstate(all="ignore"):
+        left = whitened(predictor, chosen.K, v[:, :, None])[:, :, 0]
     if not np.nanmax(np.abs(left)) < _FASTEST:
         return None
-    _as_predicted(S, averaged(shown, counted, predictor.width) - left, found, free, errors,
-                  predictor, noise, chosen)  # fmt: skip
+    shift = v - left
+    expected = averaged(shown, counted, predictor.width) - left
+    white = Noise.white(len(found.channels))
+    levels = [_levels(predictor, one, gain(predictor, one).covariance) for one in (white, noise)]
+    seen, clear = _as_predicted(
+        S, expected, shift, found.channels, free, errors, predictor.step, levels, seen
+    )
     return StretchFit(
         stretch=stretch,
         start=start,
@@ -301,20 +382,23 @@ def _linearized(
         noise=noise,
         gain=chosen,
         left=left,
+        seen=seen,
+        clear=clear,
         S=np.nan_to_num(whitened(predictor, chosen.K, S)),
     )
 
 
 def _as_predicted(
     S: FloatArray,
-    shown: FloatArray,
-    found: Prediction,
+    expected: FloatArray,
+    shift: FloatArray,
+    channels: Sequence[str],
     free: Sequence[str],
     errors: Mapping[str, float],
-    predictor: Predictor,
-    noise: Noise,
-    chosen: Gain,
-) -> None:
+    step: float,
+    levels: Sequence[tuple[FloatArray, FloatArray]],
+    frozen: frozenset[str] | None,
+) -> tuple[frozenset[str], frozenset[str]]:
     """Let scale and delay of vanes see the motion as predicted, not as integrated.
 
     Where an aircraft hardly moves, integrated noise is all the motion there seems to be; a vane
@@ -326,27 +410,68 @@ def _as_predicted(
     ----------
     S : ndarray, shape (m, n_channels, n_free + 5)
         Of averages; changed.
-    shown : ndarray, shape (m, n_channels)
-        Averages that the predictor expects.
+    expected, shift : ndarray, shape (m, n_channels)
+        Averages that the predictor expects, and by how much they differ from the integrated ones.
+    step : float
+        Between averages, s.
+    levels : sequence of two pairs of ndarray, shape (n_channels,)
+        Variance of what the predictor expects, and of what noise adds over one step: for white
+        noise and for the noise that was found.
+    frozen : frozenset of str or None
+        Errors that the stretch has a say in, once that was decided.
+
+    Returns
+    -------
+    seen, clear : frozenset of str
+        The same by white noise, and those seen through the noise that was found, too.
     """
-    R = noise.show * predictor.show
-    late = np.maximum(chosen.covariance.diagonal() - R, 0.0)
-    Q = np.einsum("d,dij->ij", noise.drive * predictor.drive, predictor.process)
-    H = predictor.H.mean(axis=0)
-    walked = np.einsum("ri,ij,rj->r", H, Q, H)
-    for row, name in enumerate(found.channels):
+    moving: list[set[str]] = [set(), set()]
+    seen: set[str] | frozenset[str] = moving[0] if frozen is None else frozen
+    for row, name in enumerate(channels):
         scale = errors.get(f"{name}.scale", 1.0)
-        ideal = (shown[:, row] - errors.get(f"{name}.bias", 0.0)) / scale
-        if f"{name}.scale" in free:
-            seen = np.nanvar(ideal) > _MOTION_OVER_NOISE * late[row]
-            S[:, row, free.index(f"{name}.scale")] = ideal if seen else 0.0
-        if f"{name}.delay" in free:
-            # Backwards: what is shown now must not be in the expectation it is compared with.
-            change = np.diff(ideal, prepend=ideal[:1])
-            seen = np.nanmean(change**2) > _MOTION_OVER_NOISE * walked[row]
-            S[:, row, free.index(f"{name}.delay")] = (
-                -scale * np.nan_to_num(change) / predictor.step if seen else 0.0
-            )
+        ideal = (expected[:, row] - errors.get(f"{name}.bias", 0.0)) / scale
+        if (label := f"{name}.scale") in free:
+            motion = np.nanvar(expected[:, row]) * scale**2
+            for found, (late, _), ratio in zip(moving, levels, _MOTION_OVER_NOISE, strict=True):
+                if motion > ratio * late[row]:
+                    found.add(label)
+            # Of a scale that is not seen, what it does to the mean is left.
+            known = ideal if label in seen else np.full_like(ideal, np.nanmean(ideal))
+            S[:, row, free.index(label)] = known
+        if (label := f"{name}.delay") in free:
+            column = free.index(label)
+            # The integrated motion, put right backwards in time: what is shown now must not be in
+            # the expectation that it is compared with.
+            change = np.diff(shift[:, row], prepend=shift[:1, row])
+            S[:, row, column] -= np.nan_to_num(change) / step
+            motion = np.nanmean(S[:, row, column] ** 2) * step**2
+            for found, (_, walked), ratio in zip(moving, levels, _CHANGE_OVER_NOISE, strict=True):
+                if motion > ratio * walked[row]:
+                    found.add(label)
+            if label not in seen:
+                S[:, row, column] = 0.0
+    return frozenset(seen), frozenset(seen) & moving[1]
+
+
+def _levels(
+    predictor: Predictor, noise: Noise, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return variances of what the predictor expects and of what noise adds in a step."""
+    H = predictor.H.mean(axis=0)
+    Q = np.einsum("d,dij->ij", noise.drive * predictor.drive, predictor.process)
+    late = np.maximum(covariance.diagonal() - noise.show * predictor.show, 0.0)
+    return late, np.asarray(np.einsum("ri,ij,rj->r", H, Q, H), dtype=np.float64)
+
+
+def _moves(one: StretchFit, channel: str) -> bool:
+    """Return whether what a gyro or accelerometer shows is motion rather than noise."""
+    samples = one.stretch.driving.get(channel)
+    if samples is None or channel in one.stretch.absent:
+        return samples is None
+    width = one.predictor.width
+    means = averaged(samples[:, None], np.ones((samples.size, 1), dtype=bool), width)
+    noise = one.stretch.noise[channel] ** 2 / width
+    return float(np.var(means)) > _MOTION_OVER_NOISE[1] * noise
 
 
 def scale_bounds(
@@ -371,6 +496,9 @@ def scale_bounds(
             continue
         columns = _columns(place, len(free))
         S = _counted(part.S, part.left)
+        for name, label in zip(channels, names, strict=True):
+            if not _moves(one, name):
+                S[:, :, free.index(label)] = 0.0
         flat = S.reshape(-1, S.shape[2])
         H[np.ix_(columns, columns)] += flat.T @ (part.gain.weight @ S).reshape(flat.shape)
     bounds = {}

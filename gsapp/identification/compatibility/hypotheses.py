@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -22,11 +23,12 @@ from gsapp.identification.compatibility.settings import (
     RATES,
     CompatibilitySettings,
 )
+from gsapp.identification.compatibility.whitening import Noise
 from gsapp.identification.compatibility.wording import quantity, title
 
 _TURNED = ("p", "q", "r", "ax", "ay", "an", "alpha", "beta", "phi", "theta")
 _GROUPS = (RATES, ACCELERATIONS, ("alpha", "beta"), ("phi", "theta"))
-_GAIN = 40.0
+_GAIN = 20.0
 """In twice the log-likelihood: far beyond chance and beyond what free errors take up."""
 _FALL = 1.5
 _CLEARLY = 2.0
@@ -38,6 +40,8 @@ _SIGN_SEEN = 0.2
 """Bound of a scale: a turned sign is ten times that away."""
 _SCREENED = 4
 """Stretches on which remedies are tried first; those that move most."""
+_SCREENS = ((2, 8), (5, 3))
+"""Steps, and how many remedies remain after them."""
 _ROUNDS = 3
 
 
@@ -106,26 +110,30 @@ def _explained(found: Fit) -> bool:
     )
 
 
+def _in_doubt(found: Fit) -> bool:
+    """Return whether so much is left unexplained that a wrong sign may hide in it."""
+    return any(one.noise.drive.max() > 300.0 for one in found.stretches)
+
+
 def _one_more(
     current: Remedied, settings: CompatibilitySettings, channels: Sequence[str]
 ) -> Remedied | None:
     free = current.fit.free
-    moving = _most_moving(current.stretches)
-    noises = [current.fit.stretches[place].noise for place in moving]
-    chosen = [current.stretches[place] for place in moving]
-    usual = fit(chosen, settings, free, noises=noises, iterations=2, bounds=False).unlikelihood
-    gains: list[tuple[float, Remedy]] = []
-    for remedy in remedies_for(channels):
-        if any(remedy.channels == done.channels for done in current.remedies):
-            continue
-        tried = [remedy.applied(stretch) for stretch in chosen]
-        found = fit(tried, settings, free, noises=noises, iterations=2, bounds=False)
-        gains.append((usual - found.unlikelihood, remedy))
-    gains.sort(key=lambda pair: -pair[0])
+    chosen = [current.stretches[place] for place in _most_moving(current.stretches)]
+    # Under the noise that a wrong sign asks for, all signs are alike: white noise tells them apart.
+    white = [Noise.white(len(one.shown)) for one in chosen]
+
+    def tried(remedy: Remedy, *, steps: int) -> float:
+        remedied = [remedy.applied(stretch) for stretch in chosen]
+        found = fit(remedied, settings, free, noises=white, iterations=steps, bounds=False)
+        return found.unlikelihood
+
+    done = {one.channels for one in current.remedies}
+    left = [one for one in remedies_for(channels) if one.channels not in done]
+    for steps, kept in _SCREENS:
+        left = sorted(left, key=partial(tried, steps=steps))[:kept]
     best: Remedied | None = None
-    for gain, remedy in gains[:3]:
-        if not gain > 0.25 * _GAIN:
-            break
+    for remedy in left:
         stretches = tuple(remedy.applied(stretch) for stretch in current.stretches)
         found = fit(stretches, settings, free, bounds=False)
         verdict = _verdict(remedy, current.fit, found)
@@ -197,10 +205,13 @@ def signs_of(
     """Return for each channel whether its sign was put to the test, and with what outcome."""
     turned = {one.channels[0] for one in found.remedies if len(one.channels) == 1}
     bounds = scale_bounds(found.fit, settings, [name for name in _TURNED if name in channels])
+    # With much left unexplained a sign may be wrong unseen.
+    clear = found.fit.converged and not _in_doubt(found.fit)
     signs: dict[str, Sign] = {}
     for name, bound in bounds.items():
         if name in turned:
             signs[name] = "reversed"
         else:
-            signs[name] = "right" if bound < _SIGN_SEEN else "not-observable"
+            seen = bound < _SIGN_SEEN and clear
+            signs[name] = "right" if seen else "not-observable"
     return signs

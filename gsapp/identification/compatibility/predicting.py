@@ -65,8 +65,16 @@ def shifted(samples: FloatArray, steps: float) -> FloatArray:
     return np.interp(places - steps, places, samples)
 
 
-def first_start(stretch: Stretch, errors: Mapping[str, float]) -> Start:
-    """Return where a stretch seems to begin: the straight line through what the vanes show."""
+def bias_seen(stretch: Stretch, start: Start) -> FloatArray:
+    """Return errors of ax, ay, an (m/s^2) that a straight line and gravity leave, shape (3,)."""
+    _, slope, _ = _straight_line(stretch, {})
+    return np.asarray((start.gravity - slope) * _UP, dtype=np.float64)
+
+
+def _straight_line(
+    stretch: Stretch, errors: Mapping[str, float]
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return first velocity (m/s), slope of what rates and forces leave (m/s^2), mean alpha."""
     rates, force = corrected(stretch, errors)
     count = len(rates)
     nothing = np.zeros(count)
@@ -95,13 +103,19 @@ def first_start(stretch: Stretch, errors: Mapping[str, float]) -> Start:
     line = turned(path.C, flow)[good] - path.flown[good]
     design = np.column_stack((np.ones(int(good.sum())), path.times[good]))
     (velocity, gravity), *_ = np.linalg.lstsq(design, line, rcond=None)
+    return velocity, gravity, float(np.nanmean(alpha))
+
+
+def first_start(stretch: Stretch, errors: Mapping[str, float]) -> Start:
+    """Return where a stretch seems to begin: the straight line through what the vanes show."""
+    velocity, gravity, alpha = _straight_line(stretch, errors)
     if "beta" not in stretch.shown or not {"p", "r", "ay"}.isdisjoint(stretch.absent):
         gravity[1] = 0.0
     if "phi" in stretch.shown or "theta" in stretch.shown:
         gravity = _gravity_shown(stretch, gravity)
     size = float(np.sqrt(gravity @ gravity))
     if not size > 0.3 * GRAVITY or gravity[2] < 0.1 * size:
-        attack = float(np.nanmean(alpha))
+        attack = alpha
         gravity = GRAVITY * np.array([-np.sin(attack), 0.0, np.cos(attack)])
     else:
         gravity = gravity * (GRAVITY / size)

@@ -105,7 +105,7 @@ class CompatibilitySettings:
     plausible: Mapping[str, float] = field(default_factory=dict)
     tolerable: Mapping[str, float] = field(default_factory=dict)
     try_signs: bool = True
-    iterations: int = 8
+    iterations: int = 15
     rate: float = 25.0
 
     def __post_init__(self) -> None:

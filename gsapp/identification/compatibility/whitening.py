@@ -16,7 +16,7 @@ predicted residuals as likely as can be.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,7 +117,9 @@ def averaged(values: FloatArray, counted: BoolArray, width: int) -> FloatArray:
     return np.asarray(np.where(2 * number >= width, mean, np.nan), dtype=np.float64)
 
 
-def predictor_for(stretch: Stretch, found: Prediction, rate: float) -> Predictor:
+def predictor_for(
+    stretch: Stretch, found: Prediction, errors: Mapping[str, float], rate: float
+) -> Predictor:
     """Set up the error equations along a path."""
     path = found.path
     width = max(1, round(1.0 / (rate * stretch.dt)))
@@ -147,6 +149,7 @@ def predictor_for(stretch: Stretch, found: Prediction, rate: float) -> Predictor
                 variance += float(np.mean(felt**2)) * stretch.noise.get(gyro, 0.0) ** 2 / width
         else:
             H[:, row, 3:] = (mean(one.by_gravity)[:, None, :] @ _crossing(g))[:, 0]
+        H[:, row] *= errors.get(f"{name}.scale", 1.0)
         show[row] = variance
     if stretch.guessed_speed is not None and "V" in found.channels:
         # A constant error: it counts once, not once for every sample.

@@ -1,0 +1,163 @@
+"""``gsapp compatibility``: the instruments of a flight against one another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.identification.compatibility import CompatibilityResult
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    aircraft: str | None = None,
+    maneuver: Sequence[str] = (),
+    free: Sequence[str] = (),
+    channel_map: str | None = None,
+    json: Path | None = None,
+) -> None:
+    """Check the instruments over the maneuvers of some flights, all taken together.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+    aircraft, channel_map : str, optional
+        Names or paths.
+    maneuver : sequence of str
+        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
+    free : sequence of str
+        Errors to be estimated beside the usual ones: ``q.scale``.
+    json : Path, optional
+        Where the result for programs goes.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight cannot be read, holds no maneuver, or an error has an unknown name.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._maneuvers import flown_flights
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.foundation import FlightError
+    from gsapp.identification.compatibility import DEFAULT_FREE, CompatibilitySettings, check
+
+    console = Console(stderr=on_screen(json))
+    settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
+    flown = flown_flights(
+        flights, aircraft=aircraft, channel_map=channel_map, given=maneuver, every_grade=True,
+        console=console,
+    )  # fmt: skip
+    maneuvers = [one for flight in flown for one in flight.maneuvers]
+    if not maneuvers:
+        raise FlightError(
+            "no maneuver was found to check instruments by; name a stretch of flight with "
+            "--maneuver START:STOP"
+        )
+    with console.status("comparing instruments"):
+        result = check(maneuvers, settings=settings)
+    if json is not None:
+        write_result(json, result_text(_content(result)))
+    _describe(console, result)
+
+
+def _content(result: CompatibilityResult) -> dict[str, Any]:
+    import math
+
+    def number(value: float | None) -> float | None:
+        return value if value is not None and math.isfinite(value) else None
+
+    return {
+        "maneuvers": list(result.maneuvers),
+        "consistent": result.consistent,
+        "summary": result.summary,
+        "parameters": {
+            name: {
+                "value": number(one.value),
+                "std": number(one.std),
+                "nominal": one.nominal,
+                "status": one.status,
+                "why": one.why,
+            }
+            for name, one in result.parameters.items()
+        },
+        "signs": dict(result.signs),
+        "verdicts": [
+            {
+                "kind": one.kind,
+                "channels": list(one.channels),
+                "sentence": one.sentence,
+                "value": number(one.value),
+                "std": number(one.std),
+                "before": number(one.before),
+                "after": number(one.after),
+                "seen_in": one.seen_in or None,
+            }
+            for one in result.verdicts
+        ],
+        "comparisons": [
+            {
+                "reference": one.reference,
+                "other": one.other,
+                "bias": number(one.bias),
+                "scale": number(one.scale),
+                "delay": number(one.delay),
+                "noise": None if one.noise is None else list(one.noise),
+                "difference": number(one.difference),
+                "agree": one.agree,
+                "sentence": one.sentence,
+            }
+            for one in result.comparisons
+        ],
+        "fit": {
+            name: {
+                "rms": number(one.rms),
+                "rms_over_range_pct": number(one.rms_over_range_pct),
+                "r2": number(one.r2),
+                "theil": number(one.theil),
+            }
+            for name, one in result.fit.items()
+        },
+        "noise": {name: number(size) for name, size in result.noise.items()},
+        "gust": {name: number(size) for name, size in result.gust.items()},
+        "remedies": list(result.remedies),
+        "converged": result.converged,
+        "warnings": list(result.warnings),
+    }
+
+
+def _describe(console: Console, result: CompatibilityResult) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from gsapp.identification.compatibility.wording import error_quantity
+
+    if result.parameters:
+        table = Table(
+            title=f"instrument errors, from maneuver {', '.join(result.maneuvers)}",
+            title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False,
+        )  # fmt: skip
+        for heading in ("", "value", "bound", ""):
+            table.add_column(heading, justify="right" if heading else "left")
+        for name, one in result.parameters.items():
+            if one.value is None or one.std is None:
+                table.add_row(name, "not observable", "", one.why)
+            else:
+                value, std = error_quantity(name, one.value), error_quantity(name, one.std)
+                table.add_row(name, value, std, "")
+        console.print(table)
+    open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]
+    if open_signs:
+        console.print(
+            f"signs that these maneuvers do not tell: {', '.join(open_signs)}",
+            highlight=False, markup=False, soft_wrap=True,
+        )  # fmt: skip
+    for sentence in result.warnings:
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+    style = "green" if result.consistent and result.parameters else "bold red"
+    console.print(result.summary, style=style, highlight=False, markup=False, soft_wrap=True)
