@@ -22,6 +22,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import chain
 from struct import pack
 from typing import NamedTuple
 
@@ -176,9 +177,9 @@ class Rows:
 
 def pack_together(pieces: Sequence[Rows]) -> None:
     """Make arrays of rows that are lists: one buffer for all is far quicker than one for each."""
-    few = [piece for piece in pieces if piece.few is not None]
-    numbers = [number for piece in few for row in piece.few or () for number in row]
-    buffer = pack(f"{len(numbers)}d", *numbers)
+    few = [piece for piece in pieces if piece.few]
+    rows = [row for piece in few for row in piece.few or ()]
+    buffer = pack(f"{sum(map(len, rows))}d", *chain.from_iterable(rows))
     offset = 0
     for piece in few:
         offset = piece.become(buffer, offset)
