@@ -428,6 +428,35 @@ def estimate(
 
 
 @app.command()
+def compatibility(
+    flights: FlightPaths,
+    aircraft: AircraftName = None,
+    maneuver: ManeuverList = None,
+    free: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="ID.KIND", help="Estimate this error, too, as q.scale or V.delay; repeatable"
+        ),
+    ] = None,
+    channel_map: MapName = None,
+    json: JsonFile = None,
+) -> None:
+    """Check the instruments against one another, without any aerodynamic model.
+
+    Rates, accelerations, flow angles and speed must follow from one motion: bias, scale factor
+    and delay of each instrument, reversed axes, redundant sensors that disagree.
+
+    Example: gsapp compatibility flights/2026-05-12-a --aircraft b777
+    """
+    from gsapp.cli import compatibility as command
+
+    command.run(
+        flights=flights, aircraft=aircraft, maneuver=maneuver or (), free=free or (),
+        channel_map=channel_map, json=json,
+    )  # fmt: skip
+
+
+@app.command()
 def catalog(
     file: Annotated[
         Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
