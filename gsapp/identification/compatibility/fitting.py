@@ -23,7 +23,7 @@ from gsapp.identification.compatibility.whitening import (
     Noise,
     Predictor,
     averaged,
-    gain,
+    both_gains,
     likeliest_noise,
     predictor_for,
     unlikelihood,
@@ -362,15 +362,18 @@ def _linearized(
     if look:
         noise = likeliest_noise(predictor, v, noise)
     S = averaged(sensitivities(stretch, errors, start, found, free), counted, predictor.width)
-    chosen = gain(predictor, noise)
+    white = Noise.white(len(found.channels))
+    chosen, calm = both_gains(predictor, noise, white)
     with np.errstate(all="ignore"):
         left = whitened(predictor, chosen.K, v[:, :, None])[:, :, 0]
     if not np.nanmax(np.abs(left)) < _FASTEST:
         return None
     shift = v - left
     expected = averaged(shown, counted, predictor.width) - left
-    white = Noise.white(len(found.channels))
-    levels = [_levels(predictor, one, gain(predictor, one).covariance) for one in (white, noise)]
+    levels = [
+        _levels(predictor, white, calm.covariance),
+        _levels(predictor, noise, chosen.covariance),
+    ]
     seen, clear = _as_predicted(
         S, expected, shift, found.channels, free, errors, predictor.step, levels, seen
     )

@@ -40,7 +40,7 @@ _SIGN_SEEN = 0.2
 """Bound of a scale: a turned sign is ten times that away."""
 _SCREENED = 4
 """Stretches on which remedies are tried first; those that move most."""
-_SCREENS = ((2, 8), (5, 3))
+_SCREENS = ((1, 6), (4, 2))
 """Steps, and how many remedies remain after them."""
 _ROUNDS = 3
 
@@ -132,12 +132,15 @@ def _one_more(
     left = [one for one in remedies_for(channels) if one.channels not in done]
     for steps, kept in _SCREENS:
         left = sorted(left, key=partial(tried, steps=steps))[:kept]
+    # Where a gyro or an accelerometer is missing, what it would say may look like a wrong sign.
+    strict = 3.0 if any(one.absent for one in current.stretches) else 1.0
     best: Remedied | None = None
     for remedy in left:
         stretches = tuple(remedy.applied(stretch) for stretch in current.stretches)
         found = fit(stretches, settings, free, bounds=False)
-        verdict = _verdict(remedy, current.fit, found)
-        if verdict is None or current.fit.unlikelihood - found.unlikelihood < _GAIN:
+        gain = current.fit.unlikelihood - found.unlikelihood
+        verdict = _verdict(remedy, current.fit, found, fall=strict * _FALL)
+        if verdict is None or gain < strict**3 * _GAIN:
             continue
         if best is None or found.unlikelihood < best.fit.unlikelihood:
             best = Remedied(
@@ -157,7 +160,7 @@ def _most_moving(stretches: Sequence[Stretch]) -> list[int]:
     return sorted(range(len(stretches)), key=lambda place: -moved[place])[:_SCREENED]
 
 
-def _verdict(remedy: Remedy, before: Fit, after: Fit) -> InstrumentVerdict | None:
+def _verdict(remedy: Remedy, before: Fit, after: Fit, *, fall: float) -> InstrumentVerdict | None:
     """Return the verdict; None where no residual falls."""
     seen: dict[str, tuple[float, float]] = {}
     for one in before.stretches:
@@ -172,7 +175,7 @@ def _verdict(remedy: Remedy, before: Fit, after: Fit) -> InstrumentVerdict | Non
     if falls_by.get(nearest, 0.0) > _CLEARLY:
         channel = nearest
     old, new = seen[channel]
-    if not old > _FALL * new:
+    if not old > fall * new:
         return None
     falls = (
         f"the residual of {title(channel)} falls from {quantity(channel, old)} to "

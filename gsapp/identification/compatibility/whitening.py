@@ -208,10 +208,14 @@ def gains(predictor: Predictor, noises: Sequence[Noise]) -> tuple[FloatArray, Fl
     return K, covariance
 
 
-def gain(predictor: Predictor, noise: Noise) -> Gain:
-    """Return the predictor for one noise."""
-    K, covariance = gains(predictor, [noise])
-    return Gain(K=K[0], covariance=covariance[0], weight=np.linalg.inv(covariance[0]))
+def both_gains(predictor: Predictor, noise: Noise, other: Noise) -> tuple[Gain, Gain]:
+    """Return the predictors for two noises."""
+    K, covariance = gains(predictor, [noise, other])
+    one, two = (
+        Gain(K=K[k], covariance=covariance[k], weight=np.linalg.inv(covariance[k]))
+        for k in range(2)
+    )
+    return one, two
 
 
 def whitened(predictor: Predictor, K: FloatArray, columns: FloatArray) -> FloatArray:
@@ -237,7 +241,7 @@ def whitened(predictor: Predictor, K: FloatArray, columns: FloatArray) -> FloatA
     for k, (Phi, H) in enumerate(zip(predictor.Phi, predictor.H, strict=True)):
         e = clean[k] - H @ state
         if not whole:
-            e = np.where(counted[k], e, 0.0)
+            e *= counted[k]
         left[k] = e
         state = Phi @ (state + K @ e)
     if not whole:

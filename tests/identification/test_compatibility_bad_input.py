@@ -1,0 +1,123 @@
+"""Missing, stuck, broken and redundant instruments."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_instruments import with_channels, with_errors, without
+
+from gsapp.identification.compatibility import check
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+
+
+@pytest.fixture(scope="module")
+def good() -> Maneuver:
+    """Return a maneuver on all controls with good instruments."""
+    return with_errors(51, "both", ())[0]
+
+
+def test_flight_b_has_nothing_to_contradict(good: Maneuver) -> None:
+    """Without alpha, beta, airspeed and attitude there is one clear sentence and no number."""
+    bare = without(good, "alpha", "beta", "V", "qbar", "dynamic_pressure")
+    found = check([bare])
+    assert not found.parameters
+    assert found.maneuvers == ()
+    assert "have nothing to contradict" in found.summary
+
+
+def test_missing_gyros_leave_the_rest(good: Maneuver) -> None:
+    """Flights 14 to 18: no p and r. No word about them, and no false alarm."""
+    found = check([without(good, "p", "r")])
+    assert not any(name.startswith(("p.", "r.")) for name in found.parameters)
+    assert any("p and r were not measured" in one for one in found.warnings)
+    assert not [one for one in found.verdicts if one.kind in ("reversed", "exchanged")]
+
+
+def test_a_constant_channel_is_stuck(good: Maneuver) -> None:
+    """A vane that never moves is said to be stuck and left out."""
+    stuck = with_channels(good, alpha=np.full(len(good.block), 0.05))
+    found = check([stuck])
+    assert [one.kind for one in found.verdicts] == ["stuck"]
+    assert "alpha stays constant" in found.summary
+    assert "alpha.bias" not in found.parameters
+
+
+def test_gaps_do_not_count(good: Maneuver) -> None:
+    """Missing samples of a vane leave the result nearly as it was; long gaps of a gyro split."""
+    alpha = good.block["alpha"].copy()
+    alpha[200:260] = np.nan
+    q = good.block["q"].copy()
+    q[500:560] = np.nan
+    whole, gappy = check([good]), check([with_channels(good, alpha=alpha, q=q)])
+    assert len(whole.histories) == 1
+    assert len(gappy.histories) == 2
+    assert gappy.consistent, gappy.summary
+    one, other = whole.parameters["beta.scale"], gappy.parameters["beta.scale"]
+    assert one.value is not None
+    assert other.value is not None
+    assert other.std is not None
+    assert abs(one.value - other.value) < 4.0 * other.std
+
+
+def test_all_nan_and_ten_samples(good: Maneuver) -> None:
+    """Nothing measured, or next to nothing: one sentence each."""
+    block = good.block
+    empty = replace(
+        good,
+        block=Block(
+            channels=block.channels, times=block.times, values=np.full(block.values.shape, np.nan)
+        ),
+    )
+    assert "nothing to contradict" in check([empty]).summary
+    short = replace(good, block=block.between(block.times[0], block.times[10] - 1e-6))
+    assert "10 samples; too few" in check([short]).summary
+
+
+def test_redundant_gyros_and_the_outvoted_one(good: Maneuver) -> None:
+    """Three gyros on q: the one that is off is named; noises come from the three differences."""
+    random = np.random.default_rng(1)
+    q, size = good.block["q"], len(good.block)
+    second = q + 0.2 * DEGREE * random.standard_normal(size)
+    third = q + 3.0 * DEGREE + 0.2 * DEGREE * random.standard_normal(size)
+    found = check([with_channels(good, q__2=second, q__3=third)])
+    (verdict,) = [one for one in found.verdicts if one.kind == "disagreement"]
+    assert verdict.channels == ("q.3",)
+    assert "q.3 is outvoted" in verdict.sentence
+    pairs = {(one.reference, one.other): one for one in found.comparisons}
+    assert pairs["q", "q.2"].agree
+    assert pairs["q", "q.3"].bias == pytest.approx(3.0 * DEGREE, abs=0.2 * DEGREE)
+    assert pairs["q", "q.3"].noise is not None
+    agreeing = check([with_channels(good, q__2=second)])
+    assert agreeing.consistent, agreeing.summary
+
+
+def test_two_that_disagree(good: Maneuver) -> None:
+    """Two vanes, one of them reversed; two elevator halves, one with too much travel."""
+    vane = with_channels(good, alpha__2=-good.block["alpha"])
+    sentences = [one.sentence for one in check([vane]).verdicts]
+    assert any("alpha.2 moves the other way" in one or "alpha.2 is" in one for one in sentences)
+    de = good.block["de"]
+    halves = with_channels(good, elevator_left=de, elevator_right=1.3 * de)
+    verdicts = check([halves]).verdicts
+    assert [one.channels for one in verdicts] == [("elevator_left", "elevator_right")]
+    assert "1.30 times as much" in verdicts[0].sentence
+
+
+def test_airspeed_against_dynamic_pressure(good: Maneuver) -> None:
+    """V that does not belong to its dynamic pressure and density is told."""
+    V, rho = good.block["V"], good.block["density"]
+    wrong = with_channels(good, dynamic_pressure=0.5 * rho * (1.15 * V) ** 2)
+    verdicts = [one for one in check([wrong]).verdicts if one.kind == "disagreement"]
+    assert len(verdicts) == 1
+    assert "airspeed from dynamic pressure" in verdicts[0].sentence
+    right = with_channels(good, dynamic_pressure=0.5 * rho * V**2)
+    assert check([right]).consistent
