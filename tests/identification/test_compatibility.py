@@ -93,7 +93,7 @@ def test_a_bad_vane_is_named() -> None:
 @pytest.mark.parametrize("name", ["alpha", "beta", "p", "q", "r", "ay", "an"])
 def test_a_reversed_axis_is_found(name: str) -> None:
     """Each reversed axis is found, and no other; the sentence tells before and after."""
-    maneuver, _ = with_errors(31, "both", ("ay.bias", "an.bias"), size=0.2, duration=5.0, gyros=0.3)
+    maneuver, _ = with_errors(31, "both", ("ay.bias", "an.bias"), size=0.2, duration=8.0, gyros=0.3)
     found = check([with_signs(maneuver, [name])])
     assert found.remedies == (f"-{name}",)
     assert found.signs[name] == "reversed"

@@ -1,8 +1,8 @@
 """Reversed and exchanged axes: every channel on trial for being another than its name says.
 
 Every remedy (a sign turned, two channels exchanged) is tried on the same data. One is believed
-if the motion then fits far more likely than before and the residual of a channel falls to less
-than two thirds. All signs of lateral channels turned together are a mirror image, which no
+if the motion then fits far more likely than before, also under the same noise, and the residual of
+a channel falls clearly. All signs of lateral channels turned together are a mirror image, which no
 kinematics can tell: the fewest turns are taken.
 """
 
@@ -30,7 +30,7 @@ _TURNED = ("p", "q", "r", "ax", "ay", "an", "alpha", "beta", "phi", "theta")
 _GROUPS = (RATES, ACCELERATIONS, ("alpha", "beta"), ("phi", "theta"))
 _GAIN = 20.0
 """In twice the log-likelihood: far beyond chance and beyond what free errors take up."""
-_FALL = 1.5
+_FALL = 1.2
 _CLEARLY = 2.0
 _NEAREST = {
     "p": "beta", "r": "beta", "ay": "beta", "beta": "beta",
@@ -133,13 +133,23 @@ def _one_more(
     for steps, kept in _SCREENS:
         left = sorted(left, key=partial(tried, steps=steps))[:kept]
     # Where a gyro or an accelerometer is missing, what it would say may look like a wrong sign.
-    strict = 3.0 if any(one.absent for one in current.stretches) else 1.0
+    incomplete = any(one.absent for one in current.stretches)
     best: Remedied | None = None
     for remedy in left:
         stretches = tuple(remedy.applied(stretch) for stretch in current.stretches)
         found = fit(stretches, settings, free, bounds=False)
         gain = current.fit.unlikelihood - found.unlikelihood
-        verdict = _verdict(remedy, current.fit, found, fall=strict * _FALL)
+        if gain < _GAIN or not found.stretches:
+            continue
+        # A fit in gusts may have gone astray: under the same noise, signs as they are get another
+        # chance.
+        noises = [one.noise for one in found.stretches]
+        again = fit(current.stretches, settings, free, noises=noises, bounds=False)
+        gain = min(gain, again.unlikelihood - found.unlikelihood)
+        usual = current.fit if np.isinf(again.unlikelihood) else again
+        # What gusts leave in doubt takes more, too.
+        strict = 3.0 if incomplete or _in_doubt(found) else 1.0
+        verdict = _verdict(remedy, usual, found, fall=strict * _FALL)
         if verdict is None or gain < strict**3 * _GAIN:
             continue
         if best is None or found.unlikelihood < best.fit.unlikelihood:

@@ -18,7 +18,7 @@ from gsapp.identification.compatibility.settings import CompatibilitySettings
 from gsapp.identification.compatibility.wording import listed, quantity, title
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, channel
 from gsapp.quantities.channels import base_id
 from gsapp.quantities.constants import DEGREE
 
@@ -28,6 +28,8 @@ _PAIRS = (
     ("rudder", "dr"),
 )
 _SURFACE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02}
+_STEPS = 10.0
+"""Of what a sensor earns: how far others than those of `TOLERABLE` may be apart."""
 _AIRSPEED = "airspeed from dynamic pressure"
 _MOVING = 10.0
 """Variance of the motion over that of the difference, for slope and delay to mean something."""
@@ -173,7 +175,7 @@ def _limits(name: str, settings: CompatibilitySettings) -> Mapping[str, float]:
     try:
         return {kind: settings.tolerable_size(f"{base}.{kind}") for kind in _SURFACE}
     except KeyError:
-        return _SURFACE
+        return {**_SURFACE, "bias": _STEPS * channel(base).precision}
 
 
 def _slope(a: FloatArray, b: FloatArray) -> float:
