@@ -38,6 +38,9 @@ _NEAREST = {
 }  # fmt: skip
 _SIGN_SEEN = 0.2
 """Bound of a scale: a turned sign is ten times that away."""
+_QUIET = (3.0, 10.0)
+"""Factors on the white noise that filters before the converter account for: of what drives the
+motion, of what shows it."""
 _SCREENED = 4
 """Stretches on which remedies are tried first; those that move most."""
 _SCREENS = ((1, 6), (4, 2))
@@ -102,12 +105,13 @@ def look_for_remedies(
 
 
 def _explained(found: Fit) -> bool:
-    """Return whether nothing but white noise is left: then nothing is to be remedied."""
-    return all(
-        max(one.noise.drive.max(), one.noise.show.max()) < 1.5 for one in found.stretches
-    ) and all(
-        abs(value - 1.0) < 0.5 for name, value in found.errors.items() if name.endswith(".scale")
+    """Return whether hardly more than white noise is left: then nothing is to be remedied."""
+    quiet = all(
+        one.noise.drive.max() < _QUIET[0] and one.noise.show.max() < _QUIET[1]
+        for one in found.stretches
     )
+    scales = [value for name, value in found.errors.items() if name.endswith(".scale")]
+    return quiet and all(abs(value - 1.0) < 0.5 for value in scales)
 
 
 def _in_doubt(found: Fit) -> bool:
