@@ -1,0 +1,1 @@
+"""Where simulation and flight disagree: find the gap, name the effect, add it, show it shrink."""
