@@ -3,40 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.aircraft import Aircraft
-    from gsapp.flight import Flight
-    from gsapp.flight.maneuvers import FoundManeuver
-    from gsapp.identification.maneuver import Maneuver
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FlownFlight:
-    """A flight with its maneuvers.
-
-    Attributes
-    ----------
-    flight : Flight
-    aircraft : Aircraft
-        As that flight flew it.
-    surveyed : tuple of FoundManeuver
-        All of the flight, ids within it.
-    maneuvers : tuple of Maneuver
-        Those to be used; with several flights their ids begin with the flight's number.
-    remarks : tuple of str
-    """
-
-    flight: Flight
-    aircraft: Aircraft
-    surveyed: tuple[FoundManeuver, ...]
-    maneuvers: tuple[Maneuver, ...]
-    remarks: tuple[str, ...]
+    from gsapp.identification.flights import FlownFlight
 
 
 def flown_flights(
@@ -48,74 +21,18 @@ def flown_flights(
     every_grade: bool = False,
     console: Console,
 ) -> tuple[FlownFlight, ...]:
-    """Open flights and cut their maneuvers.
+    """Open flights and cut their maneuvers, telling a console what is being done.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-    aircraft : str or None
-        Name or path; None takes the copy in each flight folder, else ``b777``.
-    channel_map : str, optional
-    given : sequence of str
-        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
-    every_grade : bool
-        Whether maneuvers graded unfit (D) stay in.
-    console : Console
-        For what is being done.
-
-    Raises
-    ------
-    GroundStationError
-        If a flight or file cannot be read, or a window cannot.
+    See `gsapp.identification.flights.flown_flights` for the rest.
     """
-    from gsapp.aircraft import load_aircraft
-    from gsapp.flight import load_flight
-    from gsapp.flight.maneuvers import parse_windows, survey
-    from gsapp.flight.setting import Setting
-    from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
+    from gsapp.identification import flights
 
-    count = len(paths)
-    # A window that names no flight of these is told before anything is read.
-    parse_windows(given, count)
-    flown: list[FlownFlight] = []
-    for number, path in enumerate(paths, start=1):
-        with console.status(f"reading {path.name}"):
-            flight = load_flight(path, channel_map=channel_map, aircraft=aircraft)
-            own = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft("b777")
-        with console.status(f"looking for maneuvers in {path.name}"):
-            surveyed = survey(flight, own, given=given, number=number, flights=count)
-        remarks = [*flight.remarks, *surveyed.remarks]
-        found = surveyed.maneuvers
-        named = any(window.flight == number for window in parse_windows(given, count))
-        # The only one there is stays in: what it cannot give is said by its estimate.
-        if not named and not every_grade and len(found) > 1:
-            unfit = [one for one in found if one.grade == "D"]
-            remarks += [
-                f"maneuver {one.id} is left out: {'; '.join(one.reasons) or 'unfit'}"
-                for one in unfit
-            ]
-            found = tuple(one for one in found if one.grade != "D")
-        prefix = f"{number}:" if count > 1 else ""
-        mass = mass_over_flight(flight, own)
-        flown.append(
-            FlownFlight(
-                flight=flight,
-                aircraft=own,
-                surveyed=surveyed.maneuvers,
-                maneuvers=tuple(
-                    cut_maneuver(
-                        flight,
-                        own,
-                        one.t_start,
-                        one.t_end,
-                        id=prefix + one.id,
-                        inputs=one.inputs,
-                        kind=one.kind,
-                        mass=mass,
-                    )
-                    for one in found
-                ),
-                remarks=tuple(remarks),
-            )
+    with console.status("reading") as status:
+        return flights.flown_flights(
+            paths,
+            aircraft=aircraft,
+            channel_map=channel_map,
+            given=given,
+            every_grade=every_grade,
+            doing=status.update,
         )
-    return tuple(flown)

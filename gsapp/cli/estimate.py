@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.cli._maneuvers import FlownFlight
     from gsapp.identification.campaign import CampaignResult, CampaignValue
+    from gsapp.identification.flights import FlownFlight
     from gsapp.identification.results import Estimate
 
 _FIXED, _EACH = 44, 17

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.cli._maneuvers import FlownFlight
     from gsapp.dynamics.linearization import Mode
+    from gsapp.identification.flights import FlownFlight
     from gsapp.identification.linear_models.comparison import JudgedModel
     from gsapp.identification.linear_models.files import PublishedErrors
     from gsapp.identification.linear_models.signals import LinearAxis
