@@ -65,16 +65,31 @@ def test_both_kinds_of_beta_vane(alpha: float, beta: float) -> None:
     assert beta_from_flank(beta_vane(flow, "fixed"), alpha) == pytest.approx(beta, abs=1e-12)
 
 
+@pytest.mark.parametrize("kind", ["fixed", "swivel"])
 @given(st.floats(15.0, 50.0), small, small, rate, rate, rate)
 @settings(deadline=None, max_examples=50)
 def test_flow_at_the_cg_is_found_again(
-    V: float, alpha: float, beta: float, p: float, q: float, r: float
+    kind: str, V: float, alpha: float, beta: float, p: float, q: float, r: float
 ) -> None:
-    model = OutputModel(FlightModel(B777, Model(name="none")), ("V", "alpha", "beta"))
+    """Of numbers and of arrays, however fast the aircraft turns."""
+    fin = B777.sensors.beta_vane.model_copy(update={"kind": kind, "upwash": 1.1})
+    aircraft = B777.model_copy(
+        update={"sensors": B777.sensors.model_copy(update={"beta_vane": fin})}
+    )
+    model = OutputModel(FlightModel(aircraft, Model(name="none")), ("V", "alpha", "beta"))
     state = (V, alpha, beta, p, q, r, 0.0, 0.0, 0.0)
     shown = model.values(state, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.2, 21.0))
-    found = flow_at_cg(B777, *shown, (p, q, r))
-    assert found == pytest.approx((V, alpha, beta), abs=1e-5)
+    close = 1e-11 if kind == "fixed" else 1e-7
+    assert flow_at_cg(aircraft, *shown, (p, q, r)) == pytest.approx((V, alpha, beta), abs=close)
+    many = flow_at_cg(aircraft, *(np.full(3, one) for one in shown), (p, q, r))
+    assert np.allclose(np.stack(many, axis=1), (V, alpha, beta), rtol=0.0, atol=close)
+
+
+def test_flow_slower_than_the_rates_alone_stays_a_number() -> None:
+    """Standing on the ground while somebody shakes the aircraft."""
+    shown = (0.0, 0.1, 0.0)
+    assert np.isfinite(flow_at_cg(B777, *shown, (1.0, 1.0, 1.0))).all()
+    assert np.isfinite(flow_at_cg(B777, *(np.full(2, x) for x in shown), (1.0, 1.0, 1.0))).all()
 
 
 def test_predicted_accelerations_at_the_cg(aircraft: Aircraft, model: Model) -> None:
