@@ -1,0 +1,279 @@
+"""Blind cases flown: maneuvers, aircraft file and baseline model for the program, truth for us.
+
+    import sys; sys.path.insert(0, "tests/discrepancy")      # the folder that holds blind/
+    from blind.cases import Case, hidden
+    from blind.flying import fly_case
+
+    flown = fly_case(hidden("aero.Cm.alpha2", -2.0, plan=0, seed=1))
+    flown.maneuvers      # sixteen gsapp Maneuvers of flights A and B: what the program gets,
+    flown.aircraft       # with the aircraft file
+    flown.model          # and the baseline Model, or None where the program fits it
+    flown.case           # what is right
+    flown.truth          # true derivatives; flown.effects: true sizes
+    flown.shown["3"]     # by maneuver: channels without noise, at the recorder's times
+    flown.steady["3"]    # what the instruments would have shown in still air (a gust is no gap)
+
+A clean case: ``Case(id="clean", group="nothing", verdicts=("model-adequate",))``; gusts by
+``gust=0.3`` and so on.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
+from blind.engine import CONTROLS, RATE, STEPS_PER_SECOND, Engine, Trim
+from blind.gusts import dryden
+from blind.instruments import AIR_BOX, SURFACES_BOX, Faults, exposed, recorded, with_faults
+from blind.jsbsim_aircraft import AIR, PROPULSION
+from blind.plan import PLAN, SERVO_LAG, Planned, hands, lagged, sampled
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.model import Model, load_model
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import Block, FloatArray
+
+CLOCK_OFFSET = 0.005
+"""Of a box whose clock is off, s."""
+_SURFACE_OF = {"elevator": "de", "aileron": "da", "rudder": "dr"}
+
+
+@functools.lru_cache(maxsize=1)
+def shipped_aircraft() -> Aircraft:
+    """Return the B777's file."""
+    return load_aircraft("b777")
+
+
+@functools.lru_cache(maxsize=32)
+def engine_for(effects: tuple[str, ...]) -> Engine:
+    """Return JSBSim with those effects built in."""
+    return Engine(shipped_aircraft(), effects)
+
+
+def true_derivatives(plan: int) -> dict[str, float]:
+    """Return the linear derivatives of the aircraft that flies a plan: the shipped, varied 10 %."""
+    random = np.random.default_rng([plan, 2])
+    return {
+        name: value * (1.0 + 0.1 * float(random.uniform(-1.0, 1.0)))
+        for name, value in load_model("b777").derivatives.items()
+    }
+
+
+def wrong_values(truth: Mapping[str, float], seed: int) -> dict[str, float]:
+    """Return derivatives each 10 to 20 % wrong."""
+    random = np.random.default_rng([seed, 3])
+    return {
+        name: value * (1.0 + float(random.choice((-1.0, 1.0)) * random.uniform(0.1, 0.2)))
+        for name, value in truth.items()
+    }
+
+
+def aircraft_of(case: Case) -> Aircraft:
+    """Return the aircraft file that the program gets: says where controls are recorded."""
+    aircraft = shipped_aircraft()
+    if not case.recorded:
+        return aircraft
+    ideal = {"lag": 0.0, "delay": 0.0, "slop": 0.0, "rate_limit": 1e9}
+    changed = {
+        channel: getattr(aircraft.controls, channel).model_copy(update={"kind": kind, **ideal})
+        for channel, kind in case.recorded.items()
+    }
+    controls = aircraft.controls.model_copy(update=changed)
+    return aircraft.model_copy(update={"controls": controls})
+
+
+def faults_of(case: Case) -> Faults:
+    """Return the errors of instruments that a case hides."""
+    tables: dict[str, dict[str, float]] = {
+        one: {} for one in ("scale", "bias", "delay", "lag", "flexing")
+    }
+    turned: list[str] = []
+    swapped: list[tuple[str, str]] = []
+    for effect, size in case.effects.items():
+        words = effect.split(".")
+        if effect not in SENSOR and effect not in OUTSIDE_SENSOR:
+            continue
+        if words[-1] == "reversed":
+            turned.append(words[1])
+        elif words[-1] == "swapped":
+            swapped.append((words[1], words[2]))
+        else:
+            tables[words[-1]][words[1]] = size
+    if case.clock == "air":
+        tables["delay"].update(dict.fromkeys(AIR_BOX, CLOCK_OFFSET))
+    if case.clock == "surfaces":
+        tables["delay"].update(dict.fromkeys(SURFACES_BOX, -CLOCK_OFFSET))
+    return Faults(**tables, reversed=tuple(turned), swapped=tuple(swapped))
+
+
+def _play(history: FloatArray, width: float) -> FloatArray:
+    """Return a history after a linkage with free play of that width; it starts in the middle."""
+    out = np.empty_like(history)
+    place, half = float(history[0]), 0.5 * width
+    for index, wanted in enumerate(history.tolist()):
+        if wanted > place + half:
+            place = wanted - half
+        elif wanted < place - half:
+            place = wanted + half
+        out[index] = place
+    return out
+
+
+def _late(history: FloatArray, delay: float) -> FloatArray:
+    steps = np.arange(history.size, dtype=np.float64)
+    return np.interp(steps - delay * STEPS_PER_SECOND, steps, history)
+
+
+def controls_of(
+    case: Case, planned: Planned, trim: Trim
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Return what the controls did at every step, and what was recorded of them at 100 Hz.
+
+    Returns
+    -------
+    controls : ndarray, shape (n_steps, 5)
+    recorded : dict of str to ndarray, shape (n,)
+    """
+    asked = hands(planned, case.plan).levers(trim)
+    controls = np.empty_like(asked)
+    shown = {}
+    for column, name in enumerate(CONTROLS):
+        if name == "throttle":
+            controls[:, column] = lagged(asked[:, column], shipped_aircraft().propulsion.lag)
+            shown[name] = sampled(asked[:, column])
+            continue
+        servo = lagged(lagged(asked[:, column], SERVO_LAG), SERVO_LAG)
+        surface = servo
+        for effect, size in case.effects.items():
+            words = effect.split(".")
+            if words[0] == "control" and _SURFACE_OF[words[1]] == name:
+                does = {"backlash": _play, "lag": lagged, "delay": _late}[words[2]]
+                surface = does(surface, size)
+        controls[:, column] = surface
+        shown[name] = sampled(servo)
+    return controls, shown
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlownCase:
+    """A case, flown: what the program gets, and what is true.
+
+    Attributes
+    ----------
+    case : Case
+    maneuvers : tuple of Maneuver
+    aircraft : Aircraft
+    model : Model or None
+        The baseline, where it is given.
+    truth : dict of str to float
+        Linear derivatives.
+    effects : mapping of str to float
+        Hidden effects and their true sizes.
+    shown : dict of str to dict of str to ndarray
+        By maneuver: what the instruments would have recorded without noise.
+    steady : dict of str to dict of str to ndarray
+        The same controls flown in still air; `shown` itself where the air was still.
+    """
+
+    case: Case
+    maneuvers: tuple[Maneuver, ...]
+    aircraft: Aircraft
+    model: Model | None
+    truth: Mapping[str, float]
+    effects: Mapping[str, float]
+    shown: Mapping[str, Mapping[str, FloatArray]]
+    steady: Mapping[str, Mapping[str, FloatArray]]
+
+
+def truth_of(case: Case) -> dict[str, float]:
+    """Return all linear derivatives of the aircraft that flies a case."""
+    truth = true_derivatives(case.plan)
+    for effect, size in case.effects.items():
+        if effect in MISSING:
+            truth[effect.removeprefix("aero.").replace(".", "_")] = size
+    return truth
+
+
+def baseline_of(case: Case) -> Model | None:
+    """Return the model that the program is given."""
+    if case.baseline == "fitted":
+        return None
+    values = truth_of(case)
+    if case.baseline == "wrong":
+        values = wrong_values(values, case.seed)
+    for effect in case.effects:
+        if effect in MISSING:
+            values[effect.removeprefix("aero.").replace(".", "_")] = 0.0
+    return Model(name="before", source="from earlier flights", derivatives=values)
+
+
+def fly_motion(
+    case: Case, planned: Planned, *, still: bool = False
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Fly one maneuver of a case; return its motion and its recorded controls, 100 Hz."""
+    built = tuple(name for name in case.effects if name in AIR or name in PROPULSION)
+    engine = engine_for(built)
+    engine.set(truth_of(case), {name: case.effects[name] for name in built})
+    condition = planned.condition(engine.aircraft)
+    trim = engine.trim(condition)
+    controls, shown = controls_of(case, planned, trim)
+    gusts = None
+    if case.gust and not still:
+        gusts = dryden(
+            case.gust, condition.V, len(controls), (case.plan, case.seed, int(planned.id), 4)
+        )
+    return engine.fly(condition.mass, trim.state, controls, gusts), shown
+
+
+def fly_case(case: Case) -> FlownCase:
+    """Fly all maneuvers of a case and record them."""
+    aircraft, faults = aircraft_of(case), faults_of(case)
+    every = RATE // case.rate
+    maneuvers, shown, steady = [], {}, {}
+    for planned in PLAN:
+        motion, moved = fly_motion(case, planned)
+        seen = with_faults(exposed(aircraft, {**motion, **moved}), faults)
+        random = np.random.default_rng([case.plan, case.seed, int(planned.id), 5])
+        taken = recorded(
+            seen,
+            random,
+            noise=case.noise,
+            colored=case.colored,
+            rate=case.rate,
+            attitude=case.attitude,
+        )
+        clean = recorded(seen, random, noise=0.0, rate=case.rate)
+        start = 40.0 + 25.0 * ((int(planned.id) - 1) % 8)
+        maneuvers.append(
+            Maneuver(
+                id=planned.id,
+                flight=planned.flight,
+                aircraft=aircraft,
+                block=Block(
+                    channels=tuple(taken),
+                    times=start + motion["time"][::every],
+                    values=np.column_stack([*taken.values()]),
+                ),
+                inputs=planned.inputs,
+                mass=planned.condition(aircraft).mass,
+                kind=planned.kind,
+            )
+        )
+        shown[planned.id] = steady[planned.id] = clean
+        if case.gust:
+            calm, moved = fly_motion(case, planned, still=True)
+            seen = with_faults(exposed(aircraft, {**calm, **moved}), faults)
+            steady[planned.id] = recorded(seen, random, noise=0.0, rate=case.rate)
+    return FlownCase(
+        case=case,
+        maneuvers=tuple(maneuvers),
+        aircraft=aircraft,
+        model=baseline_of(case),
+        truth=truth_of(case),
+        effects={name: size for name, size in case.effects.items() if size != neutral(name)},
+        shown=shown,
+        steady=steady,
+    )
