@@ -7,7 +7,7 @@ control path and of the instruments are in `gsapp.dynamics.signals`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from gsapp.aircraft import Aircraft
@@ -25,6 +25,15 @@ from gsapp.dynamics.terms import (
 )
 
 _REFERENCE_SPEED = 28.956  # 95 ft/s, the middle of the flight-test speeds
+_V_REF = Parameter(
+    name="V_ref",
+    unit="m/s",
+    default=_REFERENCE_SPEED,
+    bounds=(1.0, 300.0),
+    neutral=_REFERENCE_SPEED,
+    description="speed at which the term is zero",
+    free=False,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,14 +57,21 @@ class SpeedTerm(Term):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MemoryTerm(Term):
-    """Coefficient that follows a variable with one lag: parameter * (x - lagged x).
+    """Target that follows a variable with one lag: scale * parameter * (x - lagged x).
 
-    For slow changes it equals parameter * tau * x'.
+    For slow changes it equals scale * parameter * tau * x'.
+
+    Attributes
+    ----------
+    scale : float
+        A fixed factor.
     """
+
+    scale: float = 1.0
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return the part that has not settled yet."""
-        return parameters[0] * (reads[0] - states[0])
+        return self.scale * parameters[0] * (reads[0] - states[0])
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         """Return (x - state)/tau."""
@@ -68,12 +84,13 @@ class MemoryTerm(Term):
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         """Return the partial derivatives."""
-        size, tau = parameters
+        tau = parameters[1]
+        size = self.scale * parameters[0]
         difference = reads[0] - states[0]
         return TermJacobian(
             reads=(size,),
             states=(-size,),
-            parameters=(difference, 0.0),
+            parameters=(self.scale * difference, 0.0),
             rate_reads=((1.0 / tau,),),
             rate_states=((-1.0 / tau,),),
             rate_parameters=((0.0, -difference / (tau * tau)),),
@@ -131,6 +148,60 @@ class StallTerm(Term):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FallOffTerm(Term):
+    """Effectiveness of a surface that falls off beyond a deflection, alike to both sides.
+
+    Exactly zero up to `onset`; with e = |x| - onset beyond it, slope * e^2/(e + width) * sign(x).
+    """
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the change of the coefficient."""
+        del states
+        excess, sign = _beyond(reads[0], parameters[1])
+        return parameters[0] * sign * excess * excess / (excess + parameters[2])
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        slope, width = parameters[0], parameters[2]
+        excess, sign = _beyond(reads[0], parameters[1])
+        shape = excess * excess / (excess + width)
+        by_excess = slope * excess * (excess + 2.0 * width) / (excess + width) ** 2
+        return TermJacobian(
+            reads=(by_excess,),
+            parameters=(sign * shape, -sign * by_excess, -slope * sign * shape / (excess + width)),
+        )
+
+
+def _beyond(x: Value, onset: Value) -> tuple[Value, Value]:
+    """Return how far |x| lies beyond the onset, zero before it, and the sign of x."""
+    over = choose(x > onset, x - onset, 0.0)
+    under = choose(x < -onset, -onset - x, 0.0)
+    return over + under, choose(x < 0.0, -1.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThrustFadeTerm(Term):
+    """Thrust that changes otherwise with speed: parameter * T * (V/V_ref - 1)."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the change from the reference speed."""
+        del states
+        return parameters[0] * reads[0] * (reads[1] / parameters[1] - 1.0)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        thrust, V = reads
+        fade, reference = parameters
+        ratio = V / reference
+        return TermJacobian(
+            reads=(fade * (ratio - 1.0), fade * thrust / reference),
+            parameters=(thrust * (ratio - 1.0), -fade * thrust * ratio / reference),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class OffsetTerm(Term):
     """A constant added to the target: a value of the aircraft file that is wrong."""
 
@@ -163,14 +234,20 @@ _WORDS = {
 
 
 def _monomial(
-    target: str, kind: str, factors: Sequence[tuple[str, int]], default: float, title: str
+    target: str,
+    kind: str,
+    factors: Sequence[tuple[str, int]],
+    default: float,
+    title: str,
+    *,
+    group: str = "aero",
 ) -> None:
     name = f"{target}_{kind}"
     product = " ".join(
         variable if power == 1 else f"{variable}^{power}" for variable, power in factors
     )
     term = Monomial(
-        id=f"aero.{target}.{kind}",
+        id=f"{group}.{target}.{kind}",
         title=title,
         equation=f"{target} += {name} {product}",
         target=target,
@@ -192,6 +269,18 @@ def _monomial(
 def _title(target: str) -> str:
     words = COEFFICIENT_TITLES[target]
     return words[0].upper() + words[1:]
+
+
+_LINEAR_SIZES = {
+    "CN": {"alpha": 0.5, "q": 3.0, "de": 0.1},
+    "CA": {"alpha": 0.1, "q": 0.5, "de": 0.05},
+    "Cm": {"alpha": -0.1, "q": -5.0, "de": -0.2},
+    "CY": {"beta": -0.1, "p": 0.1, "r": 0.2, "da": 0.05, "dr": 0.05},
+    "Cl": {"beta": -0.05, "p": -0.2, "r": 0.1, "da": 0.05, "dr": 0.02},
+    "Cn": {"beta": 0.03, "p": -0.06, "r": -0.1, "da": 0.01, "dr": -0.02},
+}
+_CROSS_SIZES = {"alpha": 0.05, "beta": 0.05, "p": 0.3, "q": 1.0, "r": 0.3}
+_CROSS_SURFACE = 0.03
 
 
 def _register_polynomials() -> None:
@@ -217,7 +306,7 @@ def _register_polynomials() -> None:
         -8.0,
         "Downwash reaches the tail late: damping by the rate of angle of attack",
     )
-    for target, size in (("Cl", -1.5), ("Cn", 0.8)):
+    for target, size in (("Cl", -1.5), ("Cn", 0.8), ("CY", -1.0)):
         _monomial(
             target,
             "alpha_beta",
@@ -225,7 +314,7 @@ def _register_polynomials() -> None:
             size,
             f"{_title(target)} from sideslip changes with angle of attack",
         )
-    for target, size in (("Cl", 2.0), ("Cn", 1.5)):
+    for target, size in (("Cl", 2.0), ("Cn", 1.5), ("CY", -3.0)):
         _monomial(
             target,
             "beta3",
@@ -234,49 +323,150 @@ def _register_polynomials() -> None:
             f"{_title(target)} stiffens or softens at large sideslip",
         )
     _monomial("Cm", "beta2", [("beta", 2)], -0.6, "Sideslip pitches the nose")
+    _monomial("CN", "beta2", [("beta", 2)], -1.0, "Sideslip to either side costs lift")
+    _monomial("CA", "beta2", [("beta", 2)], 0.5, "Sideslip to either side brakes")
+
+
+def _register_surfaces() -> None:
     for target, surface, size in (
         ("Cm", "de", 2.5),
+        ("CN", "de", -1.0),
         ("Cl", "da", -0.9),
+        ("Cn", "da", -0.1),
         ("Cn", "dr", 0.15),
+        ("Cl", "dr", -0.05),
+        ("CY", "dr", -0.3),
     ):
-        word = _WORDS[surface]
         _monomial(
             target,
             f"{surface}3",
             [(surface, 3)],
             size,
-            f"{word.capitalize()} loses effect at large deflection",
+            f"{_loses(target, surface)} at large deflection",
         )
+    for target, surface, size in (
+        ("Cm", "de", 2.5),
+        ("CN", "de", -1.0),
+        ("CA", "de", 0.4),
+        ("Cl", "da", -0.9),
+        ("Cn", "da", -0.2),
+        ("CY", "da", 0.3),
+        ("Cn", "dr", 0.15),
+        ("Cl", "dr", -0.1),
+        ("CY", "dr", -0.4),
+    ):
+        word = _WORDS[surface].capitalize()
+        main = _MAIN_SURFACE.get(target) == surface
+        own = "" if main else f" on the {COEFFICIENT_TITLES[target]}"
         _monomial(
             target,
             f"alpha_{surface}",
             [("alpha", 1), (surface, 1)],
             size,
-            f"{word.capitalize()} effect changes with angle of attack",
+            f"{word} effect{own} changes with angle of attack",
         )
-    for target, rate, size in (("Cm", "q_hat", 60.0), ("Cl", "p_hat", 3.0), ("Cn", "r_hat", -1.0)):
+    _monomial("CA", "de2", [("de", 2)], 0.3, "Elevator brakes to either side")
+    for target, surface, size in (("Cm", "de", 0.9), ("Cl", "da", -0.32), ("Cn", "dr", 0.055)):
+        _fall_off(target, surface, size)
+
+
+_MAIN_SURFACE = {"Cm": "de", "Cl": "da", "Cn": "dr"}
+
+
+def _loses(target: str, surface: str) -> str:
+    word = _WORDS[surface].capitalize()
+    if _MAIN_SURFACE.get(target) == surface:
+        return f"{word} loses effect"
+    return f"{word} loses {COEFFICIENT_TITLES[target]}"
+
+
+def _register_damping() -> None:
+    for target, rate, size in (
+        ("Cm", "q_hat", 60.0),
+        ("CN", "q_hat", 20.0),
+        ("Cl", "p_hat", 3.0),
+        ("Cn", "p_hat", -1.0),
+        ("CY", "p_hat", 1.0),
+        ("Cl", "r_hat", 1.5),
+        ("Cn", "r_hat", -1.0),
+        ("CY", "r_hat", 1.0),
+    ):
+        word = _WORDS[rate].capitalize()
+        damping = (target, rate) in {("Cm", "q_hat"), ("Cl", "p_hat"), ("Cn", "r_hat")}
         _monomial(
             target,
             f"alpha_{rate[0]}",
             [("alpha", 1), (rate, 1)],
             size,
-            f"{_WORDS[rate].capitalize()} damping changes with angle of attack",
+            f"{word.removesuffix(' rate')} damping changes with angle of attack"
+            if damping
+            else f"{_title(target)} from {_WORDS[rate]} changes with angle of attack",
         )
-    _monomial("Cl", "alpha", [("alpha", 1)], 0.05, "Left and right wing differ: roll with alpha")
 
 
 def _register_linear() -> None:
-    """Enter every single linear derivative, and the usual cross terms, as effects."""
+    """Enter every single linear derivative, and those that couple the two planes, as effects."""
     for target in COEFFICIENTS:
-        own = reads_of(target)
-        for suffix, variable in own.items():
+        for suffix, variable in reads_of(target).items():
             _monomial(
                 target,
                 suffix,
                 [(variable, 1)],
-                0.1,
+                _LINEAR_SIZES[target][suffix],
                 f"{_title(target)} from {_WORDS[variable]} is missing",
             )
+        foreign = reads_of("CY" if target in ("CN", "CA", "Cm") else "CN")
+        for suffix, variable in foreign.items():
+            title = f"{_title(target)} from {_WORDS[variable]}: left and right differ"
+            if (target, suffix) == ("Cl", "alpha"):
+                title = "Left and right wing differ: roll with alpha"
+            _monomial(
+                target,
+                suffix,
+                [(variable, 1)],
+                _CROSS_SIZES.get(suffix, _CROSS_SURFACE),
+                title,
+            )
+
+
+def _fall_off(target: str, surface: str, default: float) -> None:
+    word = _WORDS[surface]
+    term = FallOffTerm(
+        id=f"aero.{target}.{surface}_falloff",
+        title=f"{word.capitalize()} loses effect beyond a certain deflection",
+        equation=(
+            f"{target} += slope e^2/(e + width) sign({surface}), e = |{surface}| beyond onset"
+        ),
+        target=target,
+        reads=(surface,),
+        parameters=(
+            Parameter(
+                name="slope",
+                unit="",
+                default=default,
+                bounds=(-20.0, 20.0),
+                description="final change of the effectiveness, per radian",
+            ),
+            Parameter(
+                name="onset",
+                unit="rad",
+                default=0.15,
+                bounds=(0.0, 1.0),
+                neutral=0.15,
+                description="deflection at which the loss begins",
+            ),
+            Parameter(
+                name="width",
+                unit="rad",
+                default=0.05,
+                bounds=(1e-3, 1.0),
+                neutral=0.05,
+                description="deflection beyond the onset at which half of the slope is reached",
+                free=False,
+            ),
+        ),
+    )
+    register(term.id, lambda _: term)
 
 
 def _speed(target: str, coefficient_title: str, default: float) -> None:
@@ -295,15 +485,7 @@ def _speed(target: str, coefficient_title: str, default: float) -> None:
                 bounds=(-5.0, 5.0),
                 description="change of the coefficient when the speed doubles",
             ),
-            Parameter(
-                name="V_ref",
-                unit="m/s",
-                default=_REFERENCE_SPEED,
-                bounds=(1.0, 300.0),
-                neutral=_REFERENCE_SPEED,
-                description="speed at which the term is zero",
-                free=False,
-            ),
+            _V_REF,
         ),
     )
     register(term.id, lambda _: term)
@@ -422,7 +604,7 @@ def _asymmetric_thrust(aircraft: Aircraft) -> Term:
     return Monomial(
         id="propulsion.Cn.asymmetry",
         title="Engines differ: throttle turns the nose",
-        equation=f"N += imbalance {arm:.3f} m T, so Cn += imbalance y T/(qbar S b)",
+        equation="N += imbalance y T, so Cn += imbalance y T/(qbar S b)",
         target="N",
         reads=("thrust",),
         powers=(1,),
@@ -439,48 +621,215 @@ def _asymmetric_thrust(aircraft: Aircraft) -> Term:
     )
 
 
-def _thrust_scale(_: Aircraft) -> Term:
-    return Monomial(
-        id="propulsion.thrust.scale",
-        title="Engines give less (or more) thrust than the aircraft file says",
-        equation="X += error T",
-        target="X",
-        reads=("thrust",),
-        powers=(1,),
-        parameters=(
-            Parameter(
-                name="error",
-                unit="",
-                default=-0.15,
-                bounds=(-1.0, 1.0),
-                description="share of the thrust by which it differs",
-            ),
-        ),
-    )
-
-
-def _offset(term_id: str, target: str, unit: str, default: float, bound: float, title: str) -> None:
-    name = target.rpartition(".")[2] if target.startswith("cg") else "error"
-    term = OffsetTerm(
+def _thrust_product(
+    term_id: str,
+    title: str,
+    equation: str,
+    target: str,
+    parameter: Parameter,
+    scale: float = 1.0,
+) -> None:
+    """Enter an effect that is one parameter times the thrust."""
+    term = Monomial(
         id=term_id,
         title=title,
-        equation=f"{target} = aircraft file's + {name}",
+        equation=equation,
         target=target,
-        reads=(),
-        parameters=(
-            Parameter(
-                name=name,
-                unit=unit,
-                default=default,
-                bounds=(-bound, bound),
-                description="difference from the aircraft file",
-            ),
-        ),
+        reads=("thrust",),
+        powers=(1,),
+        scale=scale,
+        parameters=(parameter,),
     )
     register(term.id, lambda _: term)
 
 
+def _register_thrust() -> None:
+    _thrust_product(
+        "propulsion.thrust.scale",
+        "Engines give less (or more) thrust than the aircraft file says",
+        "X += error T",
+        "X",
+        Parameter(
+            name="error",
+            unit="",
+            default=-0.15,
+            bounds=(-1.0, 1.0),
+            description="share of the thrust by which it differs",
+        ),
+    )
+    _thrust_product(
+        "propulsion.CZ.throttle",
+        "Thrust line points up: throttle lifts",
+        "Z += -tilt T, so CZ += -tilt T/(qbar S)",
+        "Z",
+        Parameter(
+            name="tilt",
+            unit="rad",
+            default=0.06,
+            bounds=(-0.5, 0.5),
+            description="angle of the thrust line, nose up positive",
+        ),
+        scale=-1.0,
+    )
+    _thrust_product(
+        "propulsion.Cl.throttle",
+        "Throttle rolls the aircraft (torque of the engines)",
+        "L += arm T, so Cl += arm T/(qbar S b)",
+        "L",
+        Parameter(
+            name="arm",
+            unit="m",
+            default=0.01,
+            bounds=(-0.5, 0.5),
+            description="rolling moment over thrust",
+        ),
+    )
+    _monomial(
+        "Cm",
+        "slipstream",
+        [("throttle", 1)],
+        0.02,
+        "Throttle changes the flow over the tail: pitches alike at every speed",
+        group="propulsion",
+    )
+    fade = ThrustFadeTerm(
+        id="propulsion.thrust.speed",
+        title="Thrust falls with speed otherwise than the aircraft file says",
+        equation="X += fade T (V/V_ref - 1)",
+        target="X",
+        reads=("thrust", "V"),
+        parameters=(
+            Parameter(
+                name="fade",
+                unit="",
+                default=-0.3,
+                bounds=(-3.0, 3.0),
+                description="share of the thrust that is lost more when the speed doubles",
+            ),
+            _V_REF,
+        ),
+    )
+    register(fade.id, lambda _: fade)
+    late = MemoryTerm(
+        id="propulsion.thrust.lag",
+        title="Engines follow the throttle later than the aircraft file says",
+        equation="X += share (x - T), x' = (T - x)/tau",
+        target="X",
+        reads=("thrust",),
+        states=("x",),
+        scale=-1.0,
+        parameters=(
+            Parameter(
+                name="share",
+                unit="",
+                default=1.0,
+                bounds=(-1.0, 2.0),
+                description="share of the thrust that comes late",
+            ),
+            Parameter(
+                name="tau",
+                unit="s",
+                default=0.4,
+                bounds=(0.02, 5.0),
+                neutral=0.4,
+                description="time constant beyond the aircraft file's",
+            ),
+        ),
+    )
+    register(late.id, lambda _: late)
+
+
+def _offset(
+    term_id: str, target: str, unit: str, size: Callable[[Aircraft], float], title: str
+) -> None:
+    """Enter a value of the aircraft file in error, by `size` where nothing else is said."""
+    name = target.rpartition(".")[2] if target.startswith("cg") else "error"
+
+    def make(aircraft: Aircraft) -> Term:
+        default = size(aircraft)
+        bound = 20.0 * abs(default)
+        return OffsetTerm(
+            id=term_id,
+            title=title,
+            equation=f"{target} = aircraft file's + {name}",
+            target=target,
+            reads=(),
+            parameters=(
+                Parameter(
+                    name=name,
+                    unit=unit,
+                    default=default,
+                    bounds=(-bound, bound),
+                    description="difference from the aircraft file",
+                ),
+            ),
+        )
+
+    register(term_id, make)
+
+
+def _register_mass() -> None:
+    _offset(
+        "mass.cg.x",
+        "cg.x",
+        "m",
+        lambda aircraft: 0.05 * aircraft.geometry.chord,
+        "Center of gravity lies further forward or aft",
+    )
+    _offset(
+        "mass.cg.y",
+        "cg.y",
+        "m",
+        lambda aircraft: 0.005 * aircraft.geometry.span,
+        "Center of gravity lies to one side",
+    )
+    _offset(
+        "mass.cg.z",
+        "cg.z",
+        "m",
+        lambda aircraft: 0.05 * aircraft.geometry.chord,
+        "Center of gravity lies higher or lower",
+    )
+    _offset(
+        "mass.mass.error",
+        "mass",
+        "kg",
+        lambda aircraft: -0.05 * aircraft.mass.mass,
+        "Mass differs from the aircraft file",
+    )
+    _offset(
+        "mass.inertia.ixx",
+        "ixx",
+        "kg*m^2",
+        lambda aircraft: 0.1 * aircraft.mass.ixx,
+        "Roll inertia differs",
+    )
+    _offset(
+        "mass.inertia.iyy",
+        "iyy",
+        "kg*m^2",
+        lambda aircraft: 0.1 * aircraft.mass.iyy,
+        "Pitch inertia differs",
+    )
+    _offset(
+        "mass.inertia.izz",
+        "izz",
+        "kg*m^2",
+        lambda aircraft: 0.1 * aircraft.mass.izz,
+        "Yaw inertia differs",
+    )
+    _offset(
+        "mass.inertia.ixz",
+        "ixz",
+        "kg*m^2",
+        lambda aircraft: 0.1 * aircraft.mass.ixx,
+        "Roll and yaw are coupled by the mass",
+    )
+
+
 _register_polynomials()
+_register_surfaces()
+_register_damping()
 _register_linear()
 _speed("CX", "Axial force", 0.03)
 _speed("CZ", "Lift", -0.15)
@@ -492,10 +841,5 @@ register("aero.CA.stall", _stall("CA", 1.6, even=True, words="the drag rises"))
 register("aero.Cm.stall", _stall("Cm", -0.6, even=False, words="the nose drops"))
 register("propulsion.Cm.throttle", _throttle_pitch)
 register("propulsion.Cn.asymmetry", _asymmetric_thrust)
-register("propulsion.thrust.scale", _thrust_scale)
-_offset("mass.cg.x", "cg.x", "m", 0.02, 0.5, "Center of gravity lies further forward or aft")
-_offset("mass.mass.error", "mass", "kg", -1.0, 20.0, "Mass differs from the aircraft file")
-_offset("mass.inertia.ixx", "ixx", "kg*m^2", 0.7, 20.0, "Roll inertia differs")
-_offset("mass.inertia.iyy", "iyy", "kg*m^2", 0.8, 20.0, "Pitch inertia differs")
-_offset("mass.inertia.izz", "izz", "kg*m^2", 0.9, 20.0, "Yaw inertia differs")
-_offset("mass.inertia.ixz", "ixz", "kg*m^2", 0.6, 20.0, "Roll and yaw are coupled by the mass")
+_register_thrust()
+_register_mass()

@@ -1,0 +1,131 @@
+"""Which effects can compete for an aircraft and the channels that its flights recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.catalog.listing import catalog, record
+from gsapp.discrepancy.catalog.records import EffectRecord
+from gsapp.dynamics.signals import SURFACES
+from gsapp.dynamics.terms import make_term
+
+# A channel that stands in for one that is needed.
+_STAND_INS: dict[str, tuple[str, ...]] = {
+    "throttle": ("thrust",),
+    "V": ("qbar", "dynamic_pressure"),
+    "qbar": ("V", "dynamic_pressure"),
+    "de": ("elevator_left", "elevator_right"),
+    "da": ("aileron_left", "aileron_right"),
+    "dr": ("rudder",),
+}
+_INPUTS = ("de", "da", "dr", "flap", "throttle")
+_WORDS = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+_ALLOWED: dict[str, tuple[str, ...]] = {
+    "position": (),
+    "servo": ("backlash", "saturation"),
+    "command": ("backlash", "saturation", "lag", "rate", "delay"),
+}
+
+
+def competitors(
+    aircraft: Aircraft,
+    channels: Collection[str],
+    *,
+    moving: Collection[str] | None = None,
+    variants: bool = False,
+) -> tuple[EffectRecord, ...]:
+    """Return the effects that can compete; `left_out` says why the others cannot.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Where its controls are measured decides on the effects of the control path.
+    channels : collection of str
+        Channels recorded.
+    moving : collection of str, optional
+        Of surfaces, flap and throttle, those that move in these flights; by default all recorded.
+    variants : bool
+        Whether finer shapes of one physics (`EffectRecord.variant_of`) compete too. Beside the
+        plain shape they would only split its evidence.
+
+    Returns
+    -------
+    tuple of EffectRecord
+        Of class A and B, in the order of the catalog. Derivatives of the linear build-up are
+        among them; the caller leaves out those that its baseline has free.
+    """
+    reasons = left_out(aircraft, channels, moving=moving, variants=variants)
+    return tuple(one for one in catalog() if one.id not in reasons)
+
+
+def left_out(
+    aircraft: Aircraft,
+    channels: Collection[str],
+    *,
+    moving: Collection[str] | None = None,
+    variants: bool = False,
+) -> dict[str, str]:
+    """Return, by id, why an effect cannot compete; arguments as in `competitors`."""
+    found = {}
+    for one in catalog():
+        why = _why_not(one, aircraft, channels, moving)
+        if not why and one.variant_of and not variants:
+            why = f"a finer shape of {one.variant_of}, tried once that is found"
+        if why:
+            found[one.id] = why
+    return found
+
+
+def plausible(effect_id: str, aircraft: Aircraft) -> dict[str, float]:
+    """Return the plausible size of every parameter of an effect, by name, for an aircraft.
+
+    Raises
+    ------
+    UnknownNameError
+        If the catalog has no such effect.
+    """
+    one = record(effect_id)
+    if one.disturbance:
+        return {item.name: item.default for item in one.parameters}
+    return make_term(effect_id, aircraft).defaults
+
+
+def _why_not(
+    one: EffectRecord,
+    aircraft: Aircraft,
+    channels: Collection[str],
+    moving: Collection[str] | None,
+) -> str:
+    if one.disturbance:
+        return "a disturbance of the flight, never an effect of the aircraft"
+    if one.effect_class == "C":
+        return f"no flight can show it: {one.remedy}"
+    for channel in one.needs:
+        stand_ins = (channel, *_STAND_INS.get(channel, ()))
+        if not any(name in channels for name in stand_ins):
+            return f"needs {channel}, which is not recorded"
+        if (
+            moving is not None
+            and channel in _INPUTS
+            and not any(name in moving for name in stand_ins)
+        ):
+            return f"needs {channel} to move, which it does not in these flights"
+    return _path_reason(one, aircraft)
+
+
+def _path_reason(one: EffectRecord, aircraft: Aircraft) -> str:
+    """Return why the way a control is measured leaves no room for an effect."""
+    group, name, kind = one.id.split(".")
+    if group == "control":
+        channel = SURFACES[name]
+        measured = getattr(aircraft.controls, channel).kind
+        if kind in _ALLOWED[measured]:
+            return ""
+        if measured == "position":
+            return f"{channel} is measured on the surface, behind servo and linkage"
+        return f"{channel} is measured at the servo, which {kind} comes before"
+    commanded = name in SURFACES.values() and getattr(aircraft.controls, name).kind == "command"
+    if group == "sensor" and commanded:
+        return f"{name} is a command, not a measured position"
+    return ""

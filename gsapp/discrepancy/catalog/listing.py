@@ -1,0 +1,120 @@
+"""The catalog put together: every registered effect with its lore, and the disturbances."""
+
+from __future__ import annotations
+
+import difflib
+from functools import cache
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.discrepancy.catalog.aerodynamics import aerodynamic_lore
+from gsapp.discrepancy.catalog.instruments import instrument_lore
+from gsapp.discrepancy.catalog.machinery import control_lore, mass_lore, propulsion_lore
+from gsapp.discrepancy.catalog.records import EffectRecord, Entry, Lore
+from gsapp.dynamics import effects, signals
+from gsapp.dynamics.terms import Parameter, effect_ids, make_term
+from gsapp.foundation import UnknownNameError
+
+# Importing these two enters their effects in the registry.
+_REGISTERED = (effects, signals)
+
+_ENTRIES: dict[str, Entry] = {
+    "aero": "coefficient",
+    "propulsion": "propulsion",
+    "control": "control path",
+    "sensor": "instrument",
+    "mass": "mass",
+}
+
+TURBULENCE = EffectRecord(
+    id="atmosphere.turbulence",
+    title="Gusts and turbulence",
+    equation="u, v, w of the air add to the flow; Dryden spectra of rms gust",
+    entry="atmosphere",
+    target="",
+    parameters=(
+        Parameter(
+            name="gust",
+            unit="m/s",
+            default=0.3,
+            bounds=(0.0, 10.0),
+            description="standard deviation of each component",
+        ),
+    ),
+    mistaken_for=("aero.CN.memory", "aero.Cm.alphadot", "sensor.alpha.lag"),
+    separated_by="the same maneuver repeated: what gusts do does not repeat; fly at dawn",
+    effect_class="A",
+    remedy="",
+    needs=(),
+    source="MIL-F-8785C, Dryden form; a disturbance of the flight, no lack of the model",
+    disturbance=True,
+)
+"""Always a disturbance, never an effect to name."""
+
+
+@cache
+def catalog() -> tuple[EffectRecord, ...]:
+    """Return all records: registered effects in the order of their ids, then disturbances.
+
+    Parameters are those of the shipped aircraft; `gsapp.discrepancy.catalog.plausible` gives the
+    sizes of another one.
+    """
+    aircraft = load_aircraft("b777")
+    lore = _lore()
+    records = [_record(effect_id, lore[effect_id], aircraft) for effect_id in effect_ids()]
+    return (*records, TURBULENCE)
+
+
+def record(effect_id: str) -> EffectRecord:
+    """Return the record of one effect.
+
+    Raises
+    ------
+    UnknownNameError
+        If the catalog has no such effect; the nearest are named.
+    """
+    table = _table()
+    if effect_id not in table:
+        near = difflib.get_close_matches(effect_id, table, n=3)
+        hint = (
+            f"did you mean {' or '.join(near)}?"
+            if near
+            else "gsapp discrepancy --catalog lists all"
+        )
+        raise UnknownNameError(f"the catalog has no effect '{effect_id}'; {hint}")
+    return table[effect_id]
+
+
+@cache
+def _table() -> dict[str, EffectRecord]:
+    return {one.id: one for one in catalog()}
+
+
+def _lore() -> dict[str, Lore]:
+    return {
+        **aerodynamic_lore(),
+        **propulsion_lore(),
+        **control_lore(),
+        **instrument_lore(),
+        **mass_lore(),
+    }
+
+
+def _record(effect_id: str, lore: Lore, aircraft: Aircraft) -> EffectRecord:
+    term = make_term(effect_id, aircraft)
+    return EffectRecord(
+        id=effect_id,
+        title=term.title,
+        equation=term.equation,
+        entry=_ENTRIES[effect_id.partition(".")[0]],
+        target=term.target,
+        parameters=term.parameters,
+        mistaken_for=lore.mistaken_for,
+        separated_by=lore.separated_by,
+        effect_class=lore.effect_class,
+        remedy=lore.remedy,
+        needs=lore.needs,
+        source=lore.source,
+        derivative=lore.derivative,
+        variant_of=lore.variant_of,
+        decoy=lore.decoy,
+    )
