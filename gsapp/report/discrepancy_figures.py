@@ -1,0 +1,433 @@
+"""Pictures of a search for a missing effect: where, what, and how far the gap has shrunk.
+
+Each function returns a `Picture`, drawn when the report is written. Measured is solid, computed is
+dashed, what was before is gray (ui and paper alike).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.figure import FigureBase
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from gsapp.discrepancy.results import Discrepancy, Gap, ManeuverView, Step
+from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.report.discrepancy_words import coefficient_words
+from gsapp.report.document import TALLEST, WIDTH, Picture, margins
+from gsapp.report.strip_figure import FAINT, INK, TRACE
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+_BEFORE, _AFTER, _BAND = "#7d8590", "#d55e00", "#dfe3e8"
+_POINTS = 1200
+"""Of a trace on paper: more cannot be told apart."""
+_REGIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
+_BINS, _LEAST = 12, 10
+"""Bins of a condition, and the fewest samples that make a median worth drawing."""
+
+
+def map_picture(found: Discrepancy) -> Picture:
+    """Return the map maneuver x coefficient in units of the noise floor, before and after."""
+    steps = [found.steps[0]] if len(found.steps) == 1 else [found.steps[0], found.steps[-1]]
+    rows = len(found.maneuvers)
+    height = min(TALLEST, 0.75 + 0.26 * max(rows, 2))
+    most = max(4.0, *(float(np.nanmax(step.map, initial=1.0)) for step in steps))
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(1, 2, sharey=True)
+        margins(container, left=1.15, right=0.75, top=0.62, bottom=0.08, wspace=0.08)
+        for chart in charts[len(steps) :]:
+            chart.set_visible(False)
+        for chart, step in zip(charts, steps, strict=False):
+            image = _draw_map(chart, found, step, most)
+            chart.set_title(
+                "before" if step is steps[0] else "after", loc="left", color=INK, pad=16
+            )
+        charts[0].set_yticks(range(rows), [_row_label(one) for one in found.maneuvers])
+        last = charts[len(steps) - 1]
+        bar = container.colorbar(image, ax=list(charts[: len(steps)]), cax=_beside(last))
+        bar.set_label("times the noise", color=INK)
+        bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        bar.ax.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+
+    return Picture(
+        name="map",
+        caption="Missing part of each coefficient in each maneuver, in units of the noise floor: "
+        "1 is nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
+        height=height,
+        draw=draw,
+    )
+
+
+def _row_label(view: ManeuverView) -> str:
+    return f"{view.id} {view.kind}{' *' if view.held_out else ''}"
+
+
+def _beside(chart: Axes) -> Axes:
+    return chart.inset_axes((1.04, 0.0, 0.05, 1.0))
+
+
+def _draw_map(chart: Axes, found: Discrepancy, step: Step, most: float) -> AxesImage:
+    image = chart.imshow(
+        np.maximum(step.map, 1.0), norm=LogNorm(1.0, most), cmap="YlOrBr", aspect="auto"
+    )
+    chart.set_xticks(range(len(found.coefficients)), found.coefficients)
+    chart.xaxis.tick_top()
+    chart.tick_params(length=0)
+    for row, values in enumerate(step.map):
+        for column, value in enumerate(values):
+            dark = np.isfinite(value) and value > most**0.6
+            chart.text(
+                column, row, "–" if not np.isfinite(value) else f"{value:.1f}",
+                ha="center", va="center", fontsize=6.5, color="white" if dark else INK,
+            )  # fmt: skip
+    for side in chart.spines.values():
+        side.set_visible(False)
+    return image
+
+
+def missing_over_time_picture(
+    found: Discrepancy, coefficient: str, maneuvers: Sequence[str]
+) -> Picture:
+    """Return the missing part of a coefficient over time in some maneuvers, before and after."""
+    views = [one for one in found.maneuvers if one.id in maneuvers]
+    place = found.coefficients.index(coefficient)
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(len(views), 1, sharey=True, squeeze=False)[:, 0]
+        margins(container, left=0.72, top=0.42, hspace=0.6)
+        for chart, view in zip(charts, views, strict=True):
+            floor = view.coefficient_floor.get(coefficient, np.nan)
+            chart.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
+            few = _thinned(view.times)
+            chart.plot(view.times[few], view.missing[0][few, place], color=_BEFORE, label="before")
+            if len(view.missing) > 1:
+                chart.plot(
+                    view.times[few], view.missing[-1][few, place], color=_AFTER, linestyle="--",
+                    label="after",
+                )  # fmt: skip
+            _plain_axes(chart)
+            chart.set_title(f"maneuver {_row_label(view)}", loc="left", color=INK, fontsize=7.5)
+            chart.set_ylabel(f"missing {coefficient}", color=INK)
+            chart.set_xlim(float(view.times[0]), float(view.times[-1]))
+        charts[-1].set_xlabel("flight time [s]", color=INK)
+        _legend_above(container, charts[0])
+
+    return Picture(
+        name=f"missing-{coefficient}-time",
+        caption=f"The part of the {coefficient_words(coefficient)} that the model lacks, "
+        "over time, slow parts only.",
+        height=min(TALLEST, 0.8 + 1.3 * len(views)),
+        draw=draw,
+    )
+
+
+def missing_over_region_picture(
+    found: Discrepancy, coefficient: str, marked: str = "", units: str = "US"
+) -> Picture:
+    """Return the missing part of a coefficient over everything that it might depend on.
+
+    Parameters
+    ----------
+    found : Discrepancy
+    coefficient : str
+    marked : str
+        The variable in which the disagreement grows.
+    units : {"US", "SI"}
+    """
+    place = found.coefficients.index(coefficient)
+    known = [name for name in _REGIONS if _varies(found, name)]
+    rows = max(1, -(-len(known) // 4))
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(rows, 4, sharey=True, squeeze=False)
+        margins(container, left=0.72, top=0.5, hspace=0.55, wspace=0.12)
+        for chart in charts.flat[len(known) :]:
+            chart.set_visible(False)
+        for chart, name in zip(charts.flat, known, strict=False):
+            label, values = _condition(found, name, units)
+            _draw_bins(chart, values, _stacked(found, place, 0), _BEFORE, "before", "o")
+            if len(found.steps) > 1:
+                _draw_bins(chart, values, _stacked(found, place, -1), _AFTER, "after", "s")
+            chart.axhline(0.0, color=INK, linewidth=0.5)
+            _plain_axes(chart)
+            chart.xaxis.set_major_locator(MaxNLocator(nbins=4))
+            chart.set_xlabel(label, color=INK, fontweight="bold" if name == marked else "normal")
+        for row in charts:
+            row[0].set_ylabel(f"missing {coefficient}", color=INK)
+        _legend_above(container, charts[0, 0])
+
+    bold = f" It grows most with {channel(marked).title.lower()}." if marked in known else ""
+    return Picture(
+        name=f"missing-{coefficient}-region",
+        caption=f"The same part of the {coefficient_words(coefficient)} over the conditions of "
+        f"all maneuvers: median and middle half of the samples in bins.{bold}",
+        height=0.95 + 1.75 * rows,
+        draw=draw,
+    )
+
+
+def _varies(found: Discrepancy, name: str) -> bool:
+    known = [one.conditions[name] for one in found.maneuvers if name in one.conditions]
+    if not known:
+        return False
+    values = np.concatenate(known)
+    values = values[np.isfinite(values)]
+    return values.size > 0 and float(np.ptp(values)) > 1e-6
+
+
+def _condition(found: Discrepancy, name: str, units: str) -> tuple[str, FloatArray]:
+    """Return the label and the samples of all maneuvers, missing ones as NaN."""
+    spec = channel(name)
+    unit = spec.display_unit(units)
+    values = np.concatenate(
+        [one.conditions.get(name, np.full(one.times.size, np.nan)) for one in found.maneuvers]
+    )
+    label = f"{spec.symbol} [{unit}]" if unit else spec.symbol
+    return label, np.asarray(from_si(values, unit, spec.quantity))
+
+
+def _stacked(found: Discrepancy, place: int, step: int) -> FloatArray:
+    return np.concatenate([one.missing[step][:, place] for one in found.maneuvers])
+
+
+def _draw_bins(
+    chart: Axes, x: FloatArray, y: FloatArray, color: str, label: str, marker: str
+) -> None:
+    good = np.isfinite(x) & np.isfinite(y)
+    if good.sum() < 2 * _BINS:
+        return
+    edges = np.linspace(float(x[good].min()), float(x[good].max()), _BINS + 1)
+    places = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, _BINS - 1)
+    middles, medians, lows, highs = [], [], [], []
+    for number in range(_BINS):
+        inside = good & (places == number)
+        if inside.sum() < _LEAST:
+            continue
+        low, median, high = np.quantile(y[inside], (0.25, 0.5, 0.75))
+        middles.append(float(np.median(x[inside])))
+        medians.append(median)
+        lows.append(median - low)
+        highs.append(high - median)
+    chart.errorbar(
+        middles, medians, yerr=[lows, highs], color=color, marker=marker, markersize=3.0,
+        linewidth=0.7, elinewidth=0.6, label=label, linestyle="--" if label == "after" else "-",
+    )  # fmt: skip
+
+
+def ranking_picture(step: Step, number: int) -> Picture:
+    """Return the competition that one step's model faced, as bars."""
+    best = step.ranking[:8]
+
+    def draw(container: FigureBase) -> None:
+        chart = container.subplots()
+        margins(container, left=2.75, right=1.75, top=0.3)
+        places = np.arange(len(best))
+        chart.barh(places, [one.score for one in best], color=TRACE, height=0.62)
+        chart.set_yticks(places, [f"{one.effect}\n{_short(one.title)}" for one in best])
+        chart.invert_yaxis()
+        _plain_axes(chart)
+        chart.set_xlabel("gain in log-likelihood, less the cost of the parameters", color=INK)
+        chart.axvline(0.0, color=INK, linewidth=0.6)
+        for place, one in zip(places, best, strict=True):
+            chart.annotate(
+                f"{_share(one.evidence)}, left out {one.held_out:+.1f}", (1.02, place),
+                xycoords=("axes fraction", "data"), va="center", fontsize=7.0, color=INK,
+                annotation_clip=False,
+            )  # fmt: skip
+        chart.set_title("evidence, gain on data left out", loc="right", x=1.36, fontsize=7.0)
+
+    return Picture(
+        name=f"ranking-{number}",
+        caption=f"Round {number}: the candidates for what is missing, best first. On the right the "
+        "probability of each among all, and what it gains on maneuvers left out of the fit.",
+        height=0.9 + 0.42 * len(best),
+        draw=draw,
+    )
+
+
+def _short(title: str, most: int = 46) -> str:
+    return title if len(title) <= most else f"{title[: most - 1].rstrip()}…"
+
+
+def _share(evidence: float) -> str:
+    return "< 0.1 %" if evidence < 0.001 else f"{100.0 * min(evidence, 0.999):.1f} %"
+
+
+def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
+    """Return one maneuver, measured and computed before and after, with what is left beside it."""
+    shown = [
+        place
+        for place in range(len(view.channels))
+        if np.isfinite(view.measured[:, place]).any()
+    ]  # fmt: skip
+    several = len(view.computed) > 1
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(max(len(shown), 1), 2, sharex=True, squeeze=False)
+        margins(container, left=0.85, top=0.55, hspace=0.18, wspace=0.28)
+        few = _thinned(view.times)
+        times = view.times[few]
+        for (left, right), place in zip(charts, shown, strict=False):
+            spec = channel(view.channels[place])
+            unit = spec.display_unit(units)
+            zero = from_si(0.0, unit, spec.quantity)
+            measured = from_si(view.measured[few, place], unit, spec.quantity)
+            before = from_si(view.computed[0][few, place], unit, spec.quantity)
+            after = from_si(view.computed[-1][few, place], unit, spec.quantity)
+            left.plot(times, measured, color=TRACE, label="measured")
+            left.plot(times, before, color=_BEFORE, linestyle="--", label="computed before")
+            if several:
+                left.plot(times, after, color=_AFTER, linestyle="--", label="computed after")
+            floor = (
+                from_si(view.floor.get(view.channels[place], np.nan), unit, spec.quantity) - zero
+            )
+            right.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
+            right.plot(times, measured - before, color=_BEFORE)
+            if several:
+                right.plot(times, measured - after, color=_AFTER, linewidth=0.7)
+            for chart in (left, right):
+                _plain_axes(chart)
+                chart.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
+            left.set_ylabel(
+                f"{spec.symbol}\n[{unit}]" if unit else spec.symbol, rotation=0, ha="right",
+                va="center", color=INK,
+            )  # fmt: skip
+        charts[0, 1].set_title("measured less computed", loc="left", color=INK, fontsize=7.5)
+        for chart in charts[-1]:
+            chart.set_xlabel("flight time [s]", color=INK)
+            chart.set_xlim(float(view.times[0]), float(view.times[-1]))
+        _legend_above(container, charts[0, 0], charts[0, 1])
+
+    kept = (
+        " It was kept out of naming and fitting." if view.held_out
+        else " It was among those that the model was fitted on."
+    )  # fmt: skip
+    return Picture(
+        name=f"overlay-{view.id.replace(':', '-')}",
+        caption=f"Maneuver {view.id} ({view.kind or 'no name'}) of {view.flight}, every "
+        f"channel.{kept}",
+        height=min(TALLEST, 1.1 + 0.72 * max(len(shown), 1)),
+        draw=draw,
+    )
+
+
+def gap_picture(gap: Gap) -> Picture:
+    """Return the residual of each channel over its noise floor, before and after, as bars."""
+    names = [name for name, one in gap.channels.items() if one.floor > 0.0]
+    before = np.array([gap.channels[name].before / gap.channels[name].floor for name in names])
+    after = np.array([gap.channels[name].after / gap.channels[name].floor for name in names])
+
+    def draw(container: FigureBase) -> None:
+        chart = container.subplots()
+        margins(container, left=0.6, top=0.42, bottom=0.35)
+        places = np.arange(len(names))
+        for offset, values, color, label in (
+            (-0.2, before, _BEFORE, "before"), (0.2, after, _AFTER, "after"),
+        ):  # fmt: skip
+            bars = chart.bar(places + offset, values, width=0.36, color=color, label=label)
+            chart.bar_label(bars, fmt=_times, fontsize=6.5, color=INK, padding=1.5)
+        chart.axhline(1.0, color=INK, linewidth=0.8, linestyle=":", label="noise floor")
+        if names and max(before.max(), after.max()) > 15.0:
+            chart.set_yscale("log")
+            chart.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            chart.set_ylim(min(0.7, 0.8 * float(min(before.min(), after.min()))), None)
+        chart.margins(y=0.12)
+        chart.set_xticks(places, [channel(name).symbol for name in names])
+        chart.set_ylabel("RMS over the noise floor", color=INK)
+        _plain_axes(chart)
+        _legend_above(container, chart)
+
+    return Picture(
+        name="channels",
+        caption="Measured less computed, RMS on the maneuvers kept out, in units of each "
+        "channel's noise floor.",
+        height=2.6,
+        draw=draw,
+    )
+
+
+def _times(value: float) -> str:
+    return f"{value:.1f}" if value < 10.0 else f"{value:.0f}"
+
+
+def waterfall_picture(found: Discrepancy) -> Picture:
+    """Return the misfit of all channels together falling from step to step."""
+    misfits = [step.misfit for step in found.steps]
+    names = ["model before", *(step.added or "values refitted" for step in found.steps[1:])]
+
+    def draw(container: FigureBase) -> None:
+        chart = container.subplots()
+        margins(container, left=0.6, right=0.45, top=0.15, bottom=0.42)
+        places = list(range(len(misfits) + 1))
+        tops = [misfits[0], *misfits[:-1], misfits[-1]]
+        bottoms = [0.0, *misfits[1:], 0.0]
+        colors = [_BEFORE, *[TRACE] * (len(misfits) - 1), _AFTER]
+        for place, top, bottom, color in zip(places, tops, bottoms, colors, strict=True):
+            chart.bar(place, top - bottom, bottom=bottom, color=color, width=0.62)
+            ends = place in (0, places[-1])
+            chart.annotate(
+                f"{top:.2f}" if ends else f"{bottom - top:+.2f}", (place, max(top, bottom)),
+                ha="center", va="bottom", fontsize=7.5, color=INK, xytext=(0, 1.5),
+                textcoords="offset points",
+            )  # fmt: skip
+        for place, level in enumerate(misfits):
+            chart.plot([place + 0.31, place + 0.69], [level, level], color=INK, linewidth=0.5)
+        chart.axhline(1.0, color=INK, linewidth=0.8, linestyle=":")
+        chart.annotate(
+            "noise\nfloor", (1.005, 1.0), xycoords=("axes fraction", "data"), ha="left",
+            va="center", fontsize=7.0, color=INK, annotation_clip=False,
+        )  # fmt: skip
+        labels = [*names, "model after"]
+        chart.set_xticks(places, [_broken(label) for label in labels])
+        chart.set_ylabel("misfit, noise = 1", color=INK)
+        chart.margins(y=0.12)
+        _plain_axes(chart)
+
+    return Picture(
+        name="waterfall",
+        caption="All channels together on the maneuvers kept out: what each step took away. 1 is "
+        "as good as the noise allows.",
+        height=2.5,
+        draw=draw,
+    )
+
+
+def _broken(label: str) -> str:
+    """Break an effect's id at its last point, where it would run into its neighbor."""
+    head, point, tail = label.rpartition(".")
+    return f"{head}.\n{tail}" if point and len(label) > 14 else label
+
+
+def _thinned(times: FloatArray) -> slice:
+    return slice(None, None, max(1, times.size // _POINTS))
+
+
+def _plain_axes(chart: Axes) -> None:
+    for side in ("top", "right"):
+        chart.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        chart.spines[side].set_color(FAINT)
+    chart.tick_params(colors=INK, length=2.5, width=0.5)
+    chart.grid(True, axis="y", color=FAINT, linewidth=0.35)
+    chart.set_axisbelow(True)
+
+
+def _legend_above(container: FigureBase, *charts: Axes) -> None:
+    entries: dict[str, Artist] = {}
+    for chart in charts:
+        handles, labels = chart.get_legend_handles_labels()
+        entries.update(zip(labels, handles, strict=True))
+    height = container.bbox.height / container.dpi  # type: ignore[attr-defined]
+    container.legend(
+        list(entries.values()), list(entries), loc="upper right",
+        bbox_to_anchor=(1.0 - 0.1 / WIDTH, 1.0 - 0.02 / height), ncols=len(entries),
+        borderaxespad=0.0,
+    )  # fmt: skip

@@ -1,0 +1,462 @@
+"""The report on a search for a missing effect: the story in four steps, for a supervisor.
+
+One HTML file that needs nothing beside it, and a PDF. The same answer gives the same pages, but
+for the line that says when they were written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.results import Discrepancy, ManeuverView
+from gsapp.foundation import GroundStationError, write_atomically
+from gsapp.quantities import channel, from_si
+from gsapp.report.discrepancy_figures import (
+    gap_picture,
+    map_picture,
+    missing_over_region_picture,
+    missing_over_time_picture,
+    overlay_picture,
+    ranking_picture,
+    waterfall_picture,
+)
+from gsapp.report.discrepancy_words import (
+    HEADLINES,
+    chance_words,
+    class_words,
+    closed_words,
+    coefficient_words,
+    disagreement_words,
+    effect_words,
+    gust_words,
+    parameter_rows,
+    with_spread,
+)
+from gsapp.report.document import (
+    Document,
+    Paragraph,
+    Part,
+    Section,
+    Table,
+    picture_png,
+)
+from gsapp.report.html import html_page
+from gsapp.report.pdf import pdf_pages
+from gsapp.report.provenance import Provenance, provenance_section
+
+Units = Literal["US", "SI"]
+
+_MOST_COEFFICIENTS, _MOST_OVERLAYS, _MOST_OVER_TIME, _MOST_ROWS = 2, 3, 5, 25
+
+
+def write_report(
+    found: Discrepancy,
+    out: Path,
+    *,
+    aircraft: Aircraft,
+    provenance: Provenance,
+    units: Units = "US",
+    overlays: Sequence[str] | None = None,
+    written: datetime | None = None,
+) -> tuple[Path, ...]:
+    """Write the report.
+
+    Parameters
+    ----------
+    found : Discrepancy
+    out : Path
+        A folder for ``report.html``, ``report.pdf`` and ``figures/*.png``; or one file that ends in
+        ``.html`` or ``.pdf``.
+    aircraft : Aircraft
+        That flew, for its name and the units of parameters.
+    provenance : Provenance
+        Files with their sums, settings, versions.
+    units : {"US", "SI"}
+        Of the pictures and tables of channels.
+    overlays : sequence of str, optional
+        Ids of the maneuvers drawn in full; by default those kept out that were worst before.
+    written : datetime, optional
+        Stands in the line of the date; without it there is no such line.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+
+    Raises
+    ------
+    GroundStationError
+        If a file has another ending, or a maneuver of `overlays` is not there.
+    OSError
+        If the disk refuses.
+    """
+    if out.suffix not in ("", ".html", ".pdf") and not out.is_dir():
+        raise GroundStationError(
+            f"a report cannot be written as '{out.name}'; give a folder, or a file that ends in "
+            ".html or .pdf"
+        )
+    document = discrepancy_document(
+        found, aircraft=aircraft, provenance=provenance, units=units, overlays=overlays,
+        written=written,
+    )  # fmt: skip
+    if out.suffix == ".pdf":
+        return (write_atomically(out, pdf_pages(document)),)
+    images = {one.name: picture_png(one) for one in document.pictures}
+    if out.suffix == ".html":
+        return (write_atomically(out, html_page(document, images)),)
+    return (
+        write_atomically(out / "report.html", html_page(document, images)),
+        write_atomically(out / "report.pdf", pdf_pages(document)),
+        *(
+            write_atomically(out / "figures" / f"{number:02d}-{name}.png", png)
+            for number, (name, png) in enumerate(images.items(), start=1)
+        ),
+    )
+
+
+def discrepancy_document(
+    found: Discrepancy,
+    *,
+    aircraft: Aircraft,
+    provenance: Provenance,
+    units: Units = "US",
+    overlays: Sequence[str] | None = None,
+    written: datetime | None = None,
+) -> Document:
+    """Return the report before it is printed; parameters as `write_report`."""
+    return Document(
+        title="Where simulation and flight disagree",
+        written="" if written is None else f"{written:%Y-%m-%d %H:%M %Z}".strip(),
+        facts=_facts(found, aircraft),
+        sections=(
+            _in_short(found, aircraft),
+            _find(found, units),
+            _name(found),
+            _add(found, aircraft),
+            _show(found, units, _chosen(found, overlays)),
+            _observable(found),
+            _terms(),
+            provenance_section(provenance),
+        ),
+    )
+
+
+def _facts(found: Discrepancy, aircraft: Aircraft) -> tuple[tuple[str, str], ...]:
+    flights = dict.fromkeys(one.flight for one in found.maneuvers)
+    kept = [one.id for one in found.maneuvers if one.held_out]
+    samples = sum(one.times.size for one in found.maneuvers)
+    return (
+        ("Aircraft", aircraft.name),
+        ("Flights", ", ".join(flights)),
+        ("Maneuvers", f"{len(found.maneuvers)}, {samples} samples"),
+        ("Kept out of naming and fitting", ", ".join(kept) or "none"),
+        ("Model before", found.steps[0].model.name),
+        ("Model after", found.model.name),
+    )
+
+
+# --- the sections -------------------------------------------------------------------------------
+
+
+def _in_short(found: Discrepancy, aircraft: Aircraft) -> Section:
+    parts: list[Part] = [
+        Paragraph(text=HEADLINES[found.verdict], kind="lead"),
+        Paragraph(text=found.why),
+        *(Paragraph(text=effect_words(one, aircraft)) for one in found.effects),
+        Paragraph(text=closed_words(found)),
+    ]
+    if gust_words(found):
+        parts.append(Paragraph(text=gust_words(found)))
+    parts += [Paragraph(text=f"Note: {sentence}", kind="note") for sentence in found.warnings]
+    return Section(title="In short", parts=tuple(parts))
+
+
+def _find(found: Discrepancy, units: Units) -> Section:
+    parts: list[Part] = [
+        Paragraph(
+            text="The model was flown through every maneuver with the inputs that were measured. "
+            "What force and moment it lacked was worked out from the measured motion and compared "
+            "with what noise alone would give. First the instruments were compared with one "
+            "another, without any aerodynamics, so that they are not mistaken for the aircraft."
+        )
+    ]
+    odd = [one for one in found.instruments if not one.consistent]
+    if found.instruments:
+        good = "All instruments agree with one another." if not odd else ""
+        parts.append(Paragraph(text=good or "Instruments: " + "; ".join(one.words for one in odd)))
+    parts.append(map_picture(found))
+    if not found.disagreements:
+        parts.append(Paragraph(text="Nowhere do model and flight disagree beyond the noise."))
+        return Section(title="1. Find: where do they disagree?", parts=tuple(parts))
+    parts += [
+        Paragraph(text=f"Worst place: {disagreement_words(found.disagreements[0])}"),
+        _disagreements(found),
+    ]
+    for coefficient in _coefficients(found):
+        parts += [
+            missing_over_time_picture(found, coefficient, _worst(found, coefficient)),
+            missing_over_region_picture(found, coefficient, _region(found, coefficient), units),
+        ]
+    return Section(title="1. Find: where do they disagree?", parts=tuple(parts))
+
+
+def _disagreements(found: Discrepancy) -> Table:
+    shown = found.disagreements[:_MOST_ROWS]
+    more = len(found.disagreements) - len(shown)
+    return Table(
+        caption="Places beyond the noise, most certain first"
+        + (f" ({more} more are in the JSON)" if more else ""),
+        columns=("what", "most in", "maneuver", "from [s]", "to [s]", "times noise", "chance",
+                 "where"),
+        rows=tuple(
+            (
+                coefficient_words(one.coefficient) if one.coefficient else "instrument",
+                channel(one.channel).symbol if one.channel else "",
+                one.maneuver,
+                f"{one.t_start:.1f}",
+                f"{one.t_end:.1f}",
+                f"{one.rms / one.noise_floor:.1f}" if one.noise_floor > 0.0 else "",
+                chance_words(one.p_value),
+                one.region.words if one.region else "",
+            )
+            for one in shown
+        ),
+        numeric=frozenset({3, 4, 5, 6}),
+    )  # fmt: skip
+
+
+def _name(found: Discrepancy) -> Section:
+    parts: list[Part] = [
+        Paragraph(
+            text="Every effect of the catalog, and structures without a name, competed for what is "
+            "missing. A name is given only if it wins by a margin over what looks most like it, "
+            "and on maneuvers that had no part in choosing it."
+        )
+    ]
+    if not any(step.ranking for step in found.steps):
+        parts.append(Paragraph(text="There was nothing to name."))
+    parts += [
+        ranking_picture(step, number)
+        for number, step in enumerate(found.steps, start=1)
+        if step.ranking
+    ]
+    if found.effects:
+        parts.append(
+            Table(
+                caption="Named",
+                columns=("effect", "in words", "confidence", "next best", "margin", "left out"),
+                rows=tuple(
+                    (
+                        one.effect,
+                        one.title,
+                        "put in by hand" if one.forced else f"{100.0 * one.confidence:.0f} %",
+                        one.runner_up,
+                        f"{one.margin:.1f}" if one.runner_up else "",
+                        f"{one.held_out:+.1f}",
+                    )
+                    for one in found.effects
+                ),
+                numeric=frozenset({4, 5}),
+            )
+        )
+    if found.alternatives:
+        parts.append(
+            Table(
+                caption="What these flights would look the same with",
+                columns=("effect", "in words", "why", "what would tell"),
+                rows=tuple(
+                    (" and ".join(one.effects), one.title, one.why, one.fly)
+                    for one in found.alternatives
+                ),
+            )
+        )
+    return Section(title="2. Name: what is missing?", parts=tuple(parts))
+
+
+def _add(found: Discrepancy, aircraft: Aircraft) -> Section:
+    parts: list[Part] = []
+    if found.effects:
+        parts += [
+            Paragraph(
+                text="Each effect became a term of the model, and all free values were fitted "
+                "again together, the effect's own among them."
+            ),
+            Table(
+                caption="Effects in the model",
+                columns=("effect", "equation"),
+                rows=tuple((one.effect, one.equation) for one in found.effects),
+            ),
+            Table(
+                caption="Their parameters, with one standard deviation",
+                columns=("effect", "parameter", "value", "unit"),
+                rows=parameter_rows(found.effects, aircraft),
+                numeric=frozenset({2}),
+            ),
+        ]
+    if found.values:
+        parts.append(
+            Table(
+                caption="Values that moved beyond their bounds",
+                columns=("derivative", "before", "after", "moved, in standard deviations"),
+                rows=tuple(
+                    (
+                        name,
+                        f"{one.before:.4g}",
+                        with_spread(one.after, one.std),
+                        f"{(one.after - one.before) / one.std:+.1f}" if one.std > 0.0 else "",
+                    )
+                    for name, one in found.values.items()
+                ),
+                numeric=frozenset({1, 2, 3}),
+            )
+        )
+    if not parts:
+        parts.append(Paragraph(text="Nothing was added to the model."))
+    model = found.model
+    if model.parent:
+        evidence = f" {model.evidence}" if model.evidence else ""
+        parts.append(
+            Paragraph(text=f"The model '{model.name}' revises '{model.parent}'.{evidence}")
+        )
+    return Section(title="3. Add: the model with the effect", parts=tuple(parts))
+
+
+def _show(found: Discrepancy, units: Units, overlays: Sequence[ManeuverView]) -> Section:
+    parts: list[Part] = [Paragraph(text=closed_words(found))]
+    if found.gap.channels:
+        parts += [gap_picture(found.gap), _channels(found, units)]
+    if len(found.steps) > 1:
+        parts.append(waterfall_picture(found))
+    parts += [overlay_picture(view, units) for view in overlays]
+    return Section(title="4. Show: does the gap shrink?", parts=tuple(parts))
+
+
+def _channels(found: Discrepancy, units: Units) -> Table:
+    rows = []
+    for name, one in found.gap.channels.items():
+        spec = channel(name)
+        unit = spec.display_unit(units)
+        zero = from_si(0.0, unit, spec.quantity)
+        sizes = [
+            f"{from_si(value, unit, spec.quantity) - zero:.3g}"
+            for value in (one.before, one.after, one.floor)
+        ]
+        rows.append(
+            (
+                f"{spec.symbol} [{unit}]" if unit else spec.symbol,
+                *sizes,
+                f"{one.before_pct:.1f}",
+                f"{one.after_pct:.1f}",
+                f"{one.theil_before:.3f}",
+                f"{one.theil_after:.3f}",
+                f"{100.0 * one.within_before:.0f}",
+                f"{100.0 * one.within_after:.0f}",
+            )
+        )
+    return Table(
+        caption="Measured less computed on the maneuvers kept out",
+        columns=("channel", "RMS before", "after", "noise", "over range before [%]", "after [%]",
+                 "Theil before", "after", "within 3 x noise before [%]", "after [%]"),
+        rows=tuple(rows),
+        numeric=frozenset(range(1, 10)),
+    )  # fmt: skip
+
+
+def _observable(found: Discrepancy) -> Section:
+    parts: list[Part] = [
+        Paragraph(
+            text="Worked out before any verdict, for these very maneuvers: how clearly each effect "
+            "of usual size would show, after the model's own values have taken what they can, and "
+            "what it looks most like (1: exactly alike)."
+        )
+    ]
+    if found.observability:
+        parts.append(
+            Table(
+                columns=("effect", "class", "would show, sigma", "looks most like", "to see it"),
+                rows=tuple(
+                    (
+                        one.effect,
+                        one.effect_class,
+                        f"{one.sigma:.1f}" if np.isfinite(one.sigma) else "",
+                        ", ".join(f"{name} ({cosine:.2f})" for name, cosine in one.aliases[:2]),
+                        one.fly,
+                    )
+                    for one in sorted(found.observability, key=lambda one: -one.sigma)
+                ),
+                numeric=frozenset({2}),
+            )
+        )
+        classes = sorted({one.effect_class for one in found.observability})
+        parts.append(
+            Paragraph(
+                text="; ".join(f"Class {name}: {class_words(name)}" for name in classes) + ".",
+                kind="note",
+            )
+        )
+    return Section(title="What these flights could show", parts=tuple(parts))
+
+
+def _terms() -> Section:
+    return Section(
+        title="Words used here",
+        parts=tuple(
+            Paragraph(text=text)
+            for text in (
+                "Noise floor: what would be left even with a perfect model, estimated from the "
+                "flight data themselves.",
+                "Kept out: maneuvers that had no part in naming the effect nor in fitting its "
+                "size. A model that has learned the noise by heart fails on them.",
+                "Gap that a model can close: what is left of measured less computed beyond the "
+                "noise floor.",
+                "Chance: how probable so large a disagreement would be from noise alone, with "
+                "all the places that were looked at taken into account.",
+                "Confidence: of those names that are given with 90 %, nine in ten are right.",
+                "Theil's coefficient: 0 is a perfect match, 1 the worst; below about 0.3 a "
+                "simulation is usually called good.",
+            )
+        ),
+    )
+
+
+# --- what is shown ------------------------------------------------------------------------------
+
+
+def _coefficients(found: Discrepancy) -> tuple[str, ...]:
+    named = dict.fromkeys(one.coefficient for one in found.disagreements if one.coefficient)
+    return tuple(named)[:_MOST_COEFFICIENTS]
+
+
+def _region(found: Discrepancy, coefficient: str) -> str:
+    for one in found.disagreements:
+        if one.coefficient == coefficient and one.region is not None:
+            return one.region.variable
+    return ""
+
+
+def _worst(found: Discrepancy, coefficient: str) -> tuple[str, ...]:
+    column = found.steps[0].map[:, found.coefficients.index(coefficient)]
+    order = np.argsort(-np.nan_to_num(column, nan=-np.inf), kind="stable")
+    return tuple(found.maneuvers[place].id for place in order[:_MOST_OVER_TIME])
+
+
+def _chosen(found: Discrepancy, ids: Sequence[str] | None) -> tuple[ManeuverView, ...]:
+    """Return the maneuvers to draw in full, in order of time."""
+    if ids is not None:
+        known = {one.id: one for one in found.maneuvers}
+        missing = [name for name in ids if name not in known]
+        if missing:
+            raise GroundStationError(
+                f"there is no maneuver '{missing[0]}' to draw; there are {', '.join(known)}"
+            )
+        return tuple(known[name] for name in dict.fromkeys(ids))
+    sizes = np.nan_to_num(found.steps[0].map, nan=0.0).max(axis=1, initial=0.0)
+    kept = [place for place, one in enumerate(found.maneuvers) if one.held_out]
+    best = sorted(kept or range(len(found.maneuvers)), key=lambda place: -sizes[place])
+    return tuple(found.maneuvers[place] for place in sorted(best[:_MOST_OVERLAYS]))

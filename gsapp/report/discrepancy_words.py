@@ -1,0 +1,130 @@
+"""The answer of a search for a missing effect in words and rows: for the screen, HTML and paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.results import Disagreement, Discrepancy, FoundEffect
+from gsapp.dynamics.buildup import COEFFICIENT_TITLES
+from gsapp.dynamics.terms import effect_ids, make_term
+
+HEADLINES = {
+    "effects-found": "The model lacks something, and it has a name.",
+    "values-wrong": "The model has the right terms with wrong values; refitting them is enough.",
+    "model-adequate": "The model is adequate: what is left is noise.",
+    "ambiguous": "The model lacks something that these flights cannot tell apart.",
+    "unexplained": "The model lacks something that no effect of the catalog explains.",
+    "not-observable": "These flights cannot show whether the model lacks anything.",
+}
+"""What each verdict means, as a sentence."""
+
+_COEFFICIENTS = {**COEFFICIENT_TITLES, "CX": "force along x", "CZ": "force along z"}
+_CLASSES = {
+    "A": "seen even when all derivatives are free",
+    "B": "seen by kinematics",
+    "C": "seen only against trusted values",
+}
+
+
+def coefficient_words(coefficient: str) -> str:
+    """Return "pitching moment (Cm)"."""
+    words = _COEFFICIENTS.get(coefficient)
+    return f"{words} ({coefficient})" if words else coefficient
+
+
+def class_words(effect_class: str) -> str:
+    """Return what the class of an effect means."""
+    return _CLASSES[effect_class]
+
+
+def closed_words(found: Discrepancy) -> str:
+    """Return how much of the reducible gap was closed, as a sentence."""
+    gap = found.gap
+    where = f"maneuver{'s' if len(gap.on) != 1 else ''} {', '.join(gap.on)}"
+    if not gap.on:
+        return "No maneuver was kept out, so nothing shows how the model does on new data."
+    if gap.closed is None:
+        return f"On {where}, kept out of naming and fitting, there was no gap to close."
+    spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.0f}"
+    if gap.closed < 0.0:
+        return f"On {where}, kept out of naming and fitting, the gap has not shrunk."
+    return (
+        f"On {where}, kept out of naming and fitting, {100.0 * gap.closed:.0f}{spread} % of the "
+        "gap that a model can close was closed."
+    )
+
+
+def gust_words(found: Discrepancy) -> str:
+    """Return what is said of gusts; empty where there were none."""
+    gust = found.disturbance.get("gust")
+    if not gust:
+        return ""
+    std = found.disturbance.get("gust_std")
+    spread = "" if std is None else f" ± {std:.2f}"
+    return f"The air was not calm: gusts of {gust:.2f}{spread} m/s (rms). They are no model effect."
+
+
+def disagreement_words(one: Disagreement) -> str:
+    """Return where one disagreement is, as a sentence."""
+    times = one.rms / one.noise_floor if one.noise_floor > 0.0 else math.inf
+    what = (
+        f"the {coefficient_words(one.coefficient)}" if one.coefficient
+        else f"the instrument of {one.channel}"
+    )  # fmt: skip
+    region = f", {one.region.words}" if one.region else ""
+    return (
+        f"Maneuver {one.maneuver}, {one.t_start:.1f} to {one.t_end:.1f} s{region}: {what} is off "
+        f"by {times:.1f} times the noise, most in {one.channel}."
+    )
+
+
+def chance_words(p_value: float) -> str:
+    """Return a probability without more digits than it earns."""
+    if not math.isfinite(p_value):
+        return ""
+    return (
+        "< 1e-12" if p_value < 1e-12 else f"{p_value:.1e}" if p_value < 0.01 else f"{p_value:.2f}"
+    )
+
+
+def effect_words(one: FoundEffect, aircraft: Aircraft) -> str:
+    """Return what was found, with its size and how sure that is, as a sentence."""
+    sizes = ", ".join(
+        " ".join(filter(None, (f"{name} = {size}", unit)))
+        for _, name, size, unit in parameter_rows((one,), aircraft)
+    )
+    sure = "put in by hand" if one.forced else f"{100.0 * one.confidence:.0f} % sure"
+    return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
+
+
+def with_spread(value: float, std: float | None) -> str:
+    """Return a value and its standard deviation, as many digits as the latter earns (two)."""
+    if not math.isfinite(value):
+        return "unknown"
+    if std is None or not math.isfinite(std) or std <= 0.0:
+        return f"{value:.4g}"
+    digits = max(0, 1 - math.floor(math.log10(std)))
+    if digits > 6:
+        return f"{value:.3g} ± {std:.1g}"
+    return f"{value:.{digits}f} ± {std:.{digits}f}"
+
+
+def unit_of(effect: str, parameter: str, aircraft: Aircraft) -> str:
+    """Return the SI unit of a parameter; empty for pure numbers and what is not in the registry."""
+    if effect not in effect_ids():
+        return ""
+    units = {one.name: one.unit for one in make_term(effect, aircraft).parameters}
+    return units.get(parameter, "")
+
+
+def parameter_rows(
+    effects: Sequence[FoundEffect], aircraft: Aircraft
+) -> tuple[tuple[str, str, str, str], ...]:
+    """Return effect, parameter, value with spread, unit."""
+    return tuple(
+        (one.effect, name, with_spread(value, std), unit_of(one.effect, name, aircraft))
+        for one in effects
+        for name, (value, std) in one.parameters.items()
+    )

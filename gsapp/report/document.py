@@ -1,0 +1,171 @@
+"""What a report holds, apart from how it is printed: sections of paragraphs, tables, pictures.
+
+Written once, a `Document` becomes a page for a browser (`gsapp.report.html`) and pages for paper
+(`gsapp.report.pdf`).
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+from matplotlib import style
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure, FigureBase
+
+WIDTH = 7.1
+"""Of every picture, inches: a sheet of A4 less its margins."""
+TALLEST = 9.6
+"""Height of a picture that fills a page, inches."""
+
+# Whatever the user's own matplotlibrc says, a report looks the same everywhere.
+LOOK = (
+    "default",
+    {
+        "font.family": "DejaVu Sans",
+        "font.size": 8.0,
+        "axes.titlesize": 8.5,
+        "axes.labelsize": 8.0,
+        "axes.linewidth": 0.6,
+        "xtick.labelsize": 7.0,
+        "ytick.labelsize": 7.0,
+        "legend.fontsize": 7.5,
+        "legend.frameon": False,
+        "lines.linewidth": 0.9,
+        # A dollar sign in a flight's name is no mathematics.
+        "text.parse_math": False,
+        "pdf.fonttype": 42,
+        "path.simplify_threshold": 0.2,
+    },
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paragraph:
+    """A few sentences.
+
+    Attributes
+    ----------
+    text : str
+        Plain text.
+    kind : {"plain", "lead", "note"}
+        A lead is what to read if nothing else; a note is smaller.
+    """
+
+    text: str
+    kind: Literal["plain", "lead", "note"] = "plain"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Rows of text under headings.
+
+    Attributes
+    ----------
+    columns : tuple of str
+    rows : tuple of tuple of str
+    caption : str
+    numeric : frozenset of int
+        Columns that stand flush right.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str = ""
+    numeric: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Picture:
+    """A figure that has not been drawn yet.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without ending.
+    caption : str
+        What it shows, in words; stands below it.
+    height : float
+        Inches; at most `TALLEST`.
+    draw : callable
+        Draws into a figure or a part of one.
+    """
+
+    name: str
+    caption: str
+    height: float
+    draw: Callable[[FigureBase], None]
+
+
+Part = Paragraph | Table | Picture
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Section:
+    """A heading and what stands under it."""
+
+    title: str
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Document:
+    """A report.
+
+    Attributes
+    ----------
+    title : str
+    facts : tuple of (label, value)
+        Short facts under the title.
+    written : str
+        When; the only line that differs between two reports on the same.
+    sections : tuple of Section
+    """
+
+    title: str
+    sections: tuple[Section, ...]
+    facts: tuple[tuple[str, str], ...] = ()
+    written: str = ""
+    language: str = field(default="en", init=False)
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """Return all pictures in order."""
+        return tuple(
+            part for section in self.sections for part in section.parts if isinstance(part, Picture)
+        )
+
+
+def picture_png(picture: Picture, *, dpi: float = 150.0) -> bytes:
+    """Return a picture as PNG; the same picture gives the same bytes."""
+    with style.context(list(LOOK)):
+        figure = Figure(figsize=(WIDTH, picture.height), dpi=dpi, facecolor="white")
+        FigureCanvasAgg(figure)
+        picture.draw(figure)
+        content = io.BytesIO()
+        figure.savefig(content, format="png", metadata={"Software": None})
+    return content.getvalue()
+
+
+def margins(
+    container: FigureBase,
+    *,
+    left: float = 0.6,
+    right: float = 0.12,
+    top: float = 0.3,
+    bottom: float = 0.45,
+    hspace: float = 0.25,
+    wspace: float = 0.3,
+) -> None:
+    """Set the margins around the axes of a figure or a part of one, in inches.
+
+    The spaces between axes are in heights and widths of an axes.
+    """
+    width = container.bbox.width / container.dpi  # type: ignore[attr-defined]
+    height = container.bbox.height / container.dpi  # type: ignore[attr-defined]
+    container.subplots_adjust(
+        left=left / width, right=1.0 - right / width, top=1.0 - top / height,
+        bottom=bottom / height, hspace=hspace, wspace=wspace,
+    )  # fmt: skip

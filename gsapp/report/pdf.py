@@ -1,0 +1,279 @@
+"""A document as pages of A4: text that flows, tables that break, pictures as vectors."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from matplotlib import style
+from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.gridspec import GridSpec
+from matplotlib.lines import Line2D
+from matplotlib.textpath import TextToPath
+
+from gsapp.report.document import (
+    LOOK,
+    WIDTH,
+    Document,
+    Paragraph,
+    Picture,
+    Table,
+)
+from gsapp.report.strip_figure import FAINT, INK
+
+_PAGE_WIDTH, _PAGE_HEIGHT = 8.27, 11.69
+_SIDE = (_PAGE_WIDTH - WIDTH) / 2.0
+_TOP, _BOTTOM = 0.75, 0.85
+_POINT = 1.0 / 72.0
+_QUIET = "#4a525d"
+_LEADING = 1.38
+_GUTTER = 0.16
+"""Between columns of a table, inches."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Type:
+    """A size and weight of text, points."""
+
+    size: float
+    bold: bool = False
+    color: str = INK
+
+    @property
+    def line(self) -> float:
+        """Return the height of a line, inches."""
+        return self.size * _LEADING * _POINT
+
+
+_TITLE = _Type(size=17.0, bold=True)
+_HEADING = _Type(size=12.5, bold=True)
+_BODY = _Type(size=9.0)
+_CELL = _Type(size=7.6)
+_HEAD = _Type(size=7.6, bold=True)
+_NOTE = _Type(size=7.8, color=_QUIET)
+_KINDS = {"plain": _BODY, "lead": _Type(size=10.5, bold=True), "note": _NOTE}
+
+
+def pdf_pages(document: Document) -> bytes:
+    """Return a document as PDF.
+
+    Parameters
+    ----------
+    document : Document
+    """
+    with style.context(list(LOOK)):
+        flow = _Flow()
+        flow.text(document.title, _TITLE)
+        if document.written:
+            flow.text(f"Written {document.written}", _NOTE)
+        flow.space(0.08)
+        for label, value in document.facts:
+            flow.text(f"{label}: {value}", _BODY)
+        for section in document.sections:
+            flow.heading(section.title)
+            for part in section.parts:
+                if isinstance(part, Paragraph):
+                    flow.text(part.text, _KINDS[part.kind])
+                    flow.space(0.07)
+                elif isinstance(part, Table):
+                    flow.table(part)
+                else:
+                    flow.picture(part)
+        return flow.finish(document.title)
+
+
+class _Flow:
+    """Pages that fill from top to bottom."""
+
+    def __init__(self) -> None:
+        self._pages: list[Figure] = []
+        self._y = 0.0
+        self._new_page()
+
+    def space(self, inches: float) -> None:
+        """Leave a gap, unless at the top of a page."""
+        if self._y > _TOP:
+            self._y += inches
+
+    def heading(self, title: str) -> None:
+        """Begin a section; a heading never stands alone at the foot of a page."""
+        self._need(1.6)
+        self.space(0.2)
+        self.text(title, _HEADING)
+        self._rule(0.0, WIDTH)
+        self._y += 0.09
+
+    def text(self, text: str, kind: _Type) -> None:
+        """Set a paragraph."""
+        for line in _wrapped(text, kind, WIDTH):
+            self._need(kind.line)
+            self._put(line, 0.0, kind)
+            self._y += kind.line
+
+    def table(self, table: Table) -> None:
+        """Set a table; the headings come again on every page."""
+        widths = _column_widths(table)
+        cells = [
+            [_wrapped(cell, _CELL, width) for cell, width in zip(row, widths, strict=True)]
+            for row in table.rows
+        ]
+        # Caption, headings and a row or two stay together.
+        self._need(4.0 * _CELL.line + 0.3)
+        if table.caption:
+            self.text(table.caption, _Type(size=8.6, bold=True))
+            self._y += 0.02
+        self._table_head(table, widths)
+        for row in cells:
+            height = max((len(lines) for lines in row), default=1) * _CELL.line
+            if self._need(height):
+                self._table_head(table, widths)
+            self._row(row, widths, table.numeric, _CELL)
+            self._y += height
+        self._y += 0.16
+
+    def picture(self, picture: Picture) -> None:
+        """Set a picture with its caption below, both on one page."""
+        caption = _wrapped(picture.caption, _NOTE, WIDTH)
+        self._need(picture.height + len(caption) * _NOTE.line)
+        # A part of a figure fills a cell of a grid; the cells around it are the margins.
+        grid = GridSpec(
+            3, 3,
+            height_ratios=(self._y, picture.height, _PAGE_HEIGHT - self._y - picture.height),
+            width_ratios=(_SIDE, WIDTH, _SIDE),
+        )  # fmt: skip
+        picture.draw(self._page.add_subfigure(grid[1, 1]))
+        self._y += picture.height + 0.03
+        for line in caption:
+            self._put(line, 0.0, _NOTE)
+            self._y += _NOTE.line
+        self._y += 0.14
+
+    def finish(self, title: str) -> bytes:
+        """Write all pages, with numbers."""
+        content = io.BytesIO()
+        with PdfPages(content, metadata={"Title": title, "CreationDate": None}) as pages:
+            for number, page in enumerate(self._pages, start=1):
+                foot = 0.45 / _PAGE_HEIGHT
+                left, right = _SIDE / _PAGE_WIDTH, 1.0 - _SIDE / _PAGE_WIDTH
+                page.text(left, foot, title, fontsize=7.0, color=_QUIET)
+                page.text(
+                    right, foot, f"{number} of {len(self._pages)}",
+                    fontsize=7.0, color=_QUIET, ha="right",
+                )  # fmt: skip
+                pages.savefig(page)
+        return content.getvalue()
+
+    @property
+    def _page(self) -> Figure:
+        return self._pages[-1]
+
+    def _new_page(self) -> None:
+        page = Figure(figsize=(_PAGE_WIDTH, _PAGE_HEIGHT), facecolor="white")
+        FigureCanvasPdf(page)
+        self._pages.append(page)
+        self._y = _TOP
+
+    def _need(self, height: float) -> bool:
+        """Turn the page if so much does not fit; return whether it was turned."""
+        if self._y + height <= _PAGE_HEIGHT - _BOTTOM or self._y <= _TOP:
+            return False
+        self._new_page()
+        return True
+
+    def _put(self, text: str, x: float, kind: _Type, *, right: bool = False) -> None:
+        self._page.text(
+            (_SIDE + x) / _PAGE_WIDTH, 1.0 - (self._y + 0.78 * kind.line) / _PAGE_HEIGHT, text,
+            fontsize=kind.size, fontweight="bold" if kind.bold else "normal", color=kind.color,
+            ha="right" if right else "left", va="baseline",
+        )  # fmt: skip
+
+    def _rule(self, start: float, stop: float) -> None:
+        y = 1.0 - self._y / _PAGE_HEIGHT
+        ends = [(_SIDE + start) / _PAGE_WIDTH, (_SIDE + stop) / _PAGE_WIDTH]
+        self._page.add_artist(Line2D(ends, [y, y], color=FAINT, linewidth=0.6))
+
+    def _table_head(self, table: Table, widths: Sequence[float]) -> None:
+        heads = [
+            _wrapped(name, _HEAD, width) for name, width in zip(table.columns, widths, strict=True)
+        ]
+        if any(table.columns):
+            self._row(heads, widths, table.numeric, _HEAD)
+            self._y += max(len(lines) for lines in heads) * _HEAD.line
+        self._rule(0.0, sum(widths) + _GUTTER * (len(widths) - 1))
+        self._y += 0.03
+
+    def _row(
+        self,
+        cells: Sequence[Sequence[str]],
+        widths: Sequence[float],
+        numeric: frozenset[int],
+        kind: _Type,
+    ) -> None:
+        start, x = self._y, 0.0
+        for place, (lines, width) in enumerate(zip(cells, widths, strict=True)):
+            right = place in numeric
+            for line in lines:
+                self._put(line, x + width if right else x, kind, right=right)
+                self._y += kind.line
+            self._y = start
+            x += width + _GUTTER
+
+
+def _column_widths(table: Table) -> list[float]:
+    """Return widths in inches: what the cells need, less where that is more than the page."""
+    count = len(table.columns)
+    needs = [
+        max(
+            _width(table.columns[place], _HEAD),
+            max((_width(row[place], _CELL) for row in table.rows), default=0.0),
+        )
+        + 0.01
+        for place in range(count)
+    ]
+    room = WIDTH - _GUTTER * (count - 1)
+    # The widest columns give way to a common width; what is narrower keeps its own.
+    open_places = sorted(range(count), key=lambda place: needs[place])
+    widths = list(needs)
+    while open_places:
+        share = room / len(open_places)
+        narrowest = open_places[0]
+        if needs[narrowest] > share:
+            for place in open_places:
+                widths[place] = share
+            break
+        room -= needs[narrowest]
+        open_places.pop(0)
+    return widths
+
+
+def _wrapped(text: str, kind: _Type, width: float) -> list[str]:
+    """Break a text into lines of a width in inches; a word that is too long is cut."""
+    lines: list[str] = []
+    current = ""
+    for word in text.split():
+        longer = f"{current} {word}" if current else word
+        if _width(longer, kind) <= width:
+            current = longer
+            continue
+        if current:
+            lines.append(current)
+        current = word
+        while _width(current, kind) > width:
+            fits = max(1, int(len(current) * width / _width(current, kind)))
+            lines.append(current[:fits])
+            current = current[fits:]
+    return [*lines, current] if current or not lines else lines
+
+
+@lru_cache(maxsize=20_000)
+def _measure(text: str, size: float, bold: bool) -> float:
+    font = FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal", size=size)
+    return float(TextToPath().get_text_width_height_descent(text, font, ismath=False)[0])
+
+
+def _width(text: str, kind: _Type) -> float:
+    return _measure(text, kind.size, kind.bold) * _POINT

@@ -1,0 +1,288 @@
+"""The report on a missing effect: complete, self-contained, readable, and the same every time."""
+
+from __future__ import annotations
+
+import base64
+import itertools
+import re
+import sys
+from dataclasses import replace
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from matplotlib import style
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.text import Text
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from discrepancy_kit import adequate, answer
+
+from gsapp.aircraft import load_aircraft
+from gsapp.foundation import GroundStationError
+from gsapp.report.discrepancy_report import discrepancy_document, write_report
+from gsapp.report.document import (
+    LOOK,
+    TALLEST,
+    WIDTH,
+    Document,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    picture_png,
+)
+from gsapp.report.html import html_page
+from gsapp.report.pdf import pdf_pages
+from gsapp.report.provenance import Provenance, input_file
+
+AIRCRAFT = load_aircraft("b777")
+NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
+
+
+class Page(HTMLParser):
+    """What a browser would find: text, addresses, and whether tags close in order."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.text = ""
+        self.addresses: list[str] = []
+        self.headings: list[str] = []
+        self.open: list[str] = []
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
+        if tag not in ("meta", "img", "link"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "style" not in self.open:
+            self.text += f" {data.strip()}"
+        if self.open and self.open[-1] == "h2":
+            self.headings.append(data)
+
+
+@pytest.fixture(scope="module")
+def small() -> Document:
+    """Return the report on a short record."""
+    found = answer(maneuvers=3, samples=60)
+    return discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["3"])
+
+
+def page_of(document: Document) -> str:
+    """Return a document as HTML without drawing its pictures."""
+    return html_page(document, {one.name: b"\x89PNG" for one in document.pictures})
+
+
+def test_a_folder_gets_html_pdf_and_every_picture(tmp_path: Path) -> None:
+    found = answer(maneuvers=3, samples=60)
+    paths = write_report(
+        found, tmp_path, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["3"], written=NOON
+    )
+    assert sorted(path for path in tmp_path.rglob("*") if path.is_file()) == sorted(paths)
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert page.open == []
+    # Self-contained: every address is the picture itself, the same as the file beside it.
+    files = sorted((tmp_path / "figures").glob("*.png"))
+    assert [base64.b64decode(one.partition(",")[2]) for one in page.addresses] == [
+        path.read_bytes() for path in files
+    ]
+    assert all(one.startswith("data:image/png;base64,") for one in page.addresses)
+    pdf = (tmp_path / "report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type /Page\b", pdf)) >= 4
+
+
+def test_same_answer_gives_the_same_page_but_for_its_date(small: Document) -> None:
+    later = replace(small, written="2030-01-01 00:00 UTC")
+    first, second = page_of(replace(small, written="2026-05-12 12:00 UTC")), page_of(later)
+    differing = [
+        (one, other)
+        for one, other in zip(first.splitlines(), second.splitlines(), strict=True)
+        if one != other
+    ]
+    assert len(differing) == 1
+    assert "2026-05-12 12:00 UTC" in differing[0][0]
+    picture = small.pictures[0]
+    assert picture_png(picture) == picture_png(picture)
+
+
+def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> None:
+    page = Page(page_of(small))
+    steps = [title for title in page.headings if title[0].isdigit()]
+    assert [title.partition(":")[0] for title in steps] == [
+        "1. Find",
+        "2. Name",
+        "3. Add",
+        "4. Show",
+    ]
+    for words in (
+        "The model lacks something, and it has a name.",
+        "arm = 0.0493 ± 0.0021 m; 97 % sure",
+        "put in by hand",
+        "94 ± 3 % of the gap that a model can close was closed",
+        "gusts of 0.31 ± 0.04 m/s",
+        "a_y reads 0.02 g high",
+        "weigh the aircraft on two scales",
+        "q was clipped",
+    ):
+        assert words in page.text, words
+
+
+def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
+    found = adequate()
+    (path,) = write_report(
+        found, tmp_path / "a.html", aircraft=AIRCRAFT, provenance=Provenance(), overlays=[]
+    )
+    page = Page(path.read_text(encoding="utf-8"))
+    assert "The model is adequate" in page.text
+    assert "there was no gap to close" in page.text
+    assert "None" not in page.text
+    assert "nan" not in page.text
+
+
+def test_names_of_strangers_are_text_and_not_markup() -> None:
+    """A flight may be called anything; nothing of it becomes a tag, nothing mathematics."""
+    found = answer(maneuvers=2, samples=60)
+    odd = "<script>alert(1)</script> $x^{2$"
+    views = tuple(replace(one, flight=odd) for one in found.maneuvers)
+    document = discrepancy_document(
+        replace(found, maneuvers=views), aircraft=AIRCRAFT, provenance=Provenance(), overlays=["1"]
+    )
+    html = page_of(document)
+    assert "<script" not in html
+    assert odd in Page(html).text
+    assert pdf_pages(document).startswith(b"%PDF")
+
+
+def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
+    found = answer(maneuvers=2, samples=60)
+    with pytest.raises(GroundStationError, match=r"no maneuver '9' to draw; there are 1, 2"):
+        discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["9"])
+    with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
+        write_report(found, tmp_path / "a.doc", aircraft=AIRCRAFT, provenance=Provenance())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_maneuvers_drawn_are_those_kept_out_that_were_worst() -> None:
+    found = answer(maneuvers=12, samples=60)
+    document = discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance())
+    drawn = [one.name for one in document.pictures if one.name.startswith("overlay")]
+    assert drawn == ["overlay-6", "overlay-9", "overlay-12"]
+
+
+def test_no_text_of_a_picture_overlaps_another_or_leaves_the_sheet() -> None:
+    """Every word is inside its picture, and no two lie on one another: titles, ticks, numbers."""
+    found = answer(maneuvers=4, samples=120)
+    document = discrepancy_document(
+        found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["3"]
+    )
+    for picture in document.pictures:
+        assert 1.0 < picture.height <= TALLEST
+        assert clashes(picture) == [], picture.name
+
+
+def test_the_overlap_check_sees_an_overlap() -> None:
+    """What the test above relies on: words on words and words beyond the edge are told."""
+
+    def draw(container: FigureBase) -> None:
+        container.text(0.5, 0.5, "one")
+        container.text(0.51, 0.5, "two")
+        container.text(0.99, 0.2, "beyond")
+
+    told = clashes(Picture(name="bad", caption="", height=2.0, draw=draw))
+    assert told == ["'beyond' leaves the sheet", "'one' on 'two'"]
+
+
+def clashes(picture: Picture) -> list[str]:
+    """Return the texts of a picture, as really drawn, that overlap or leave it."""
+    drawn: dict[int, Text] = {}
+    draw = Text.draw
+
+    def note(text: Text, renderer: object) -> None:
+        if text.get_visible() and text.get_text().strip():
+            drawn[id(text)] = text
+        draw(text, renderer)
+
+    with style.context(list(LOOK)), patch.object(Text, "draw", note):
+        figure = Figure(figsize=(WIDTH, picture.height), dpi=100.0)
+        canvas = FigureCanvasAgg(figure)
+        picture.draw(figure)
+        canvas.draw()
+        boxes = [(text.get_text(), text.get_window_extent()) for text in drawn.values()]
+    assert boxes
+    sheet = figure.bbox
+    found = [
+        f"{words!r} leaves the sheet"
+        for words, box in boxes
+        if box.x0 < -1 or box.y0 < -1 or box.x1 > sheet.x1 + 1 or box.y1 > sheet.y1 + 1
+    ]
+    for (words, box), (others, other) in itertools.combinations(boxes, 2):
+        wide = min(box.x1, other.x1) - max(box.x0, other.x0)
+        high = min(box.y1, other.y1) - max(box.y0, other.y0)
+        if wide > 1.0 and high > 1.0:
+            found.append(f"{words!r} on {others!r}")
+    return found
+
+
+def test_a_long_table_breaks_and_keeps_every_row() -> None:
+    """Rows go on over pages; a word wider than its column is cut, none is lost."""
+    rows = tuple((f"row {number}", "x" * 300, f"{number}") for number in range(90))
+    table = Table(columns=("a", "b", "c"), rows=rows, numeric=frozenset({2}))
+    document = Document(
+        title="t", sections=(Section(title="s", parts=(Paragraph(text="p"), table)),)
+    )
+    pdf = pdf_pages(document)
+    assert len(re.findall(rb"/Type /Page\b", pdf)) >= 3
+    assert Page(page_of(document)).text.count("x" * 300) == 90
+
+
+def test_a_hash_tells_content_and_not_caches(tmp_path: Path) -> None:
+    folder = tmp_path / "flight"
+    (folder / "cache").mkdir(parents=True)
+    (folder / "raw.tlog").write_bytes(b"abc")
+    (folder / "cache" / "block.npy").write_bytes(b"1")
+    first = input_file("flight", folder)
+    (folder / "cache" / "block.npy").write_bytes(b"2")
+    assert input_file("flight", folder) == first
+    (folder / "raw.tlog").write_bytes(b"abd")
+    assert input_file("flight", folder).sha256 != first.sha256
+    # The sum of a file is the one that everybody's tools give.
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    (tmp_path / "file").write_bytes(b"abc")
+    assert input_file("model", tmp_path / "file", name="b777").sha256 == known
+
+
+def test_missing_samples_and_empty_channels_leave_gaps_and_no_errors() -> None:
+    """A channel without a sample is left out of the overlay; an infinite map cell is a dash."""
+    found = answer(maneuvers=2, samples=80)
+    view = found.maneuvers[0]
+    measured = view.measured.copy()
+    measured[:, 0] = np.nan
+    odd = found.steps[0].map.copy()
+    odd[0, 0] = np.nan
+    document = discrepancy_document(
+        replace(
+            found,
+            maneuvers=(replace(view, measured=measured), found.maneuvers[1]),
+            steps=(replace(found.steps[0], map=odd), *found.steps[1:]),
+        ),
+        aircraft=AIRCRAFT,
+        provenance=Provenance(),
+        overlays=["1"],
+    )
+    whole = discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["1"])
+    heights = [one.pictures[-1].height for one in (document, whole)]
+    assert heights[0] < heights[1]
+    for picture in (document.pictures[0], document.pictures[-1]):
+        assert picture_png(picture).startswith(b"\x89PNG")
