@@ -743,7 +743,7 @@ def _offset(
     term_id: str, target: str, unit: str, size: Callable[[Aircraft], float], title: str
 ) -> None:
     """Enter a value of the aircraft file in error, by `size` where nothing else is said."""
-    name = target.rpartition(".")[2] if target.startswith("cg") else "error"
+    name = target.rpartition(".")[2] if "." in target else "error"
 
     def make(aircraft: Aircraft) -> Term:
         default = size(aircraft)
@@ -827,6 +827,37 @@ def _register_mass() -> None:
     )
 
 
+_PLACE_WORDS = {
+    "alpha_vane": "Alpha vane",
+    "beta_vane": "Beta vane",
+    "accelerometer": "Accelerometer",
+    "air_data": "Pitot tube",
+}
+_AXIS_WORDS = {"x": "further forward or aft", "y": "to one side", "z": "higher or lower"}
+_MATTERS = (
+    ("alpha_vane", "xy"), ("beta_vane", "xz"), ("accelerometer", "xyz"), ("air_data", "yz"),
+)  # fmt: skip
+"""The axes along which a place shows: a pitot tube further forward sees the same speed."""
+
+
+def _of_span(share: float) -> Callable[[Aircraft], float]:
+    return lambda aircraft: share * aircraft.geometry.span
+
+
+def _register_places() -> None:
+    for instrument, axes in _MATTERS:
+        far = 0.02 if instrument == "accelerometer" else 0.1
+        for axis in axes:
+            target = f"place.{instrument}.{axis}"
+            _offset(
+                f"sensor.{instrument}.{axis}",
+                target,
+                "m",
+                _of_span(far),
+                f"{_PLACE_WORDS[instrument]} sits {_AXIS_WORDS[axis]} than the aircraft file says",
+            )
+
+
 _register_polynomials()
 _register_surfaces()
 _register_damping()
@@ -843,3 +874,4 @@ register("propulsion.Cm.throttle", _throttle_pitch)
 register("propulsion.Cn.asymmetry", _asymmetric_thrust)
 _register_thrust()
 _register_mass()
+_register_places()

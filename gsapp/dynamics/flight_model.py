@@ -32,7 +32,8 @@ from gsapp.dynamics.equations import (
     polar_rates,
 )
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.terms import TARGETS, VARIABLES, Term, TermJacobian
+from gsapp.dynamics.signals import Exchanged, channels_of
+from gsapp.dynamics.terms import PLACED, TARGETS, VARIABLES, Term, TermJacobian
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -49,7 +50,11 @@ _BETA_DOT = _VARIABLE_INDEX["beta_dot_hat"]
 _PREFIXES = ("control.", "sensor.")
 
 # Terms are summed in three passes: what they read must be known by then.
-_OFFSETS = ("thrust", "mass", "ixx", "iyy", "izz", "ixz", "cg.x", "cg.y", "cg.z")
+_PLACES = {name: tuple(f"place.{name}.{axis}" for axis in "xyz") for name in PLACED}
+_OFFSETS = (
+    "thrust", "mass", "ixx", "iyy", "izz", "ixz", "cg.x", "cg.y", "cg.z",
+    *(target for targets in _PLACES.values() for target in targets),
+)  # fmt: skip
 _FORCES = ("CN", "CA", "CY", "CX", "CZ", "X", "Y", "Z")
 
 
@@ -83,6 +88,8 @@ class Totals(NamedTuple):
         Rates of the terms' own states.
     variables : list
         In the order of `gsapp.dynamics.terms.VARIABLES`.
+    places : dict of str to tuple
+        How far an instrument sits from where the aircraft file says, m; only those that do.
     """
 
     coefficients: dict[str, Value]
@@ -92,6 +99,7 @@ class Totals(NamedTuple):
     cg: tuple[Value, Value, Value]
     term_rates: tuple[Value, ...]
     variables: list[Value]
+    places: dict[str, tuple[Value, Value, Value]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,6 +118,8 @@ class Differential:
     body : ndarray, shape (n, 5, n_all)
         Of mass, ixx, iyy, izz, ixz.
     cg : ndarray, shape (n, 3, n_all)
+    places : dict of str to ndarray, shape (n, 3, n_all)
+        Of the instruments in ``totals.places``.
     rates : ndarray, shape (n, n_states, n_all)
     free : tuple of str
         The parameters in the last columns.
@@ -121,6 +131,7 @@ class Differential:
     loads: FloatArray
     body: FloatArray
     cg: FloatArray
+    places: dict[str, FloatArray]
     rates: FloatArray
     free: tuple[str, ...]
 
@@ -149,7 +160,12 @@ class FlightModel:
     defaults : tuple of float
         Values of the parameters in the model file.
     control_terms, sensor_terms : dict of str to tuple of (Term, tuple of float)
-        Effects outside the equations, by surface (``elevator``) or channel, with values.
+        Effects outside the equations, by surface (``elevator``) or channel, with values. An
+        effect on a box stands with every channel of the box.
+    exchanged : tuple of (str, str)
+        Channels that carry each other's signal, before their paths.
+    misplaced : tuple of str
+        Instruments that sit elsewhere than the aircraft file says.
     """
 
     def __init__(self, aircraft: Aircraft, model: Model, *, extra: Sequence[Term] = ()) -> None:
@@ -165,6 +181,7 @@ class FlightModel:
         self._inertia = (mass.ixx, mass.iyy, mass.izz, mass.ixz)
         self.control_terms: dict[str, tuple[tuple[Term, tuple[float, ...]], ...]] = {}
         self.sensor_terms: dict[str, tuple[tuple[Term, tuple[float, ...]], ...]] = {}
+        self.exchanged: tuple[tuple[str, str], ...] = ()
         states: list[str] = list(POLAR_STATES)
         names: list[str] = []
         values: list[float] = []
@@ -197,6 +214,10 @@ class FlightModel:
             passes[0 if target in _OFFSETS else 1 if target in _FORCES else 2].append(entry)
         self._passes = tuple(tuple(one) for one in passes)
         self._entries = tuple(entries)
+        offset = {entry.term.target for entry in entries}
+        self.misplaced = tuple(
+            name for name, targets in _PLACES.items() if not offset.isdisjoint(targets)
+        )
         self._needs_flow_rates = any(
             index in entry.reads for entry in entries for index in (_ALPHA_DOT, _BETA_DOT)
         )
@@ -222,9 +243,13 @@ class FlightModel:
         return terms
 
     def _outside(self, term: Term, values: tuple[float, ...]) -> None:
-        group, _, name = term.target.partition(".")
+        if isinstance(term, Exchanged):
+            self.exchanged = (*self.exchanged, term.pair)
+            return
+        group, _, target = term.target.partition(".")
         table = self.control_terms if group == "control" else self.sensor_terms
-        table[name] = (*table.get(name, ()), (term, values))
+        for name in channels_of(target):
+            table[name] = (*table.get(name, ()), (term, values))
 
     def _check_order(self) -> None:
         late = {_ALPHA_DOT: "alpha_dot_hat", _BETA_DOT: "beta_dot_hat"}
@@ -350,6 +375,7 @@ class FlightModel:
             cg,
             term_rates,
             variables,
+            {name: _place(name, sums) for name in self.misplaced},
         )
 
     def rates(
@@ -444,6 +470,10 @@ class FlightModel:
             loads=d_loads,
             body=d_body,
             cg=np.stack([gx, gy, gz], axis=1),
+            places={
+                name: np.stack([sums(target) for target in _PLACES[name]], axis=1)
+                for name in self.misplaced
+            },
             rates=rates,
             free=chain.free,
         )
@@ -605,6 +635,12 @@ def _cross(
 ) -> FloatArray:  # fmt: skip
     """Return the derivative of a b - c d."""
     return _column(a) * db + _column(b) * da - _column(c) * dd - _column(d) * dc
+
+
+def _place(name: str, sums: Sequence[Value]) -> tuple[Value, Value, Value]:
+    """Return how far an instrument sits from where the aircraft file says, m."""
+    x, y, z = (sums[_TARGET_INDEX[target]] for target in _PLACES[name])
+    return x, y, z
 
 
 def _engine_offsets(positions: Sequence[tuple[float, float, float]]) -> tuple[float, float]:

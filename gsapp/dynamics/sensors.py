@@ -4,14 +4,15 @@ Positions are from the center of gravity, body axes, m. The formulas take single
 of shape (n,), and numbers with derivatives (`gsapp.dynamics.dual.Dual`) alike. `OutputModel` puts
 them behind a `FlightModel`: predicted measurements with their exact Jacobians.
 
-Lag, delay, scale and bias of an instrument are terms on the path of its signal
-(`gsapp.dynamics.signals`), found in ``FlightModel.sensor_terms``.
+An instrument that sits elsewhere than the aircraft file says, and two that are swapped, belong to
+the model behind an `OutputModel`. Lag, delay, scale and bias of an instrument are terms on the path
+of its signal (`gsapp.dynamics.signals`), found in ``FlightModel.sensor_terms``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -184,6 +185,8 @@ class OutputModel:
             )
         self.model = model
         self.channels = tuple(channels)
+        partners = [other for pair in model.exchanged for other in pair]
+        self._needed = frozenset((*channels, *partners))
 
     def values(
         self,
@@ -195,7 +198,13 @@ class OutputModel:
         totals = self.model.totals(state, inputs, parameters)
         spin = _spin(state, totals)
         table = self._predict(
-            state[:9], spin, totals.loads[:3], totals.body.mass, totals.cg, inputs[6]
+            state[:9],
+            spin,
+            totals.loads[:3],
+            totals.body.mass,
+            totals.cg,
+            inputs[6],
+            totals.places,
         )
         return tuple(table[name] for name in self.channels)
 
@@ -233,6 +242,12 @@ class OutputModel:
             dual(totals.body.mass, differential.body[:, 0]),
             tuple(dual(totals.cg[index], differential.cg[:, index]) for index in range(3)),
             dual(inputs[6], unit[n_states + INPUTS.index("rho")]),
+            {
+                name: tuple(
+                    dual(place[index], differential.places[name][:, index]) for index in range(3)
+                )
+                for name, place in totals.places.items()
+            },
         )
         chosen = [table[name] for name in self.channels]
         values = np.stack([x.value for x in chosen], axis=-1)
@@ -246,6 +261,7 @@ class OutputModel:
         mass: Any,
         cg: Sequence[Any],
         rho: Any,
+        places: Mapping[str, Sequence[Any]],
     ) -> dict[str, Any]:
         sensors = self.model.aircraft.sensors
         V, alpha, beta, p, q, r = polar[:6]
@@ -254,26 +270,31 @@ class OutputModel:
         forward = V * m.cos(beta)
         flow = (forward * m.cos(alpha), V * m.sin(beta), forward * m.sin(alpha))
 
-        def place(position: Vector) -> Vector:
-            x, y, z = position
+        def place(instrument: str) -> Vector:
+            x, y, z = getattr(sensors, instrument).position
+            if instrument in places:
+                off = places[instrument]
+                x, y, z = x + off[0], y + off[1], z + off[2]
             return x - cg[0], y - cg[1], z - cg[2]
 
-        def flow_at(position: Vector) -> Vector:
-            return velocity_at(place(position), flow, rates)
+        def flow_at(instrument: str) -> Vector:
+            return velocity_at(place(instrument), flow, rates)
 
         table = dict(zip(POLAR_STATES, polar, strict=True))
         table.update(p_dot=spin[0], q_dot=spin[1], r_dot=spin[2])
-        if not _AIR_DATA.isdisjoint(self.channels):
-            speed = airspeed(flow_at(sensors.air_data.position))
+        if not _AIR_DATA.isdisjoint(self._needed):
+            speed = airspeed(flow_at("air_data"))
             table.update(V=speed, qbar=0.5 * rho * speed * speed)
         vane, fin = sensors.alpha_vane, sensors.beta_vane
-        if "alpha" in self.channels:
-            table["alpha"] = alpha_vane(flow_at(vane.position), vane.upwash)
-        if "beta" in self.channels:
-            table["beta"] = beta_vane(flow_at(fin.position), fin.kind, fin.upwash)
-        if not _ACCELERATIONS.isdisjoint(self.channels):
+        if "alpha" in self._needed:
+            table["alpha"] = alpha_vane(flow_at("alpha_vane"), vane.upwash)
+        if "beta" in self._needed:
+            table["beta"] = beta_vane(flow_at("beta_vane"), fin.kind, fin.upwash)
+        if not _ACCELERATIONS.isdisjoint(self._needed):
             specific = (force[0] / mass, force[1] / mass, -(force[2] / mass))
             table["ax"], table["ay"], table["an"] = accelerations_at(
-                place(sensors.accelerometer.position), specific, rates, (spin[0], spin[1], spin[2])
+                place("accelerometer"), specific, rates, (spin[0], spin[1], spin[2])
             )
+        for one, other in self.model.exchanged:
+            table[one], table[other] = table[other], table[one]
         return table

@@ -10,8 +10,19 @@ another. They exist in two forms that agree for signals slow against the sample 
   running simulation, `respond` for whole histories with derivatives by the parameters and, for
   sensitivities of the signal itself, `Response.tangent`.
 
+What was measured on a surface is an *input* of the equations: there, a path from quantity to record
+is walked backward, `SignalTerm.undo` and `undo`.
+
+Two effects of instruments concern several channels at once. A *box* (`BOXES`) is late as a whole:
+its term stands on the path of every channel of the box, with one parameter for all. Two axes that
+are *swapped* (`Exchanged`) are no signal term: they change places before any path begins
+(`gsapp.dynamics.flight_model.FlightModel.exchanged`). The third, an instrument that sits elsewhere
+than the aircraft file says, is an offset in the equations (targets ``place.<instrument>.<axis>``)
+that `gsapp.dynamics.sensors.OutputModel` takes into account.
+
 Importing this module enters the effects ``control.<surface>.<kind>`` and
-``sensor.<channel>.<kind>`` in the registry.
+``sensor.<channel>.<kind>``, ``sensor.<box>.delay``, ``sensor.<one>_<other>.swapped`` in the
+registry.
 """
 
 from __future__ import annotations
@@ -26,6 +37,7 @@ from scipy.signal import lfilter
 
 from gsapp.dynamics.arithmetic import Value, choose, clip
 from gsapp.dynamics.terms import Parameter, Term, TermFactory, TermJacobian, Values, register
+from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
 SHORTEST = 5e-3
@@ -35,7 +47,23 @@ ROUNDING = 0.01
 
 SURFACES = {"elevator": "de", "aileron": "da", "rudder": "dr", "flap": "flap"}
 """Name in effect ids: channel."""
-SENSOR_CHANNELS = ("alpha", "beta", "V", "p", "q", "r", "ax", "ay", "an", "phi", "theta", "qbar")
+MOTION_CHANNELS = ("alpha", "beta", "V", "p", "q", "r", "ax", "ay", "an", "phi", "theta", "qbar")
+"""Measured channels that the equations predict."""
+INPUT_CHANNELS = tuple(SURFACES.values())
+"""Measured channels that drive the equations."""
+SENSOR_CHANNELS = (*MOTION_CHANNELS, *INPUT_CHANNELS)
+BOXES: dict[str, tuple[str, ...]] = {
+    "airdata": ("alpha", "beta", "V", "qbar"),
+    "inertial": ("p", "q", "r", "ax", "ay", "an"),
+    "attitude": ("phi", "theta"),
+    "surfaces": INPUT_CHANNELS,
+}
+"""Instruments that share a clock, and so are late together: either all inputs or none."""
+PAIRS = (
+    ("p", "q"), ("p", "r"), ("q", "r"), ("ax", "ay"), ("ax", "an"), ("ay", "an"),
+    ("alpha", "beta"),
+)  # fmt: skip
+"""Channels of one kind, whose plugs fit each other's sockets."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,6 +103,45 @@ class SignalTerm(Term):
     @abstractmethod
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
         """Return the whole history after the path, shape (n,), sampled every `dt` s."""
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the history, shape (n,), that came out as `signal`.
+
+        Where the path lost it (clipping, play), the signal stands for it.
+        """
+        del dt
+        return _untouched(signal, len(parameters))
+
+
+def _untouched(signal: FloatArray, n_parameters: int) -> Response:
+    return Response(
+        values=signal,
+        parameters=np.zeros((signal.size, n_parameters)),
+        tangent=lambda change: change,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exchanged(Term):
+    """Two channels that carry each other's signal.
+
+    Attributes
+    ----------
+    pair : tuple of str
+        The two channels.
+    """
+
+    pair: tuple[str, str]
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return what the first channel records: the second signal."""
+        del states, parameters
+        return reads[1]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del reads, states, parameters
+        return TermJacobian(reads=(0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,6 +183,19 @@ class Scale(Straight):
         del states
         return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
 
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return signal / factor; a factor of zero has lost it."""
+        del dt
+        (factor,) = parameters
+        if factor == 0.0:
+            return _untouched(signal, 1)
+        values = signal / factor
+        return Response(
+            values=values,
+            parameters=(-values / factor)[:, None],
+            tangent=lambda change: change / factor,
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reversed(Straight):
@@ -131,6 +211,15 @@ class Reversed(Straight):
         del reads, states, parameters
         return TermJacobian(reads=(-1.0,))
 
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return minus the signal."""
+        del dt, parameters
+        return Response(
+            values=-signal,
+            parameters=np.empty((signal.size, 0)),
+            tangent=lambda change: -change,
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bias(Straight):
@@ -145,6 +234,15 @@ class Bias(Straight):
         """Return the partial derivatives."""
         del reads, states, parameters
         return TermJacobian(reads=(1.0,), parameters=(1.0,))
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return signal - bias."""
+        del dt
+        return Response(
+            values=signal - parameters[0],
+            parameters=np.full((signal.size, 1), -1.0),
+            tangent=lambda change: change,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -236,10 +334,26 @@ class Lag(SignalTerm):
             by_tau = np.asarray(lfilter([1.0], [1.0, -decay], drive))
         return Response(values=values, parameters=by_tau[:, None], tangent=run)
 
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return signal + tau * its rate, from the samples on either side."""
+        if signal.size < 2:
+            return _untouched(signal, 1)
+        tau = parameters[0]
+        rate = np.gradient(signal, dt)
+        return Response(
+            values=signal + tau * rate,
+            parameters=rate[:, None],
+            tangent=lambda change: change + tau * np.gradient(change, dt, axis=0),
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Delay(SignalTerm):
-    """Pure delay."""
+    """Pure delay.
+
+    A negative one (the signal is early, which the clock of a box can bring about) acts on recorded
+    histories only.
+    """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return the second-order Pade approximation: signal - delay * x2."""
@@ -276,7 +390,18 @@ class Delay(SignalTerm):
         )
 
     def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
-        """Return the past samples, newest first."""
+        """Return the past samples, newest first.
+
+        Raises
+        ------
+        FlightError
+            If the delay is negative.
+        """
+        if parameters[0] < 0.0:
+            raise FlightError(
+                f"the effect '{self.id}' has a delay of {parameters[0]:g} s, but nothing can show "
+                "what is yet to come; give zero or more (or make the other instruments late)"
+            )
         return [signal] * (math.ceil(parameters[0] / dt) + 2)
 
     def step(
@@ -291,19 +416,31 @@ class Delay(SignalTerm):
         return (1.0 - part) * memory[index] + part * memory[index + 1]
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
-        """Return the signal as it was; before the first sample it was constant."""
-        count = signal.size
-        place = np.clip(np.arange(count) - parameters[0] / dt, 0.0, None)
-        index = np.minimum(place.astype(np.intp), max(count - 2, 0))
-        after = np.minimum(index + 1, count - 1)
-        part = place - index
+        """Return the signal as it was; beyond its ends it was constant."""
+        return _moved(signal, parameters[0] / dt, dt)
 
-        def run(history: FloatArray) -> FloatArray:
-            weight = part if history.ndim == 1 else part[:, None]
-            return np.asarray((1.0 - weight) * history[index] + weight * history[after])
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the signal as it will be; after the last sample it is constant."""
+        found = _moved(signal, -parameters[0] / dt, dt)
+        return Response(values=found.values, parameters=-found.parameters, tangent=found.tangent)
 
-        slope = np.where(place > 0.0, (signal[after] - signal[index]) / dt, 0.0)
-        return Response(values=run(signal), parameters=-slope[:, None], tangent=run)
+
+def _moved(signal: FloatArray, steps: float, dt: float) -> Response:
+    """Return a signal so many samples later, on the straight lines between samples."""
+    count = signal.size
+    wanted = np.arange(count) - steps
+    place = np.clip(wanted, 0.0, count - 1.0)
+    index = np.minimum(place.astype(np.intp), max(count - 2, 0))
+    after = np.minimum(index + 1, count - 1)
+    part = place - index
+
+    def run(history: FloatArray) -> FloatArray:
+        weight = part if history.ndim == 1 else part[:, None]
+        return np.asarray((1.0 - weight) * history[index] + weight * history[after])
+
+    moving = (wanted > 0.0) & (wanted < count - 1.0)
+    slope = np.where(moving, (signal[after] - signal[index]) / dt, 0.0)
+    return Response(values=run(signal), parameters=-slope[:, None], tangent=run)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -518,6 +655,39 @@ def respond(
     return Response(values=values, parameters=columns, tangent=through)
 
 
+def undo(
+    terms: tuple[tuple[SignalTerm, tuple[float, ...]], ...], signal: FloatArray, dt: float
+) -> Response:
+    """Return the history before several terms, from what came out of them; as `respond`.
+
+    The columns of `Response.parameters` follow the terms in their order on the path.
+    """
+    values = np.asarray(signal, dtype=np.float64)
+    widths = [len(parameters) for _, parameters in terms]
+    columns = np.zeros((values.size, sum(widths)))
+    tangents: list[Callable[[FloatArray], FloatArray]] = []
+    stop = sum(widths)
+    for (term, parameters), width in zip(reversed(terms), reversed(widths), strict=True):
+        one = term.undo(values, dt, parameters)
+        columns = one.tangent(columns)
+        columns[:, stop - width : stop] = one.parameters
+        stop -= width
+        values = one.values
+        tangents.append(one.tangent)
+
+    def through(change: FloatArray) -> FloatArray:
+        for tangent in tangents:
+            change = tangent(change)
+        return change
+
+    return Response(values=values, parameters=columns, tangent=through)
+
+
+def channels_of(name: str) -> tuple[str, ...]:
+    """Return the channels that a target ``sensor.<name>`` stands for: one, or those of a box."""
+    return BOXES.get(name, (name,))
+
+
 # --- the catalog's names ------------------------------------------------------------------------
 
 
@@ -541,7 +711,7 @@ def _parameter(
     )
 
 
-def _constant(term: SignalTerm) -> TermFactory:
+def _constant(term: Term) -> TermFactory:
     return lambda _: term
 
 
@@ -617,18 +787,48 @@ def _register_controls() -> None:
             register(term.id, _constant(term))
 
 
+_UNITS = {
+    "V": "m/s", "qbar": "Pa",
+    **dict.fromkeys(("p", "q", "r"), "rad/s"), **dict.fromkeys(("ax", "ay", "an"), "m/s^2"),
+}  # fmt: skip
+_BIASES = {"V": 1.5, "qbar": 25.0, **dict.fromkeys(("ax", "ay", "an"), 0.3)}
+_CLIPS = {
+    "V": 30.0, "qbar": 550.0, "alpha": 0.12, "beta": 0.06, "ax": 1.5, "ay": 2.0, "an": 13.0,
+    "phi": 0.5, "theta": 0.15,
+}  # fmt: skip
+_CLIP = 0.3
+INSTRUMENT_TITLES = {
+    "alpha": "Alpha vane",
+    "beta": "Beta vane",
+    "V": "Airspeed",
+    "p": "Roll gyro",
+    "q": "Pitch gyro",
+    "r": "Yaw gyro",
+    "ax": "x accelerometer",
+    "ay": "y accelerometer",
+    "an": "Normal accelerometer",
+    "phi": "Bank angle",
+    "theta": "Pitch angle",
+    "qbar": "Dynamic pressure",
+    "de": "Elevator position",
+    "da": "Aileron position",
+    "dr": "Rudder position",
+    "flap": "Flap position",
+}
+"""What measures a channel, in words."""
+
+
 def _register_sensors() -> None:
-    units = {"V": "m/s", "qbar": "Pa"} | dict.fromkeys(("p", "q", "r"), "rad/s")
-    units |= dict.fromkeys(("ax", "ay", "an"), "m/s^2")
-    typical = {"V": 1.5, "qbar": 25.0} | dict.fromkeys(("ax", "ay", "an"), 0.3)
     for channel in SENSOR_CHANNELS:
-        unit = units.get(channel, "rad")
-        bias = typical.get(channel, 0.015)
-        target, reads = f"sensor.{channel}", (channel,)
+        unit = _UNITS.get(channel, "rad")
+        bias, clip_at = _BIASES.get(channel, 0.015), _CLIPS.get(channel, _CLIP)
+        if channel in INPUT_CHANNELS:
+            clip_at = 0.1
+        target, reads, name = f"sensor.{channel}", (channel,), INSTRUMENT_TITLES[channel]
         rows: tuple[SignalTerm, ...] = (
             Scale(
                 id=f"sensor.{channel}.scale",
-                title=f"{channel} sensor reads too much or too little",
+                title=f"{name} reads too much or too little",
                 equation=f"{channel} recorded = scale * {channel}",
                 parameters=_parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),
                 target=target,
@@ -636,7 +836,7 @@ def _register_sensors() -> None:
             ),
             Bias(
                 id=f"sensor.{channel}.bias",
-                title=f"{channel} sensor has an offset",
+                title=f"{name} has an offset",
                 equation=f"{channel} recorded = {channel} + bias",
                 parameters=_parameter(
                     "bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"
@@ -646,7 +846,7 @@ def _register_sensors() -> None:
             ),
             Delay(
                 id=f"sensor.{channel}.delay",
-                title=f"{channel} sensor is late",
+                title=f"{name} is late",
                 equation=f"{channel} recorded(t) = {channel}(t - delay)",
                 states=("x1", "x2"),
                 parameters=_DELAY,
@@ -655,16 +855,31 @@ def _register_sensors() -> None:
             ),
             Lag(
                 id=f"sensor.{channel}.lag",
-                title=f"{channel} sensor is filtered",
+                title=f"{name} is filtered",
                 equation=f"recorded' = ({channel} - recorded)/tau",
                 states=("recorded",),
                 parameters=_TAU,
                 target=target,
                 reads=reads,
             ),
+            Saturation(
+                id=f"sensor.{channel}.clipping",
+                title=f"{name} reaches the end of its range",
+                equation=f"{channel} recorded = limit({channel}, -limit, limit)",
+                parameters=_parameter(
+                    "limit",
+                    unit,
+                    clip_at,
+                    (0.0, 100.0 * clip_at),
+                    "largest size recorded",
+                    100.0 * clip_at,
+                ),
+                target=target,
+                reads=reads,
+            ),
             Reversed(
                 id=f"sensor.{channel}.reversed",
-                title=f"{channel} sensor has the wrong sign",
+                title=f"{name} has the wrong sign",
                 equation=f"{channel} recorded = -{channel}",
                 target=target,
                 reads=reads,
@@ -674,5 +889,54 @@ def _register_sensors() -> None:
             register(term.id, _constant(term))
 
 
+_BOX_TITLES = {
+    "airdata": "All air data (vanes, airspeed) come late",
+    "inertial": "Gyros and accelerometers come late",
+    "attitude": "Bank and pitch angle come late",
+    "surfaces": "All surface positions come late",
+}
+
+
+def _register_boxes() -> None:
+    for box, channels in BOXES.items():
+        term = Delay(
+            id=f"sensor.{box}.delay",
+            title=_BOX_TITLES[box],
+            equation=f"recorded(t) = true(t - delay) for {', '.join(channels)}",
+            states=("x1", "x2"),
+            parameters=_parameter(
+                "delay",
+                "s",
+                0.02,
+                (-0.2, 0.5),
+                "how late the clock of the box is; negative: early, in recorded flights only",
+            ),
+            target=f"sensor.{box}",
+            # Of any of its channels: each has a path of its own.
+            reads=("signal",),
+        )
+        register(term.id, _constant(term))
+
+
+def _small(channel: str) -> str:
+    title = INSTRUMENT_TITLES[channel]
+    return title[0].lower() + title[1:]
+
+
+def _register_pairs() -> None:
+    for one, other in PAIRS:
+        term = Exchanged(
+            id=f"sensor.{one}_{other}.swapped",
+            title=f"{INSTRUMENT_TITLES[one]} and {_small(other)} are swapped",
+            equation=f"{one} recorded = {other}, {other} recorded = {one}",
+            target=f"sensor.{one}_{other}",
+            reads=(one, other),
+            pair=(one, other),
+        )
+        register(term.id, _constant(term))
+
+
 _register_controls()
 _register_sensors()
+_register_boxes()
+_register_pairs()

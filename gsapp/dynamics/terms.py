@@ -17,8 +17,9 @@ Targets
     ``X Y Z L M N``                forces (N) and moments (N m) in body axes
     ``thrust``                     force along x (N)
     ``mass ixx iyy izz ixz cg.x cg.y cg.z``   offsets of the file's values (kg, kg m^2, m)
+    ``place.<instrument>.<axis>``  offset of where an instrument sits, from the file's (m)
     ``control.<surface>``          the path of a control signal, see `gsapp.dynamics.signals`
-    ``sensor.<channel>``           the path of a measured signal
+    ``sensor.<channel>``           the path of a measured signal, or of all those of a box
 """
 
 from __future__ import annotations
@@ -60,6 +61,8 @@ VARIABLES: Mapping[str, str] = {
 """What a term of the equations may read."""
 
 COEFFICIENTS = ("CN", "CA", "CY", "Cl", "Cm", "Cn")
+PLACED = ("alpha_vane", "beta_vane", "accelerometer", "air_data")
+"""Instruments for which it matters where they sit, as the aircraft file calls them."""
 TARGETS = (
     *COEFFICIENTS,
     "CX",
@@ -79,6 +82,7 @@ TARGETS = (
     "cg.x",
     "cg.y",
     "cg.z",
+    *(f"place.{instrument}.{axis}" for instrument in PLACED for axis in "xyz"),
 )
 """What a term of the equations may add to."""
 

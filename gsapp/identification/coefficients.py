@@ -368,7 +368,12 @@ def _without_derivatives(
         else:
             late.append((term, effect.values(aircraft)))
     flight_model = FlightModel(aircraft, Model(effects=tuple(now)) if now else _NOTHING)
-    outside = [*flight_model.control_terms, *flight_model.sensor_terms]
+    outside = [
+        *flight_model.control_terms,
+        *flight_model.sensor_terms,
+        *(" and ".join(pair) for pair in flight_model.exchanged),
+        *(f"the place of {name}" for name in flight_model.misplaced),
+    ]
     remarks = [
         f"the model's effects on {', '.join(outside)} are not undone in the measurements"
     ] * bool(outside)

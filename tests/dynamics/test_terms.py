@@ -34,10 +34,21 @@ NEEDED = [
     *(f"aero.{c}.{k}" for c in ("Cl", "Cn") for k in ("alpha_beta", "beta3")), "aero.Cm.beta2",
     "aero.Cn.da", "propulsion.Cm.throttle", "propulsion.Cn.asymmetry", "mass.cg.x",
     "mass.inertia.ixz",
+    *(f"aero.{c}.alpha_de" for c in ("Cm", "CN", "CA")),
+    *(f"aero.{c}.alpha_{s}" for c in ("Cl", "Cn", "CY") for s in ("da", "dr", "p", "r")),
+    "aero.Cm.alpha_q", "aero.CN.alpha_q", "aero.Cl.alpha", "aero.Cn.alpha",
+    "aero.Cm.de_falloff", "aero.Cl.da_falloff", "aero.Cn.dr_falloff",
+    "propulsion.Cm.slipstream", "propulsion.thrust.scale",
+    "mass.cg.z", "mass.mass.error", "mass.inertia.ixx", "mass.inertia.iyy", "mass.inertia.izz",
     *(f"control.{s}.{k}" for s in ("elevator", "aileron", "rudder")
       for k in ("backlash", "saturation", "lag", "rate", "delay")),
     *(f"sensor.{c}.{k}" for c in ("alpha", "beta", "q", "ay")
-      for k in ("scale", "bias", "delay", "lag", "reversed")),
+      for k in ("scale", "bias", "delay", "lag", "clipping", "reversed")),
+    *(f"sensor.{c}.{k}" for c in ("de", "da", "dr", "V", "qbar")
+      for k in ("scale", "bias", "delay")),
+    *(f"sensor.{box}.delay" for box in ("airdata", "inertial", "surfaces")),
+    *(f"sensor.accelerometer.{axis}" for axis in "xyz"), "sensor.alpha_vane.x",
+    "sensor.p_r.swapped",
 ]  # fmt: skip
 
 
@@ -121,8 +132,11 @@ def test_single_numbers_give_what_arrays_give(name: str, aircraft: Aircraft) -> 
                 assert a == pytest.approx(float((b + np.zeros(5))[k]), rel=1e-12, abs=1e-12)
 
 
-# A reversed signal has no size.
-@pytest.mark.parametrize("name", [n for n in effect_ids() if not n.endswith(".reversed")])
+# Reversed and swapped signals have no size.
+SIZED = [name for name in effect_ids() if not name.endswith((".reversed", ".swapped"))]
+
+
+@pytest.mark.parametrize("name", SIZED)
 def test_neutral_parameters_do_nothing(name: str, aircraft: Aircraft) -> None:
     """At its neutral value an effect leaves what it acts on alone."""
     term = make_term(name, aircraft)

@@ -6,8 +6,8 @@ from gsapp.discrepancy.catalog.records import Lore
 from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.terms import COEFFICIENTS
 
-_BUILD_UP = "dissertation, (4.2.1)-(4.2.6)"
-_BEYOND = "dissertation, section 4.2: left out of the linear build-up"
+_BUILD_UP = "Seanor, (4.2.1)-(4.2.6)"
+_BEYOND = "Seanor, section 4.2: left out of the linear build-up"
 _SURFACE_OF = {"CN": "de", "CA": "de", "Cm": "de", "Cl": "da", "Cn": "dr", "CY": "dr"}
 _WORD = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 _LONGITUDINAL = ("CN", "CA", "Cm")
@@ -83,7 +83,7 @@ def _cross() -> dict[str, Lore]:
                 ),
                 effect_class="A",
                 needs=(suffix,) if surface else (),
-                source="notes, section 6: unequal sides; Etkin and Reid, coupling derivatives",
+                source="Seanor, flight tests: unequal sides; Etkin and Reid, coupling derivatives",
             )
     found["aero.Cl.alpha"] = Lore(
         mistaken_for=("mass.cg.y", "aero.Cl.de", "aero.Cl.q", "sensor.ay.bias"),
@@ -92,7 +92,7 @@ def _cross() -> dict[str, Lore]:
             "both wheels of the main gear settles the center of gravity"
         ),
         effect_class="A",
-        source="notes, section 6: unequal dihedral gives Cl_0 and Cn_0",
+        source="Seanor, flight tests: unequal dihedral gives Cl_0 and Cn_0",
     )
     for target, words in (("Cn", "p and r of the fans' spin"), ("Cm", "r against the fans' spin")):
         suffix = "q" if target == "Cn" else "r"
@@ -169,7 +169,7 @@ def _flap() -> dict[str, Lore]:
             "between doublets of the same kind with either setting",
             effect_class="A",
             needs=("flap",),
-            source="notes, section 6: flaps change trim",
+            source="Seanor, flight tests: flaps change trim",
         )
         for target in _LONGITUDINAL
     }
@@ -189,7 +189,7 @@ def _surfaces() -> dict[str, Lore]:
                 "small enough to stay linear in each",
                 effect_class="A",
                 needs=(surface,),
-                source=f"{_BEYOND}; notes, section 1: flight tests from 80 to 120 ft/s",
+                source=f"{_BEYOND}; Seanor, flight tests from 80 to 120 ft/s",
             )
     for target, surface in (
         ("Cm", "de"),
@@ -214,7 +214,7 @@ def _surfaces() -> dict[str, Lore]:
             separated_by=f"{word} doublets of quarter, half and full stick from the same trim",
             effect_class="A",
             needs=(surface,),
-            source=f"notes, section 6: doublets too large become nonlinear; {_BEYOND}",
+            source=f"Seanor, flight tests: doublets too large become nonlinear; {_BEYOND}",
         )
     for target, surface in (("Cm", "de"), ("Cl", "da"), ("Cn", "dr")):
         found[f"aero.{target}.{surface}_falloff"] = Lore(
@@ -241,7 +241,8 @@ def _effectiveness_aliases(target: str, surface: str) -> tuple[str, ...]:
     rate = {"de": "q", "da": "p", "dr": "r"}[surface]
     own = {("Cm", "de"), ("CN", "de"), ("Cl", "da"), ("Cn", "dr"), ("CY", "dr"), ("Cl", "dr")}
     cubic = (f"aero.{target}.{surface}3",) if (target, surface) in own else ()
-    return (f"aero.{target}.alpha_{rate}", *cubic, *speed.get(target, ()))
+    damping = () if target == "CA" else (f"aero.{target}.alpha_{rate}",)
+    return (*damping, *cubic, *speed.get(target, ()))
 
 
 # --- damping, sideslip --------------------------------------------------------------------------
@@ -328,7 +329,7 @@ def _speed() -> dict[str, Lore]:
             separated_by=f"{maneuver}; a glide with idling engines tells drag from thrust",
             effect_class="A",
             needs=("V",),
-            source="notes, section 4: X_u and X_Tu of appendix A",
+            source="Seanor, appendix A: X_u and X_Tu",
         ),
     }
 
@@ -340,7 +341,7 @@ def _unsteady() -> dict[str, Lore]:
             separated_by="maneuvers in which q and alpha' differ: slow and quick doublets, and "
             "rolls with elevator held; in short doublets about level flight they hardly part",
             effect_class="A",
-            source="notes, section 4: M_adot of appendix A; downwash lag at the tail",
+            source="Seanor, appendix A: M_adot; downwash lag at the tail",
         ),
         "aero.Cm.memory": Lore(
             mistaken_for=("aero.Cm.alphadot", "control.elevator.lag", "sensor.alpha.lag"),

@@ -20,7 +20,6 @@ _STAND_INS: dict[str, tuple[str, ...]] = {
     "dr": ("rudder",),
 }
 _INPUTS = ("de", "da", "dr", "flap", "throttle")
-_WORDS = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 _ALLOWED: dict[str, tuple[str, ...]] = {
     "position": (),
     "servo": ("backlash", "saturation"),
@@ -111,10 +110,20 @@ def _why_not(
             and not any(name in moving for name in stand_ins)
         ):
             return f"needs {channel} to move, which it does not in these flights"
-    return _path_reason(one, aircraft)
+    return _path_reason(one, aircraft, channels)
 
 
-def _path_reason(one: EffectRecord, aircraft: Aircraft) -> str:
+def _positions(aircraft: Aircraft, channels: Collection[str]) -> list[str]:
+    """Return the surfaces of which a measured position, not a command, is recorded."""
+    return [
+        name
+        for name in SURFACES.values()
+        if getattr(aircraft.controls, name).kind != "command"
+        and any(one in channels for one in (name, *_STAND_INS.get(name, ())))
+    ]
+
+
+def _path_reason(one: EffectRecord, aircraft: Aircraft, channels: Collection[str]) -> str:
     """Return why the way a control is measured leaves no room for an effect."""
     group, name, kind = one.id.split(".")
     if group == "control":
@@ -125,6 +134,8 @@ def _path_reason(one: EffectRecord, aircraft: Aircraft) -> str:
         if measured == "position":
             return f"{channel} is measured on the surface, behind servo and linkage"
         return f"{channel} is measured at the servo, which {kind} comes before"
+    if name == "surfaces" and not _positions(aircraft, channels):
+        return "no surface position is recorded, only commands"
     commanded = name in SURFACES.values() and getattr(aircraft.controls, name).kind == "command"
     if group == "sensor" and commanded:
         return f"{name} is a command, not a measured position"

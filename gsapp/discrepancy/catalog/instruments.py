@@ -4,28 +4,8 @@ from __future__ import annotations
 
 from gsapp.discrepancy.catalog.records import Lore
 from gsapp.discrepancy.results import EffectClass
-from gsapp.dynamics.signals import SENSOR_CHANNELS
-from gsapp.dynamics.terms import effect_ids
+from gsapp.dynamics.signals import BOXES, INPUT_CHANNELS, PAIRS, SENSOR_CHANNELS
 
-_WORDS = {
-    "alpha": "alpha vane",
-    "beta": "beta vane",
-    "V": "airspeed",
-    "qbar": "dynamic pressure",
-    "p": "roll gyro",
-    "q": "pitch gyro",
-    "r": "yaw gyro",
-    "ax": "x accelerometer",
-    "ay": "y accelerometer",
-    "an": "normal accelerometer",
-    "phi": "bank angle",
-    "theta": "pitch angle",
-    "de": "elevator position",
-    "da": "aileron position",
-    "dr": "rudder position",
-    "flap": "flap position",
-}
-_SURFACES = ("de", "da", "dr", "flap")
 _EXCITING = {
     "alpha": "elevator doublets and pull-ups",
     "beta": "rudder doublets and steady sideslips",
@@ -63,7 +43,14 @@ _COEFFICIENT = {
     "dr": "aero.Cn.dr",
     "flap": "aero.Cm.flap",
 }
-_KINEMATICS = "notes, section 2 and 7; data compatibility, kinematics without aerodynamics"
+_LIKE_CLIPPING = {
+    "alpha": ("aero.CN.stall",),
+    "beta": ("aero.Cn.beta3", "aero.Cl.beta3"),
+    "de": ("aero.Cm.de3",),
+    "da": ("aero.Cl.da3",),
+    "dr": ("aero.Cn.dr3",),
+}
+_KINEMATICS = "data compatibility: kinematics without aerodynamics"
 
 
 def instrument_lore() -> dict[str, Lore]:
@@ -71,16 +58,18 @@ def instrument_lore() -> dict[str, Lore]:
     found: dict[str, Lore] = {}
     for channel in SENSOR_CHANNELS:
         found.update(_channel(channel))
-    known = set(effect_ids())
-    return {name: lore for name, lore in found.items() if name in known}
+    found.update(_boxes())
+    found.update(_pairs())
+    found.update(_places())
+    return found
 
 
 def _channel(channel: str) -> dict[str, Lore]:
-    sensor, word = f"sensor.{channel}", _WORDS[channel]
-    surface = channel in _SURFACES
+    sensor = f"sensor.{channel}"
+    surface = channel in INPUT_CHANNELS
     alike = _COEFFICIENT[channel]
     static: EffectClass = "C" if surface else "B"
-    protractor = f"move the surface on the ground and read a protractor against the {word}"
+    protractor = "move the surface on the ground and read a protractor against the record"
     exciting = _EXCITING[channel]
     others = (
         f"{exciting}; surface and motion of the aircraft must agree in time"
@@ -108,18 +97,26 @@ def _channel(channel: str) -> dict[str, Lore]:
             source=_KINEMATICS,
         ),
         "delay": Lore(
-            mistaken_for=(f"{sensor}.lag",),
+            mistaken_for=(f"{sensor}.lag", _box_of(channel)),
             separated_by=f"{others}; quick doublets (steps of 0.2 s) show lateness best",
             effect_class="A" if surface else "B",
             needs=(channel,),
             source=_KINEMATICS,
         ),
         "lag": Lore(
-            mistaken_for=(f"{sensor}.delay",),
+            mistaken_for=(f"{sensor}.delay", _box_of(channel)),
             separated_by=f"{others}; doublets of different step times part a filter from a delay",
             effect_class="A" if surface else "B",
             needs=(channel,),
             source=_KINEMATICS,
+        ),
+        "clipping": Lore(
+            mistaken_for=(f"{sensor}.scale", *_LIKE_CLIPPING.get(channel, ())),
+            separated_by=f"{exciting}, small and large: only the large ones reach the end, and "
+            "the record shows a flat top",
+            effect_class="A" if surface else "B",
+            needs=(channel,),
+            source="Seanor, section 3.5: some early maneuvers went past the range of the gyros",
         ),
         "reversed": Lore(
             mistaken_for=(alike,),
@@ -129,7 +126,86 @@ def _channel(channel: str) -> dict[str, Lore]:
             effect_class=static,
             remedy="move the stick on the ground and look at the chart" if surface else "",
             needs=(channel,),
-            source="notes, section 5: the source's a_y carries the wrong sign",
+            source="Seanor, (7.3.13): the side-force row carries the wrong sign",
         ),
     }
     return {f"{sensor}.{kind}": lore for kind, lore in rows.items()}
+
+
+def _box_of(channel: str) -> str:
+    box = next(box for box, channels in BOXES.items() if channel in channels)
+    return f"sensor.{box}.delay"
+
+
+def _boxes() -> dict[str, Lore]:
+    found = {}
+    for box, channels in BOXES.items():
+        surfaces = box == "surfaces"
+        others = tuple(f"sensor.{other}.delay" for other in BOXES if other != box)
+        controls = tuple(f"control.{name}.delay" for name in ("elevator", "aileron", "rudder"))
+        found[f"sensor.{box}.delay"] = Lore(
+            mistaken_for=(
+                *others,
+                *(f"sensor.{channel}.delay" for channel in channels),
+                *(controls if surfaces else ()),
+            ),
+            separated_by="quick doublets of elevator, aileron and rudder: one clock makes all "
+            f"channels of the box ({', '.join(channels)}) late by the same time; a tap on the "
+            "airframe with a surface held shows it on the ground",
+            effect_class="A" if surfaces else "B",
+            needs=channels[:2] if not surfaces else (),
+            source="two recorders, two clocks",
+        )
+    return found
+
+
+def _pairs() -> dict[str, Lore]:
+    return {
+        f"sensor.{one}_{other}.swapped": Lore(
+            mistaken_for=(f"sensor.{one}.reversed", f"sensor.{other}.reversed"),
+            separated_by=f"{_EXCITING[one]}, then {_EXCITING[other]}, one after the other; on the "
+            "ground, turning and tilting the aircraft by hand shows which chart answers",
+            effect_class="B",
+            needs=(one, other),
+            source="Seanor, flights 14 to 18: all three gyros measured q",
+        )
+        for one, other in PAIRS
+    }
+
+
+_PLACE_ALIASES = {
+    "sensor.alpha_vane.x": ("aero.CN.q", "sensor.alpha.delay"),
+    "sensor.alpha_vane.y": ("aero.CN.p", "sensor.alpha.scale"),
+    "sensor.beta_vane.x": ("aero.CY.r", "sensor.beta.delay"),
+    "sensor.beta_vane.z": ("aero.CY.p", "sensor.beta.scale"),
+    "sensor.accelerometer.x": ("aero.CN.q", "aero.CY.r", "sensor.an.delay"),
+    "sensor.accelerometer.y": ("sensor.an.scale", "sensor.ax.scale"),
+    "sensor.accelerometer.z": ("aero.CY.p", "aero.CA.q", "sensor.ay.delay"),
+    "sensor.air_data.y": ("sensor.V.scale",),
+    "sensor.air_data.z": ("sensor.V.scale",),
+}
+_PLACE_CHANNEL = {
+    "alpha_vane": "alpha",
+    "beta_vane": "beta",
+    "accelerometer": "an",
+    "air_data": "V",
+}
+
+
+def _places() -> dict[str, Lore]:
+    found = {}
+    for name, alike in _PLACE_ALIASES.items():
+        instrument = name.split(".")[1]
+        lateral = name in ("sensor.alpha_vane.y", "sensor.beta_vane.z", "sensor.accelerometer.y")
+        found[name] = Lore(
+            mistaken_for=alike,
+            separated_by=(
+                "quick aileron doublets" if lateral else "quick elevator and rudder doublets"
+            )
+            + ": the share of the rotation grows with its rate and acceleration; a tape measure "
+            "from the center of gravity settles it at once",
+            effect_class="B",
+            needs=(_PLACE_CHANNEL[instrument],),
+            source="kinematics: what sensors at (x, y, z) from the CG show",
+        )
+    return found

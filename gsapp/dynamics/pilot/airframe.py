@@ -27,8 +27,9 @@ from gsapp.dynamics.sensors import (
     beta_vane,
     velocity_at,
 )
-from gsapp.dynamics.signals import SignalPath, SignalTerm
+from gsapp.dynamics.signals import SignalPath, SignalTerm, channels_of
 from gsapp.dynamics.simulation import Commands, Simulator
+from gsapp.dynamics.terms import PLACED
 
 TRUTH = (
     "V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi", "ax", "ay", "an",
@@ -124,7 +125,7 @@ class Airframe:
         self._board_tilt = (float(tilt[0]), float(tilt[1]))
         self._rssi = float(random.uniform(0.9, 1.0))
         self._sensor_paths = _sensor_paths(self.simulator, dt)
-        self._cg = _center_of_gravity(self.simulator.model, aircraft)
+        self._places = _places(self.simulator.model, aircraft)
         self._sticks = Sticks(brake=1.0)
         runway = Runway(conditions, plan.pattern.side)
         self.simulator.start_on_ground(
@@ -237,53 +238,54 @@ class Airframe:
         flow: Vector = (now["u"], now["v"], now["w"])
         force: Vector = (now["ax"], now["ay"], now["an"])
         vane, fin = sensors.alpha_vane, sensors.beta_vane
-        accelerometer = self._place(sensors.accelerometer.position)
-        ax, ay, an = accelerations_at(accelerometer, force, rates, spin)
-        at_probe = velocity_at(self._place(sensors.air_data.position), flow, rates)
-        speed = self._through("V", float(airspeed(at_probe)))
+        ax, ay, an = accelerations_at(self._places["accelerometer"], force, rates, spin)
+        at_probe = velocity_at(self._places["air_data"], flow, rates)
         alpha = beta = 0.0
         if now["V"] > _CALM:
-            at_vane = velocity_at(self._place(vane.position), flow, rates)
-            at_fin = velocity_at(self._place(fin.position), flow, rates)
+            at_vane = velocity_at(self._places["alpha_vane"], flow, rates)
+            at_fin = velocity_at(self._places["beta_vane"], flow, rates)
             alpha = alpha_vane(at_vane, vane.upwash)
             beta = beta_vane(at_fin, fin.kind, fin.upwash)
         de, da, dr = (self._recorded(channel) for channel in ("de", "da", "dr"))
         elevator, aileron = self._rigging
+        shown = {
+            "V": float(airspeed(at_probe)),
+            "alpha": alpha,
+            "beta": beta,
+            **dict(zip("pqr", rates, strict=True)),
+            "ax": ax,
+            "ay": ay,
+            "an": an,
+        }
+        for one, other in self.simulator.model.exchanged:
+            shown[one], shown[other] = shown[other], shown[one]
+        speed = self._through("V", shown["V"])
         return (
             de + elevator,
             de - elevator,
             da + aileron,
             da - aileron,
             dr,
-            self._through("alpha", alpha),
-            self._through("beta", beta),
-            self._through("p", rates[0]),
-            self._through("q", rates[1]),
-            self._through("r", rates[2]),
-            self._through("ax", ax),
-            self._through("ay", ay),
-            self._through("an", an),
+            *(
+                self._through(name, shown[name])
+                for name in ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")
+            ),
             now["static_pressure"],
             self._through("qbar", 0.5 * now["density"] * speed * speed),
             now["temperature"],
             self._sticks.throttle,
-            now["flap"],
+            self._through("flap", now["flap"]),
             _SUPPLY - 2e-5 * self._time,
             self._battery(),
             now["rpm_left"],
             now["rpm_right"],
         )
 
-    def _place(self, position: Vector) -> Vector:
-        """Return where an instrument is from the CG as it really lies."""
-        x, y, z = position
-        return x - self._cg[0], y - self._cg[1], z - self._cg[2]
-
     def _recorded(self, channel: str) -> float:
         """Return a control where the aircraft file says it is measured."""
         kind = getattr(self._aircraft.controls, channel).kind
         name = {"position": channel, "servo": f"{channel}_servo", "command": f"{channel}_command"}
-        return self._now[name[kind]]
+        return self._through(channel, self._now[name[kind]])
 
     def _through(self, channel: str, value: float) -> float:
         """Return a signal after the hidden effects of its sensor."""
@@ -329,18 +331,33 @@ class Airframe:
         return 12.6 - 6e-4 * self._time
 
 
-def _center_of_gravity(model: FlightModel, aircraft: Aircraft) -> tuple[float, float, float]:
-    """Return the CG from that of the aircraft file, m; effects move it once and for all."""
+def _places(model: FlightModel, aircraft: Aircraft) -> dict[str, Vector]:
+    """Return where the instruments sit from the CG, m; effects move both once and for all."""
     state = (30.0, *(0.0,) * 8)
     inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)
-    x, y, z = model.totals((*state, *model.resting_states(state, inputs)), inputs).cg
-    return float(x), float(y), float(z)
+    totals = model.totals((*state, *model.resting_states(state, inputs)), inputs)
+    found = {}
+    for name in PLACED:
+        position = getattr(aircraft.sensors, name).position
+        off = totals.places.get(name, (0.0, 0.0, 0.0))
+        x, y, z = (float(p + d - c) for p, d, c in zip(position, off, totals.cg, strict=True))
+        found[name] = (x, y, z)
+    return found
 
 
 def _sensor_paths(simulator: Simulator, dt: float) -> dict[str, SignalPath]:
     """Return the hidden effects of the instruments, by channel."""
     paths = {}
     for channel, effects in simulator.model.sensor_terms.items():
-        path = tuple((term, values) for term, values in effects if isinstance(term, SignalTerm))
+        path = tuple(
+            (term, values)
+            for term, values in effects
+            # What makes all air data late has made the speed late from which qbar follows.
+            if isinstance(term, SignalTerm) and not (channel == "qbar" and _of_speed_too(term))
+        )
         paths[channel] = SignalPath(path, dt)
     return paths
+
+
+def _of_speed_too(term: SignalTerm) -> bool:
+    return "V" in channels_of(term.target.partition(".")[2])

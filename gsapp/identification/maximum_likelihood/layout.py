@@ -13,7 +13,7 @@ from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import thrust
-from gsapp.dynamics.signals import SignalTerm
+from gsapp.dynamics.signals import INPUT_CHANNELS, SignalTerm
 from gsapp.dynamics.terms import Term
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import (
@@ -178,7 +178,12 @@ def _moves(signal: FloatArray) -> bool:
 
 def _names(model: FlightModel, wanted: Sequence[str], settings: MLSettings) -> Names:
     paths = [name for group in model.control_terms.values() for name in path_names(group)]
-    sensors = [name for group in model.sensor_terms.values() for name in path_names(group)]
+    sensors: list[str] = []
+    for channel, group in model.sensor_terms.items():
+        # What a surface's sensor does acts on the input, as a control path does.
+        (paths if channel in INPUT_CHANNELS else sensors).extend(path_names(group))
+    # An effect on a box stands with each of its channels.
+    paths, sensors = list(dict.fromkeys(paths)), list(dict.fromkeys(sensors))
     known = (*model.parameter_names, *paths, *sensors)
     for name in (*settings.free_effects, *settings.held, *settings.start):
         if name not in known:

@@ -718,7 +718,7 @@ def lean_kernel(
     shown = {"lon": ("alpha", "q", "an", "ax"), "lat": ("beta", "p", "r", "ay")}[axis]
     if not set(responses) <= set(shown) or not _covered(model, axis, free):
         return None
-    if not _instruments_covered(model.aircraft, axis):
+    if not _instruments_covered(model.aircraft, axis) or model.exchanged or model.misplaced:
         return None
     kind = LongitudinalKernel if axis == "lon" else LateralKernel
     return kind(model, responses, free, with_attitude=with_attitude)

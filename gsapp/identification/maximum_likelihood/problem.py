@@ -15,7 +15,7 @@ import numpy as np
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.signals import SURFACES as SURFACE_NAMES
-from gsapp.dynamics.signals import SignalTerm, respond
+from gsapp.dynamics.signals import SignalTerm, respond, undo
 from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Drives, Engine, drives_of
@@ -35,7 +35,8 @@ class Names:
     Attributes
     ----------
     equations, paths, sensors : tuple of str
-        Free ones in the equations, on control paths, on sensor paths.
+        Free ones in the equations; on the paths of inputs, their sensors' included; on the sensor
+        paths of responses.
     """
 
     equations: tuple[str, ...]
@@ -149,7 +150,7 @@ class ManeuverProblem:
 
     def _update_inputs(self, shared: FloatArray) -> None:
         """Send the recorded surfaces along their paths, where those have free parameters."""
-        if not self.names.paths or not self.control_paths:
+        if not self.names.paths:
             return
         inputs, by_path = self.driven_inputs(shared)
         values = self.values(shared)
@@ -163,20 +164,27 @@ class ManeuverProblem:
             )
 
     def driven_inputs(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return inputs after the control paths, (8, n), and derivatives (3, n_paths, n)."""
+        """Return inputs as they act, (8, n), and derivatives (3, n_paths, n).
+
+        What the sensors of surfaces did is undone first, then comes the control path.
+        """
         inputs = self.motion.inputs.T.copy()
         by_path = np.zeros((3, len(self.names.paths), inputs.shape[1]))
-        for surface, path in self.control_paths.items():
-            row = INPUTS.index(SURFACE_NAMES[surface])
-            given = self._path_values(surface, path, shared)
-            found = respond(given, inputs[row], self.dt)
-            inputs[row] = found.values
-            if SURFACE_NAMES[surface] not in _PATH_SURFACES:
+        for surface, channel in SURFACE_NAMES.items():
+            shown, moved = self.sensor_paths.get(channel, ()), self.control_paths.get(surface, ())
+            if not shown and not moved:
                 continue
-            place = _PATH_SURFACES.index(SURFACE_NAMES[surface])
-            for column, name in enumerate(path_names(path)):
+            row = INPUTS.index(channel)
+            true = undo(self._path_values(channel, shown, shared), inputs[row], self.dt)
+            found = respond(self._path_values(surface, moved, shared), true.values, self.dt)
+            inputs[row] = found.values
+            if channel not in _PATH_SURFACES:
+                continue
+            place = _PATH_SURFACES.index(channel)
+            columns = np.hstack((found.tangent(true.parameters), found.parameters))
+            for column, name in enumerate((*path_names(shown), *path_names(moved))):
                 if name in self.names.paths:
-                    by_path[place, self.names.paths.index(name)] = found.parameters[:, column]
+                    by_path[place, self.names.paths.index(name)] = columns[:, column]
         return inputs, by_path
 
     def try_point(
