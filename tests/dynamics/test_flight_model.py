@@ -10,7 +10,7 @@ from gsapp.dynamics.dual import Dual
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.sensors import OUTPUTS, OutputModel
-from gsapp.dynamics.terms import Monomial, Parameter, effect_ids, make_term
+from gsapp.dynamics.terms import TARGETS, Monomial, Parameter, effect_ids, make_term
 from gsapp.foundation import FlightError, UnknownNameError
 
 
@@ -18,7 +18,7 @@ def with_every_effect() -> FlightModel:
     model = load_model("b777")
     aircraft = load_aircraft("b777")
     for name in effect_ids():
-        if not name.startswith(("control.", "sensor.")):
+        if make_term(name, aircraft).target in TARGETS or name == "sensor.p_r.swapped":
             model = model.with_effect(name)
     return FlightModel(aircraft, model)
 

@@ -1,0 +1,232 @@
+"""Effects of instruments beyond one signal's path: undone, in boxes, swapped, misplaced."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.sensors import OUTPUTS, OutputModel
+from gsapp.dynamics.signals import (
+    BOXES,
+    PAIRS,
+    SENSOR_CHANNELS,
+    Exchanged,
+    SignalTerm,
+    channels_of,
+    respond,
+    undo,
+)
+from gsapp.dynamics.terms import PLACED, effect_ids, make_term
+from gsapp.foundation import FlightError
+
+B777 = load_aircraft("b777")
+BASE = load_model("b777")
+DT = 0.01
+TIMES = np.arange(400) * DT
+WAVE = 0.2 * np.sin(4.0 * TIMES) * np.exp(-0.1 * TIMES) + 0.02
+BETWEEN = slice(20, -20)
+UNDONE = ("scale", "bias", "delay", "lag", "reversed")
+ON_SURFACE = [name for name in effect_ids() if name.startswith("sensor.de.")]
+RANDOM = np.random.default_rng(4)
+STATE = tuple(np.array([30.0, 32.0]) + 0.0 if k == 0 else 0.2 * RANDOM.standard_normal(2)
+              for k in range(9))  # fmt: skip
+INPUTS = (0.02, -0.03, 0.05, 0.1, 0.5, 0.1, 1.2, 21.0)
+
+
+def signal_term(name: str) -> SignalTerm:
+    term = make_term(name, B777)
+    assert isinstance(term, SignalTerm)
+    return term
+
+
+def usual(term: SignalTerm) -> tuple[float, ...]:
+    return tuple(term.defaults.values())
+
+
+# --- undone -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", UNDONE)
+def test_what_a_sensor_did_to_a_surface_can_be_undone(kind: str) -> None:
+    """Sent through the sensor and back, a smooth history is itself again."""
+    term = signal_term(f"sensor.de.{kind}")
+    shown = term.respond(WAVE, DT, usual(term)).values
+    back = term.undo(shown, DT, usual(term)).values
+    assert np.abs(shown - WAVE)[BETWEEN].max() > 5e-3
+    assert np.abs(back - WAVE)[BETWEEN].max() < 3e-4
+
+
+@pytest.mark.parametrize("name", ON_SURFACE)
+def test_derivatives_of_what_is_undone(name: str) -> None:
+    """By the parameters, and by the signal, against differences."""
+    term = signal_term(name)
+    # Off the samples, so that a step of the delay does not cross one.
+    values = tuple(x + 0.0031 if name.endswith("delay") else x for x in usual(term))
+    found = term.undo(WAVE, DT, values)
+    h = 1e-7
+    for column in range(len(values)):
+        up, down = (tuple(x + s * h * (k == column) for k, x in enumerate(values)) for s in (1, -1))
+        numeric = (term.undo(WAVE, DT, up).values - term.undo(WAVE, DT, down).values) / (2 * h)
+        assert np.allclose(found.parameters[:, column], numeric, atol=1e-5)
+    change = np.random.default_rng(2).standard_normal((WAVE.size, 2))
+    for column in range(2):
+        up, down = (term.undo(WAVE + s * h * change[:, column], DT, values) for s in (1, -1))
+        numeric = (up.values - down.values) / (2 * h)
+        assert np.allclose(found.tangent(change)[:, column], numeric, atol=1e-5)
+
+
+def test_several_terms_are_undone_last_first() -> None:
+    """A biased and then scaled record: the columns keep the order of the path."""
+    path = (
+        (signal_term("sensor.de.delay"), (0.0231,)),
+        (signal_term("sensor.de.bias"), (0.01,)),
+        (signal_term("sensor.de.scale"), (1.2,)),
+    )
+    shown = respond(path, WAVE, DT).values
+    found = undo(path, shown, DT)
+    assert np.abs(found.values - WAVE)[BETWEEN].max() < 1e-4
+    h = 1e-7
+    for column in range(3):
+        up, down = (
+            tuple((t, (v[0] + s * h * (k == column),)) for k, (t, v) in enumerate(path))
+            for s in (1, -1)
+        )
+        numeric = (undo(up, shown, DT).values - undo(down, shown, DT).values) / (2 * h)
+        assert np.allclose(found.parameters[:, column], numeric, atol=1e-5)
+    change = np.random.default_rng(3).standard_normal((WAVE.size, 1))
+    numeric = (
+        undo(path, shown + h * change[:, 0], DT).values
+        - undo(path, shown - h * change[:, 0], DT).values
+    ) / (2 * h)
+    assert np.allclose(found.tangent(change)[:, 0], numeric, atol=1e-5)
+
+
+def test_nothing_undone_is_the_signal_itself() -> None:
+    found = undo((), WAVE, DT)
+    assert np.array_equal(found.values, WAVE)
+    assert found.parameters.shape == (WAVE.size, 0)
+
+
+def test_what_was_cut_off_stays_cut_off() -> None:
+    term = signal_term("sensor.de.clipping")
+    shown = term.respond(WAVE, DT, (0.05,)).values
+    assert np.array_equal(term.undo(shown, DT, (0.05,)).values, shown)
+
+
+def test_a_scale_of_zero_has_lost_the_signal() -> None:
+    term = signal_term("sensor.de.scale")
+    assert np.array_equal(term.undo(WAVE, DT, (0.0,)).values, WAVE)
+
+
+# --- early and late -----------------------------------------------------------------------------
+
+
+def test_a_box_can_be_early_in_a_record_but_not_in_the_air() -> None:
+    term = signal_term("sensor.airdata.delay")
+    early = term.respond(WAVE, DT, (-0.025,))
+    expected = np.interp(TIMES + 0.025, TIMES, WAVE)
+    assert np.allclose(early.values[:-4], expected[:-4], atol=1e-12)
+    assert np.all(early.parameters[-2:] == 0.0)
+    with pytest.raises(FlightError, match="yet to come"):
+        term.begin(0.0, DT, (-0.025,))
+
+
+@pytest.mark.parametrize("box", BOXES)
+def test_a_box_stands_with_every_channel_and_has_one_parameter(box: str) -> None:
+    model = FlightModel(B777, BASE.with_effect(f"sensor.{box}.delay", {"delay": 0.03}))
+    assert set(model.sensor_terms) == set(BOXES[box]) == set(channels_of(box))
+    assert {terms[0][0].id for terms in model.sensor_terms.values()} == {f"sensor.{box}.delay"}
+    assert {terms[0][1] for terms in model.sensor_terms.values()} == {(0.03,)}
+
+
+def test_boxes_hold_every_channel_once() -> None:
+    inside = [name for channels in BOXES.values() for name in channels]
+    assert sorted(inside) == sorted(SENSOR_CHANNELS)
+
+
+# --- swapped ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_swapped_channels_carry_each_others_signal(pair: tuple[str, str]) -> None:
+    """In values and Jacobians, also where only one of the two is recorded."""
+    one, other = pair
+    plain = OutputModel(FlightModel(B777, BASE), OUTPUTS)
+    swapped = OutputModel(
+        FlightModel(B777, BASE.with_effect(f"sensor.{one}_{other}.swapped")), OUTPUTS
+    )
+    a, b = OUTPUTS.index(one), OUTPUTS.index(other)
+    order = [b if k == a else a if k == b else k for k in range(len(OUTPUTS))]
+    values = np.array(np.broadcast_arrays(*plain.values(STATE, INPUTS)))
+    found = np.array(np.broadcast_arrays(*swapped.values(STATE, INPUTS)))
+    assert np.array_equal(found, values[order])
+    _, slopes, _ = plain.jacobian(STATE, INPUTS)
+    _, turned, _ = swapped.jacobian(STATE, INPUTS)
+    assert np.array_equal(turned, slopes[:, order])
+    alone = OutputModel(swapped.model, (one,))
+    assert np.array_equal(np.array(alone.values(STATE, INPUTS)[0]), values[b])
+
+
+def test_a_swap_is_no_path_of_a_signal() -> None:
+    model = FlightModel(B777, BASE.with_effect("sensor.p_r.swapped"))
+    assert model.exchanged == (("p", "r"),)
+    assert not model.sensor_terms
+    term = make_term("sensor.p_r.swapped", B777)
+    assert isinstance(term, Exchanged)
+    assert term.value((1.0, 2.0), (), ()) == 2.0
+
+
+# --- misplaced ----------------------------------------------------------------------------------
+
+PLACES = [
+    name for name in effect_ids() if name.split(".")[1] in PLACED and name.startswith("sensor.")
+]
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_a_misplaced_instrument_shows_what_it_would_show_there(name: str) -> None:
+    """The effect on the file's aircraft equals the aircraft whose file tells the truth."""
+    _, instrument, axis = name.split(".")
+    model = FlightModel(B777, BASE.with_effect(name, {axis: 0.2}).with_effect("mass.cg.x"))
+    old = getattr(B777.sensors, instrument)
+    position = tuple(
+        p + 0.2 * (k == axis) for p, k in zip(old.position, "xyz", strict=True)
+    )  # fmt: skip
+    moved = B777.model_copy(
+        update={
+            "sensors": B777.sensors.model_copy(
+                update={instrument: old.model_copy(update={"position": position})}
+            )
+        }
+    )
+    truth = FlightModel(moved, BASE.with_effect("mass.cg.x"))
+    found = np.array(np.broadcast_arrays(*OutputModel(model, OUTPUTS).values(STATE, INPUTS)))
+    expected = np.array(np.broadcast_arrays(*OutputModel(truth, OUTPUTS).values(STATE, INPUTS)))
+    assert np.allclose(found, expected, rtol=1e-13, atol=1e-13)
+    plain = np.array(
+        np.broadcast_arrays(*OutputModel(FlightModel(B777, BASE), OUTPUTS).values(STATE, INPUTS))
+    )
+    assert np.abs(found - plain).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_derivatives_by_the_place(name: str) -> None:
+    axis = name.rpartition(".")[2]
+    model = FlightModel(B777, BASE.with_effect(name).with_effect("mass.cg.z"))
+    outputs = OutputModel(model, OUTPUTS)
+    parameter = f"{name}.{axis}"
+    _, slopes, differential = outputs.jacobian(STATE, INPUTS, free=(parameter,))
+    h = 1e-6
+    place = model.parameter_names.index(parameter)
+
+    def shown(by: float) -> np.ndarray:
+        values = [x + by * (k == place) for k, x in enumerate(model.defaults)]
+        return np.array(np.broadcast_arrays(*outputs.values(STATE, INPUTS, values))).T
+
+    numeric = (shown(h) - shown(-h)) / (2 * h)
+    assert np.allclose(slopes[:, :, -1], numeric, atol=1e-7)
+    # Where an instrument sits does not move the aircraft.
+    assert np.all(differential.rates[:, :, -1] == 0.0)
