@@ -359,13 +359,13 @@ class FlightClock:
     def _observe(self, time: int, host: int) -> None:
         """Take note of a stamp's delay: the lower envelope, which may rise as fast as drift."""
         delay = float(host - time)
+        envelope = self._envelope
         self._stamped = True
-        if self._envelope is None:
+        if envelope is None:
             self._envelope, self._envelope_host = delay, host
             self._pass(time)
             self._release_waiting()
             return
-        envelope = self._envelope
         passed = host - self._envelope_host
         if passed > 0:
             envelope += DRIFT * passed
@@ -379,7 +379,8 @@ class FlightClock:
         elif self._above:
             self._above.clear()
         self._envelope = delay if delay < envelope else envelope
-        self._pass(time)
+        if time > self.now:
+            self._pass(time)
 
     def _risen(self, host: int) -> float:
         if not self._stamped:

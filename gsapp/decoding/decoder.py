@@ -106,17 +106,10 @@ class _Route(NamedTuple):
     stream: int
     message: str
     select_at: slice | None
-    select_text: bytes | None
-    select_number: int
+    selected: bytes
     stamp_at: slice | None
     stamp_scale: int
     stamp_period: int
-
-    def selects(self, selected: bytes) -> bool:
-        """Return whether the field that tells senders apart names this one."""
-        if self.select_text is not None:
-            return selected.rstrip(b"\0") == self.select_text
-        return int.from_bytes(selected, "little") == self.select_number
 
 
 class _Pending:
@@ -205,6 +198,8 @@ class Decoder:
         self._readers = [_reader(stream) for stream in self._pipeline.streams]
         self._next_give_up = 0
         self._routes: dict[int, list[_Route]] = {}
+        # By system, component and message, as they stand in a header.
+        self._settled: dict[bytes, list[_Route]] = {}
         self._lines: list[int] = []
         self._line_columns = 0
         self._line_used: frozenset[int] = frozenset()
@@ -313,41 +308,53 @@ class Decoder:
 
     def _frame(self, host: int, data: bytes) -> None:
         if data[0] == 0xFD:
-            system, component = data[5], data[6]
-            number = data[7] | data[8] << 8 | data[9] << 16
-            payload = data[10 : 10 + data[1]]
+            head, payload = data[5:10], data[10 : 10 + data[1]]
         else:
-            system, component, number = data[3], data[4], data[5]
-            payload = data[6 : 6 + data[1]]
-        routes = self._routes.get(number)
+            head, payload = data[3:6], data[6 : 6 + data[1]]
+        routes = self._settled.get(head)
         if routes is None:
-            self._unmapped(host, system, component, number, payload)
-            return
-        if system != self._system and not self._follow(host, system):
-            return
-        for route in routes:
-            if route.select_at is not None and not route.selects(payload[route.select_at]):
+            routes = self._find_routes(head, host, payload)
+        clock = self.clock
+        for stream, _, select_at, selected, stamp_at, stamp_scale, stamp_period in routes:
+            # Zero bytes at the end are not always sent.
+            if select_at is not None and payload[select_at].rstrip(b"\0") != selected:
                 continue
-            if component != self._components.get(route.stream) and not self._follow_component(
-                host, system, component, route
-            ):
-                continue
-            clock = self.clock
             now = clock.now
-            if route.stamp_at is None:
-                time = clock.arrive(host, (route.stream, payload))
+            if stamp_at is None:
+                time = clock.arrive(host, (stream, payload))
             else:
-                stamp = int.from_bytes(payload[route.stamp_at], "little") * route.stamp_scale
-                time = clock.place(
-                    component, stamp, host, (route.stream, payload), period=route.stamp_period
-                )
+                stamp = int.from_bytes(payload[stamp_at], "little") * stamp_scale
+                time = clock.place(head[1], stamp, host, (stream, payload), period=stamp_period)
             if time is not None:
-                pending = self._pending[route.stream]
+                pending = self._pending[stream]
                 pending.times.append(time)
                 pending.nows.append(now)
                 pending.items.append(payload)
             if clock.released or clock.events:
                 self._take_released(host)
+
+    def _find_routes(self, head: bytes, host: int, payload: bytes) -> list[_Route]:
+        """Return the routes that a frame takes: system, component and message of its header."""
+        system, component, number = head[0], head[1], int.from_bytes(head[2:], "little")
+        routes = self._routes.get(number)
+        if routes is None:
+            self._unmapped(host, system, component, number, payload)
+            return []
+        if system != self._system and not self._follow(host, system):
+            return []
+        taken = [
+            route
+            for route in routes
+            if (route.select_at is None or payload[route.select_at].rstrip(b"\0") == route.selected)
+            and (
+                component == self._components.get(route.stream)
+                or self._follow_component(host, system, component, route)
+            )
+        ]
+        if all(component == self._components.get(route.stream) for route in routes):
+            # Whom it follows never changes.
+            self._settled[head] = routes
+        return taken
 
     def _take_released(self, host: int) -> None:
         clock = self.clock
@@ -533,22 +540,17 @@ class Decoder:
             layout = message_layout(message_id(stream.message))
             stamp = self._stamp(entry)
             select_at: slice | None = None
-            text: bytes | None = None
-            wanted = 0
+            selected = b""
             if stream.selector is not None:
-                field = stream.selector.field
+                field, value = stream.selector.field, stream.selector.value
                 start = layout.offset(field)
                 select_at = slice(start, start + layout.dtype[field].itemsize)
-                if layout.is_text(field):
-                    text = stream.selector.value.encode()
-                else:
-                    wanted = int(stream.selector.value)
+                selected = value.encode() if layout.is_text(field) else _sent(int(value))
             route = _Route(
                 stream=number,
                 message=stream.message,
                 select_at=select_at,
-                select_text=text,
-                select_number=wanted,
+                selected=selected,
                 stamp_at=None if stamp is None else slice(stamp.offset, stamp.offset + stamp.size),
                 stamp_scale=1 if stamp is None else stamp.scale,
                 stamp_period=2**32 * stamp.scale if stamp is not None and stamp.size == 4 else 0,
@@ -565,6 +567,11 @@ class Decoder:
         self._line_columns = max(columns) + 1 if columns else 0
         # What no channel takes may be words.
         self._line_used = frozenset(columns)
+
+
+def _sent(number: int) -> bytes:
+    """Return a number as the bytes of a payload, without zero bytes at the end."""
+    return number.to_bytes(number.bit_length() // 8 + 1, "little").rstrip(b"\0")
 
 
 def _reader(stream: Stream) -> Callable[[Any], Numbers]:

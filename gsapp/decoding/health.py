@@ -136,6 +136,12 @@ class _Rate:
     count: int = 0
     value: float = 0.0
 
+    def close(self, stamp: int) -> None:
+        """Take the rate of the span at hand, and begin another."""
+        elapsed = stamp - self.start
+        self.value = self.count * 1e6 / elapsed if elapsed > 0 else 0.0
+        self.start, self.count = stamp, 0
+
     def at(self, stamp: int, last: int) -> float:
         """Return the rate at a moment, 0 when nothing came for long."""
         elapsed = (last - self.start) / 1e6
@@ -161,7 +167,8 @@ class _Offset:
             self.start, self.former, self.current = stamp, self.current, difference
         elif difference < self.current:
             self.current = difference
-        return difference - min(self.current, self.former)
+        least = self.current if self.current < self.former else self.former
+        return difference - least
 
 
 @dataclass(slots=True)
@@ -169,7 +176,9 @@ class _Message:
     last: int
     rate: _Rate
     time: TimeField | None
-    offset: _Offset | None = None
+    known: bool
+    heartbeat: bool
+    offset: _Offset | None = None  # where stamps count from the boot, the sender's
     count: int = 0
     delay: int = 0
 
@@ -205,6 +214,8 @@ class LinkHealth:
         self._known = wire_formats()
         self._times = time_fields()
         self._senders: dict[int, _Sender] = {}
+        # By system, component and message, as they stand in a header.
+        self._heard: dict[bytes, tuple[_Sender, _Message]] = {}
         self._rate: _Rate | None = None
         self._run = b""  # end of the residue at hand: a header may be cut across two pieces
         self._in_residue = False
@@ -252,9 +263,7 @@ class LinkHealth:
             self.last_stamp = stamp
 
     def _count(self, stamp: int) -> None:
-        if self._rate is None:
-            self._rate = _Rate(stamp)
-        _tick(self._rate, stamp)
+        _tick(self._rate or self._begin(stamp), stamp)
 
     def _residue(self, data: bytes) -> None:
         """Count the damaged frames in residue: its plausible headers, but at least one."""
@@ -292,51 +301,65 @@ class LinkHealth:
         return 0, 0
 
     def _frame(self, stamp: int, data: bytes) -> None:
-        self._count(stamp)
         if data[0] == 0xFD:
-            sequence = data[4]
-            key = data[5] << 8 | data[6]
-            message_id = data[7] | data[8] << 8 | data[9] << 16
-            header = 10
+            head, sequence, header = data[5:10], data[4], 10
         else:
-            sequence = data[2]
-            key = data[3] << 8 | data[4]
-            message_id = data[5]
-            header = 6
-        sender = self._senders.get(key)
-        if sender is None:
-            self._senders[key] = sender = _Sender(stamp, _Rate(stamp), sequence)
-        if message_id in self._known:
+            head, sequence, header = data[3:6], data[2], 6
+        link = self._rate or self._begin(stamp)
+        sender, message = self._heard.get(head) or self._hear(head, stamp, sequence)
+        if message.known:
             sender.good += 1
         else:
             sender.unknown += 1
-        gap = (sequence - sender.expected) & 0xFF
         sender.span += 1
-        if gap and not self._resolve_gap(sender, stamp, sequence, gap, data):
-            return
+        gap = (sequence - sender.expected) & 0xFF
         if not gap:
             sender.expected += 1
+        elif not self._resolve_gap(sender, stamp, sequence, gap, data):
+            _tick(link, stamp)
+            return
         sender.recent[sequence] = data
         if sender.span >= _MIXED_FRAMES:
             sender.mixed = sender.strays > _MIXED_SHARE * sender.span
             sender.span = sender.strays = 0
-        _tick(sender.rate, stamp)
         if stamp > sender.last:
             sender.last = stamp
-        message = sender.messages.get(message_id)
-        if message is None:
-            message = _Message(stamp, _Rate(stamp), self._times.get(message_id))
-            sender.messages[message_id] = message
         message.count += 1
         message.last = stamp
-        _tick(message.rate, stamp)
+        for rate in (link, sender.rate, message.rate):
+            rate.count += 1
+            if not 0 <= stamp - rate.start < _RATE_SPAN_US:
+                rate.close(stamp)
         if message.time is not None:
-            self._delay(sender, message, stamp, data, header)
-        elif message_id == _HEARTBEAT:
+            _take_delay(sender, message, message.time, stamp, data, header)
+        elif message.heartbeat:
             body = data[header : header + 6]
             if len(body) == 6:
                 sender.ground = body[4] == _GROUND_STATION
                 sender.aircraft = body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
+
+    def _begin(self, stamp: int) -> _Rate:
+        """Begin to count frames and lines."""
+        self._rate = _Rate(stamp)
+        return self._rate
+
+    def _hear(self, head: bytes, stamp: int, sequence: int) -> tuple[_Sender, _Message]:
+        """Take up system, component and message as they stand in a header."""
+        key, number = head[0] << 8 | head[1], int.from_bytes(head[2:], "little")
+        sender = self._senders.get(key)
+        if sender is None:
+            self._senders[key] = sender = _Sender(stamp, _Rate(stamp), sequence)
+        message = sender.messages.get(number)
+        if message is None:
+            message = sender.messages[number] = _Message(
+                last=stamp,
+                rate=_Rate(stamp),
+                time=self._times.get(number),
+                known=number in self._known,
+                heartbeat=number == _HEARTBEAT,
+            )
+        self._heard[head] = sender, message
+        return sender, message
 
     def _resolve_gap(
         self, sender: _Sender, stamp: int, sequence: int, gap: int, data: bytes
@@ -379,25 +402,6 @@ class LinkHealth:
             sender.missing.clear()
             sender.expected = sequence + 1
         return True
-
-    def _delay(
-        self, sender: _Sender, message: _Message, stamp: int, data: bytes, header: int
-    ) -> None:
-        place = message.time
-        if place is None:
-            return
-        start = header + place.offset
-        stop = min(start + place.size, header + data[1])  # zero bytes at the end are not sent
-        time = int.from_bytes(data[start:stop], "little") * place.microseconds
-        difference = stamp - time
-        offset = sender.boot if place.since_boot else message.offset
-        if offset is None:
-            offset = _Offset(stamp, difference, difference)
-            if place.since_boot:
-                sender.boot = offset
-            else:
-                message.offset = offset
-        message.delay = offset.update(stamp, difference)
 
     def report(self, now_us: int | None = None) -> LinkReport:
         """Return the state of the link.
@@ -506,7 +510,23 @@ class LinkHealth:
 def _tick(rate: _Rate, stamp: int) -> None:
     """Count one event, and close the span when it is long enough."""
     rate.count += 1
-    elapsed = stamp - rate.start
-    if elapsed >= _RATE_SPAN_US or elapsed < 0:
-        rate.value = rate.count * 1e6 / elapsed if elapsed > 0 else 0.0
-        rate.start, rate.count = stamp, 0
+    if not 0 <= stamp - rate.start < _RATE_SPAN_US:
+        rate.close(stamp)
+
+
+def _take_delay(
+    sender: _Sender, message: _Message, place: TimeField, stamp: int, data: bytes, header: int
+) -> None:
+    """Tell how late a frame came by the stamp that it carries."""
+    start = header + place.offset
+    stop = start + place.size
+    sent = header + data[1]  # zero bytes at the end are not
+    time = int.from_bytes(data[start : stop if stop < sent else sent], "little")
+    difference = stamp - time * place.microseconds
+    offset = message.offset or (sender.boot if place.since_boot else None)
+    if offset is None:
+        offset = _Offset(stamp, difference, difference)
+        if place.since_boot:
+            sender.boot = offset
+    message.offset = offset
+    message.delay = offset.update(stamp, difference)

@@ -14,7 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gsapp.decoding.grid import Grid, Gridder, Rows
+from gsapp.decoding.grid import Grid
+from gsapp.decoding.gridder import Gridder
+from gsapp.decoding.rows import Rows
 
 _FOREVER = 2**62
 

@@ -23,19 +23,12 @@ from gsapp.decoding.derived import (
     SlowInput,
     derivations_for,
 )
-from gsapp.decoding.grid import (
-    LONGEST_FILL,
-    ColumnIndex,
-    Grid,
-    Gridder,
-    Numbers,
-    Rows,
-    columns_at,
-    pack_together,
-)
+from gsapp.decoding.grid import LONGEST_FILL, ColumnIndex, Grid, Numbers, columns_at
+from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.merging import Merger
+from gsapp.decoding.rows import Rows, Sheet
 from gsapp.decoding.stream import Columns, Stream
-from gsapp.quantities import Block
+from gsapp.quantities import Block, FloatArray
 
 _FORGET = 4 * LONGEST_HOLD
 _LONGEST_WAIT = 2 * round(LONGEST_FILL * 1e6)
@@ -139,28 +132,29 @@ class _Group:
 
     def derive(self, grid: Grid, rows: Rows) -> Rows:
         """Add the derived columns."""
-        if rows.few is not None:
-            found = self._derive_singly(grid, rows, rows.few)
-            if found is not None:
-                return found
-        # Each column by itself: a function may round differently on one that is strided.
+        found = self._derived_singly(grid, rows) if rows.few else None
+        values = np.empty((len(rows), len(self.channels)))
+        values[:, : self.width] = rows.values
+        values.T[self.width :] = self._derived(grid, rows) if found is None else found
+        return Rows(rows.first, values)
+
+    def _derived(self, grid: Grid, rows: Rows) -> list[FloatArray]:
+        """Return the derived columns."""
+        # Each by itself: a function may round differently on one that is strided.
         columns = list(np.ascontiguousarray(rows.values.T))
         for compute, inputs, slow in self.steps:
             if compute is not None:
                 columns.append(compute(*[columns[place] for place in inputs]))
             elif slow is not None:
                 columns.append(slow.at(grid.micros(rows.first, len(rows))))
-        values = np.empty((len(rows), len(self.channels)))
-        values[:, : self.width] = rows.values
-        values.T[self.width :] = [columns[place] for place in self.derived]
-        return Rows(rows.first, values)
+        return [columns[place] for place in self.derived]
 
-    def _derive_singly(self, grid: Grid, rows: Rows, few: Sequence[Numbers]) -> Rows | None:
-        """Return what `derive` does, number by number: quicker for a few rows.
+    def _derived_singly(self, grid: Grid, rows: Rows) -> list[Numbers] | None:
+        """Return the derived columns, computed number by number: quicker for a few rows.
 
         None where Python refuses what NumPy answers with infinity.
         """
-        columns: list[Numbers] = list(zip(*few, strict=True))
+        columns: list[Numbers] = rows.values.T.tolist()
         try:
             for compute, inputs, slow in self.steps:
                 if compute is not None:
@@ -170,8 +164,7 @@ class _Group:
                     columns.append(slow.at_singly(micros))
         except ArithmeticError:
             return None
-        derived = zip(*[columns[place] for place in self.derived], strict=True)
-        return Rows(rows.first, [[*row, *more] for row, more in zip(few, derived, strict=True)])
+        return [columns[place] for place in self.derived]
 
     def block(self, grid: Grid, rows: Rows) -> Block:
         """Return rows, derived columns included, as a block."""
@@ -264,6 +257,8 @@ class Pipeline:
             )
             for stream in self.streams
         )
+        self._sheet = Sheet()
+        self._rows: list[tuple[int, list[Rows]]] = []  # completed since the last pull
         self.sources: dict[str, ChannelSource] = {}
         self._groups: list[_Group] = []
         self._direct: list[tuple[ColumnIndex | None, _Group] | None] = [None] * len(self.streams)
@@ -314,7 +309,7 @@ class Pipeline:
         values = self.streams[stream].convert(columns, len(times))
         for slow, source, column in self._slow_feeds[stream]:
             slow.push(source, times, nows, values[:, column].tolist())
-        self._distribute(stream, self._gridders[stream].feed(times, nows, values))
+        self._rows.append((stream, self._gridders[stream].feed(times, nows, values)))
 
     def push_few(
         self, stream: int, times: Sequence[int], nows: Sequence[int], samples: Sequence[Numbers]
@@ -331,35 +326,40 @@ class Pipeline:
         values, complete = self.streams[stream].convert_singly(samples)
         for slow, source, column in self._slow_feeds[stream]:
             slow.push(source, times, nows, [numbers[column] for numbers in values])
-        rows = self._gridders[stream].feed(times, nows, values, complete=complete)
-        self._distribute(stream, rows)
+        gridder = self._gridders[stream]
+        rows = gridder.feed_few(times, nows, values, self._sheet, complete=complete)
+        self._rows.append((stream, rows))
 
-    def _distribute(self, stream: int, rows: Sequence[Rows]) -> None:
-        if not rows:
-            return
-        direct = self._direct[stream]
-        if direct is not None:
-            own, group = direct
-            group.ready += rows if own is None else [each.of(own) for each in rows]
-        for merger, source, chosen in self._merged[stream]:
-            merger.push(source, [each.of(chosen) for each in rows])
+    def _distribute(self) -> None:
+        """Lay the rows that were completed, and hand them to the groups and mergers."""
+        self._sheet.lay()
+        for stream, rows in self._rows:
+            if not rows:
+                continue
+            direct = self._direct[stream]
+            if direct is not None:
+                own, group = direct
+                group.ready += rows if own is None else [each.of(own) for each in rows]
+            for merger, source, chosen in self._merged[stream]:
+                merger.push(source, [each.of(chosen) for each in rows])
+        self._rows.clear()
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
         """Return the blocks that are complete; see `Merger.pull` for the parameters."""
+        self._distribute()
         for merger, group in self._mergers:
             group.ready += merger.pull(first, now, final=final)
-        done: list[tuple[_Group, Rows]] = []
+        grid = self.grid
+        blocks: list[Block] = []
         for group in self._groups:
             if group.join is not None:
                 group.ready += group.join.pull()
+            if group.steps:
+                group.ready = [group.derive(grid, rows) for rows in group.ready]
+        for group in self._groups:
             if group.ready:
-                if group.steps:
-                    group.ready = [group.derive(self.grid, rows) for rows in group.ready]
-                done += [(group, rows) for rows in group.ready]
-        pack_together([rows for _, rows in done])
-        blocks = [group.block(self.grid, rows) for group, rows in done]
-        for group, _ in done:
-            group.ready = []
+                blocks += [group.block(grid, rows) for rows in group.ready]
+                group.ready = []
         for slow in self._slow.values():
             slow.forget(now - _FORGET)
         return blocks

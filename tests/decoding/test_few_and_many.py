@@ -19,9 +19,11 @@ from gsapp.decoding.channel_map import ChannelMap, FieldRef, MapEntry, load_chan
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.derived import DERIVATIONS
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.grid import Grid, Gridder, Rows
+from gsapp.decoding.grid import Grid
+from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.messages import decode_columns, message_id, message_layout, number_reader
 from gsapp.decoding.pipeline import Pipeline
+from gsapp.decoding.rows import Rows, Sheet
 from gsapp.flight.records import RawRecord
 from gsapp.quantities import Block, channel
 
@@ -160,7 +162,9 @@ def test_rows_are_laid_alike(
     values = [list(numbers) for _, numbers in samples]
     for start in range(0, len(times), 3):
         part = slice(start, start + 3)
-        few = gridders[0].feed(times[part], times[part], values[part])
+        sheet = Sheet()
+        few = gridders[0].feed_few(times[part], times[part], values[part], sheet)
+        sheet.lay()
         many = gridders[1].feed(times[part], times[part], np.array(values[part]))
         assert laid(few) == laid(many)
     assert gridders[0].missing == gridders[1].missing

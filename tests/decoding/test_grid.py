@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.decoding.grid import LONGEST_FILL, Grid, Gridder, Rows, columns_at
+from gsapp.decoding.grid import LONGEST_FILL, Grid, columns_at
+from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.merging import Merger
+from gsapp.decoding.rows import Rows
 
 
 def gridder(width: int = 1, *, rate: float = 100.0, circular: bool = False, step: bool = False,

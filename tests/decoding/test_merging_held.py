@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsapp.decoding.grid import Grid, Gridder
+from gsapp.decoding.grid import Grid
+from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.merging import Merger
 
 

@@ -1,0 +1,363 @@
+"""Samples at the vehicle's own moments, laid on the grid k / rate of flight time.
+
+Between two samples the value is interpolated linearly (angles that go round, the shorter way;
+counts and switches keep the former value). A row on a sample has exactly that sample's value. A
+row is complete as soon as a sample at or after it has come.
+
+Between samples that lie more than 2.5 sample periods apart there is nothing: NaN. The period of
+a message is the lower median of its last nine intervals, the one in question included, so it
+depends on the samples alone; until two intervals are known an interval of up to 2.5 s passes. A
+pause longer than `LONGEST_FILL` is not filled at all: rows go on after it, and no memory is spent
+on it. A sample that is not later than its predecessor (a duplicate, or one overtaken on the way)
+is passed over and counted.
+
+Where rows lie depends on the times of the samples alone. Their values are computed in one of two
+ways that give the same bits: for the few rows that a live link gives at a time, on a sheet with
+those of all other messages; for many, by matrices.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gsapp.decoding.grid import BoolArray, Grid, Numbers, columns_at
+from gsapp.decoding.rows import Rows, Sheet
+from gsapp.quantities import FloatArray
+
+_WINDOW = 9
+_UNKNOWN_PERIOD = 1_000_000
+_TURN = 2.0 * math.pi
+_FEW_ROWS = 20  # are quicker on a sheet
+_FEW_BETWEEN = 4  # rows between two samples are quicker one by one
+
+
+class _Plan(NamedTuple):
+    """Successive rows to be laid: each between two samples, or on one, given by their places.
+
+    Attributes
+    ----------
+    first : int
+        The first row.
+    before, after : list of int
+        Samples before and after each row; the same twice where the row stands on it.
+    weights : list of float
+        Share of the sample after.
+    gaps, silent : list of int
+        Rows, counted from the first, that lie in a gap; that lie in a silence.
+    """
+
+    first: int
+    before: list[int]
+    after: list[int]
+    weights: list[float]
+    gaps: list[int]
+    silent: list[int]
+
+    def silence(self) -> BoolArray | None:
+        """Return which rows lie in a silence; None for none."""
+        if not self.silent:
+            return None
+        flags = np.zeros(len(self.after), dtype=bool)
+        flags[self.silent] = True
+        return flags
+
+
+class Gridder:
+    """Lays the samples of one message on the grid, as they come.
+
+    Parameters
+    ----------
+    grid : Grid
+        The grid.
+    circular : ndarray of bool, shape (m,)
+        Channels that go round: angles from -pi to pi. They come out in that range.
+    stepwise : ndarray of bool, shape (m,)
+        Channels that keep the former value.
+    fallback : int
+        Microseconds of silence after which another source counts; at least 2.5 periods.
+
+    Attributes
+    ----------
+    first : tuple of int, or None
+        Time of the first sample, and the flight time when it came, us.
+    begin : int
+        The first row at or after the first sample.
+    last : int or None
+        Time of the last sample, us.
+    samples, duplicates, overtaken : int
+        How many samples were laid, and how many were not because they had the stamp of their
+        predecessor or came after a later one.
+    gaps : int
+        How often samples lay further apart than the grid bridges.
+    missing : list of int
+        Samples without a number, by channel.
+    """
+
+    def __init__(
+        self, grid: Grid, *, circular: BoolArray, stepwise: BoolArray, fallback: int = 1_000_000
+    ) -> None:
+        self.duplicates = 0
+        self.overtaken = 0
+        self.samples = 0
+        self.gaps = 0
+        self.missing = [0] * circular.size
+        self.last: int | None = None
+        self.first: tuple[int, int] | None = None
+        self.begin = 0
+        self._grid = grid
+        self._longest = grid.longest * grid.step
+        self._angles: list[int] = np.flatnonzero(circular).tolist()
+        self._steps: list[int] = np.flatnonzero(stepwise).tolist()
+        self._circular = columns_at(self._angles)
+        self._stepwise = columns_at(self._steps)
+        self._fallback = fallback
+        self._value: Numbers = [math.nan] * circular.size
+        self._next = 0
+        self._intervals: deque[int] = deque(maxlen=_WINDOW)
+        self._least = 0  # none of these intervals is shorter
+
+    @property
+    def period(self) -> int:
+        """Return the sample period, us; 1 s while unknown."""
+        ordered = sorted(self._intervals)
+        return ordered[(len(ordered) - 1) // 2] if ordered else _UNKNOWN_PERIOD
+
+    @property
+    def patience(self) -> int:
+        """Return after what silence another source counts, us."""
+        return max(self._fallback, self.period * 5 // 2)
+
+    def feed(self, times: Sequence[int], nows: Sequence[int], values: FloatArray) -> list[Rows]:
+        """Take samples and return the rows that they complete.
+
+        Parameters
+        ----------
+        times : sequence of int
+            Flight time of each sample, us.
+        nows : sequence of int
+            The latest flight time of any message when the sample came, us.
+        values : ndarray, shape (n, m)
+            The samples, none of them infinite.
+
+        Returns
+        -------
+        list of Rows
+            Usually one, or none; more where a long pause parts them.
+        """
+        plans, place, passed_over = self._plan(times, nows)
+        if not place:
+            return []
+        missing = np.isnan(values)
+        if np.count_nonzero(missing):
+            missing[[index - 1 for index in passed_over]] = False
+            counts = missing.sum(axis=0).tolist()
+            self.missing = [x + y for x, y in zip(self.missing, counts, strict=True)]
+        known = np.empty((len(values) + 1, values.shape[1]))
+        known[0], known[1:] = self._value, values
+        self._value = known[place].tolist()
+        return [self._laid(each, known) for each in plans if each.after]
+
+    def feed_few(
+        self,
+        times: Sequence[int],
+        nows: Sequence[int],
+        samples: Sequence[Numbers],
+        sheet: Sheet,
+        *,
+        complete: bool = False,
+    ) -> list[Rows]:
+        """Take a few samples: as `feed`, with the same bits, quicker for some ten.
+
+        Parameters
+        ----------
+        times, nows
+            As for `feed`.
+        samples : sequence of sequences of float
+            The samples, none of them infinite. They are kept: the caller writes to them no more.
+        sheet : Sheet
+            Where the rows are laid; their values are there once that is done.
+        complete : bool
+            Whether it is known that no number is missing.
+
+        Returns
+        -------
+        list of Rows
+            As of `feed`.
+        """
+        plans, place, passed_over = self._plan(times, nows)
+        if not place:
+            return []
+        if not complete:
+            for index, numbers in enumerate(samples, start=1):
+                if math.isnan(sum(numbers)) and index not in passed_over:
+                    for column, number in enumerate(numbers):
+                        self.missing[column] += math.isnan(number)
+        known = (self._value, *samples)
+        self._value = known[place]
+        return [self._put(each, known, sheet) for each in plans if each.after]
+
+    def _plan(  # noqa: C901 - the hot loop stays in one piece
+        self, times: Sequence[int], nows: Sequence[int]
+    ) -> tuple[list[_Plan], int, list[int]]:
+        """Plan the rows that samples complete; return them, the last sample that counts, others.
+
+        Place 0 is the last sample before these, if there is one; place 1 the first of these.
+        """
+        numerator, step, fallback = self._grid.numerator, self._grid.step, self._fallback
+        place, last, least = 0, self.last, self._least
+        at = 0 if last is None else last * numerator
+        row = self._next
+        plan = _Plan(row, [], [], [], [], [])
+        plans = [plan]
+        _, befores, afters, weights, gaps, silents = plan
+        passed_over = []
+        index = 0
+        for time, now in zip(times, nows, strict=True):
+            index += 1
+            came = now if now > time else time
+            gap = silent = False
+            before = at
+            if last is None:
+                self.first = (time, came)
+            elif time > last:
+                passed = came - last
+                silent = passed > fallback and passed > self.patience
+                interval = time - last
+                self._intervals.append(interval)
+                if interval < least:
+                    self._least = least = interval
+                elif 2 * interval > 5 * least:  # else no gap, told without the median
+                    gap = self._is_gap(interval)
+                    least = self._least
+            else:
+                passed_over.append(index)
+                self._pass_over(repeated=time == last)
+                continue
+            at = time * numerator
+            if last is None:
+                self.begin = -(-at // step)
+            if last is None or at - before > self._longest:
+                # Rows begin, or go on after a pause too long to be filled.
+                row = -(-at // step)
+                plan = _Plan(row, [], [], [], [], [])
+                plans.append(plan)
+                _, befores, afters, weights, gaps, silents = plan
+            between, position, start = at - before, row * step - before, len(afters)
+            if between - position > _FEW_BETWEEN * step:
+                weights += [each / between for each in range(position, between, step)]
+                count = len(weights) - start
+                befores += [place] * count
+                afters += [index] * count
+                position += count * step
+            else:
+                while position < between:
+                    weights.append(position / between)
+                    befores.append(place)
+                    afters.append(index)
+                    position += step
+            if gap:
+                gaps += range(start, len(afters))
+            if silent:
+                silents += range(start, len(afters))
+            if position == between:
+                befores.append(index)
+                afters.append(index)
+                weights.append(1.0)
+            row += len(afters) - start
+            place, last = index, time
+        self.samples += index - len(passed_over)
+        self.last = last
+        self._next = row
+        return plans, place, passed_over
+
+    def _pass_over(self, *, repeated: bool) -> None:
+        """Count a sample that is not later than the last one."""
+        if repeated:
+            self.duplicates += 1
+        else:
+            self.overtaken += 1
+
+    def _is_gap(self, interval: int) -> bool:
+        """Return whether an interval, taken note of already, is too long to bridge."""
+        if len(self._intervals) > 1:
+            self._least = min(self._intervals)
+        usual = self.period if len(self._intervals) > 1 else _UNKNOWN_PERIOD
+        gap = 2 * interval > 5 * usual
+        self.gaps += gap
+        return gap
+
+    def _laid(self, plan: _Plan, known: FloatArray) -> Rows:
+        """Return planned rows between the samples known."""
+        result = self._between(plan, known)
+        if self._angles:
+            angles = result[:, self._circular]
+            result[:, self._circular] = angles - _TURN * np.ceil(angles / _TURN - 0.5)
+        return Rows(plan.first, result, plan.silence())
+
+    def _between(self, plan: _Plan, known: FloatArray) -> FloatArray:
+        """Return values of planned rows. On a sample both ends are that sample."""
+        start, stop = known.take(plan.before, axis=0), known.take(plan.after, axis=0)
+        share = np.array(plan.weights)[:, np.newaxis]
+        values: FloatArray = start * (1.0 - share)
+        values += stop * share
+        if self._angles:
+            turn = stop[:, self._circular] - start[:, self._circular]
+            turn -= _TURN * np.rint(turn / _TURN)
+            values[:, self._circular] = start[:, self._circular] + share * turn
+        if self._steps:
+            values[:, self._stepwise] = start[:, self._stepwise]
+        if plan.gaps:
+            values[plan.gaps] = np.nan
+        return values
+
+    def _put(self, plan: _Plan, known: Sequence[Numbers], sheet: Sheet) -> Rows:
+        """Put planned rows on a sheet, unless they are many."""
+        count, width = len(plan.after), len(known[0])
+        if count > _FEW_ROWS:
+            return self._laid(plan, np.array(known))
+        starts, stops, shares = sheet.starts, sheet.stops, sheet.shares
+        begin = len(starts)
+        for before, after, share in zip(plan.before, plan.after, plan.weights, strict=True):
+            starts += known[before]
+            stops += known[after]
+            shares += [share] * width
+        if self._angles or self._steps:
+            self._mend(sheet, begin, count, width)
+        for gap in plan.gaps:
+            first = begin + gap * width
+            starts[first : first + width] = [math.nan] * width
+        return sheet.add(plan.first, count, width, plan.silence())
+
+    def _mend(self, sheet: Sheet, begin: int, count: int, width: int) -> None:
+        """Replace what is not a straight line between two samples by what it is."""
+        starts, stops, shares = sheet.starts, sheet.stops, sheet.shares
+        end = begin + count * width
+        for column in self._angles:
+            for place in range(begin + column, end, width):
+                stops[place] = _angle_between(starts[place], stops[place], shares[place])
+                starts[place], shares[place] = 0.0, 1.0
+        for column in self._steps:
+            for place in range(begin + column, end, width):
+                stops[place], shares[place] = starts[place], 1.0
+
+
+def _angle_between(start: float, stop: float, share: float) -> float:
+    """Return an angle between two, the shorter way round, from -pi to pi.
+
+    The steps of `Gridder._between` and `Gridder._laid` for a single number.
+    """
+    turn = stop - start
+    if not -3.0 < turn < 3.0:
+        if math.isnan(turn):
+            return math.nan
+        turn -= _TURN * round(turn / _TURN)
+    angle = start + share * turn
+    if not -3.0 < angle < 3.0:
+        angle -= _TURN * math.ceil(angle / _TURN - 0.5)
+    # Where NumPy subtracts a negative zero, whole numbers have a positive one.
+    return angle + 0.0
