@@ -222,8 +222,17 @@ def _draw_bins(
     )  # fmt: skip
 
 
-def ranking_picture(step: Step, number: int) -> Picture:
-    """Return the competition that one step's model faced, as bars."""
+def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
+    """Return the competition that one step's model faced, as bars.
+
+    Parameters
+    ----------
+    step : Step
+    number : int
+        Of the round, from 1.
+    last : bool
+        Whether nothing was added after it.
+    """
     best = step.ranking[:8]
 
     def draw(container: FigureBase) -> None:
@@ -246,8 +255,10 @@ def ranking_picture(step: Step, number: int) -> Picture:
 
     return Picture(
         name=f"ranking-{number}",
-        caption=f"Round {number}: the candidates for what is missing, best first. On the right the "
-        "probability of each among all, and what it gains on maneuvers left out of the fit.",
+        caption=f"Round {number}: the candidates for what is missing, best first"
+        + (", none of which was added" if last else "")
+        + ". On the right the probability of each among all, and what it gains on maneuvers left "
+        "out of the fit.",
         height=0.9 + 0.42 * len(best),
         draw=draw,
     )

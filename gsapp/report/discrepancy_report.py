@@ -16,7 +16,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.results import Discrepancy, ManeuverView
 from gsapp.foundation import GroundStationError, write_atomically
-from gsapp.quantities import channel, from_si
+from gsapp.quantities import channel
 from gsapp.report.discrepancy_figures import (
     gap_picture,
     map_picture,
@@ -35,7 +35,9 @@ from gsapp.report.discrepancy_words import (
     disagreement_words,
     effect_words,
     gust_words,
+    moved_words,
     parameter_rows,
+    rms_rows,
     with_spread,
 )
 from gsapp.report.document import (
@@ -242,7 +244,7 @@ def _name(found: Discrepancy) -> Section:
     if not any(step.ranking for step in found.steps):
         parts.append(Paragraph(text="There was nothing to name."))
     parts += [
-        ranking_picture(step, number)
+        ranking_picture(step, number, last=step is found.steps[-1])
         for number, step in enumerate(found.steps, start=1)
         if step.ranking
     ]
@@ -303,13 +305,13 @@ def _add(found: Discrepancy, aircraft: Aircraft) -> Section:
         parts.append(
             Table(
                 caption="Values that moved beyond their bounds",
-                columns=("derivative", "before", "after", "moved, in standard deviations"),
+                columns=("derivative", "before", "after", "moved [std]"),
                 rows=tuple(
                     (
                         name,
                         f"{one.before:.4g}",
                         with_spread(one.after, one.std),
-                        f"{(one.after - one.before) / one.std:+.1f}" if one.std > 0.0 else "",
+                        moved_words(one),
                     )
                     for name, one in found.values.items()
                 ),
@@ -338,19 +340,13 @@ def _show(found: Discrepancy, units: Units, overlays: Sequence[ManeuverView]) ->
 
 
 def _channels(found: Discrepancy, units: Units) -> Table:
-    rows = []
-    for name, one in found.gap.channels.items():
-        spec = channel(name)
-        unit = spec.display_unit(units)
-        zero = from_si(0.0, unit, spec.quantity)
-        sizes = [
-            f"{from_si(value, unit, spec.quantity) - zero:.3g}"
-            for value in (one.before, one.after, one.floor)
-        ]
-        rows.append(
+    return Table(
+        caption="Measured less computed on the maneuvers kept out",
+        columns=("channel", "RMS before", "after", "noise", "over range before [%]", "after [%]",
+                 "Theil before", "after", "within 3 x noise before [%]", "after [%]"),
+        rows=tuple(
             (
-                f"{spec.symbol} [{unit}]" if unit else spec.symbol,
-                *sizes,
+                *rms,
                 f"{one.before_pct:.1f}",
                 f"{one.after_pct:.1f}",
                 f"{one.theil_before:.3f}",
@@ -358,12 +354,10 @@ def _channels(found: Discrepancy, units: Units) -> Table:
                 f"{100.0 * one.within_before:.0f}",
                 f"{100.0 * one.within_after:.0f}",
             )
-        )
-    return Table(
-        caption="Measured less computed on the maneuvers kept out",
-        columns=("channel", "RMS before", "after", "noise", "over range before [%]", "after [%]",
-                 "Theil before", "after", "within 3 x noise before [%]", "after [%]"),
-        rows=tuple(rows),
+            for rms, one in zip(
+                rms_rows(found.gap, units), found.gap.channels.values(), strict=True
+            )
+        ),
         numeric=frozenset(range(1, 10)),
     )  # fmt: skip
 

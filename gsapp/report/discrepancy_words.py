@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.results import Disagreement, Discrepancy, FoundEffect
+from gsapp.discrepancy.results import (
+    ChangedValue,
+    Disagreement,
+    Discrepancy,
+    FoundEffect,
+    Gap,
+)
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.quantities import channel, from_si
 
 HEADLINES = {
     "effects-found": "The model lacks something, and it has a name.",
@@ -69,14 +77,14 @@ def gust_words(found: Discrepancy) -> str:
 def disagreement_words(one: Disagreement) -> str:
     """Return where one disagreement is, as a sentence."""
     times = one.rms / one.noise_floor if one.noise_floor > 0.0 else math.inf
-    what = (
-        f"the {coefficient_words(one.coefficient)}" if one.coefficient
-        else f"the instrument of {one.channel}"
-    )  # fmt: skip
     region = f", {one.region.words}" if one.region else ""
+    where = f"Maneuver {one.maneuver}, {one.t_start:.1f} to {one.t_end:.1f} s{region}"
+    if not one.coefficient:
+        symbol = channel(one.channel).symbol
+        return f"{where}: the instrument of {symbol} is off by {times:.1f} times the noise."
     return (
-        f"Maneuver {one.maneuver}, {one.t_start:.1f} to {one.t_end:.1f} s{region}: {what} is off "
-        f"by {times:.1f} times the noise, most in {one.channel}."
+        f"{where}: the {coefficient_words(one.coefficient)} is off by {times:.1f} times the "
+        f"noise, most in {channel(one.channel).symbol}."
     )
 
 
@@ -128,3 +136,23 @@ def parameter_rows(
         for one in effects
         for name, (value, std) in one.parameters.items()
     )
+
+
+def rms_rows(gap: Gap, units: Literal["US", "SI"]) -> tuple[tuple[str, str, str, str], ...]:
+    """Return channel with unit, RMS before, after, and of the noise, in the units of display."""
+    rows = []
+    for name, one in gap.channels.items():
+        spec = channel(name)
+        unit = spec.display_unit(units)
+        zero = from_si(0.0, unit, spec.quantity)
+        before, after, floor = (
+            f"{from_si(value, unit, spec.quantity) - zero:.3g}"
+            for value in (one.before, one.after, one.floor)
+        )
+        rows.append((f"{spec.symbol} [{unit}]" if unit else spec.symbol, before, after, floor))
+    return tuple(rows)
+
+
+def moved_words(value: ChangedValue) -> str:
+    """Return by how many standard deviations a derivative moved."""
+    return f"{(value.after - value.before) / value.std:+.1f}" if value.std > 0.0 else ""
