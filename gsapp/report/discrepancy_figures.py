@@ -37,8 +37,8 @@ def map_picture(found: Discrepancy) -> Picture:
     """Return the map maneuver x coefficient in units of the noise floor, before and after."""
     steps = [found.steps[0]] if len(found.steps) == 1 else [found.steps[0], found.steps[-1]]
     rows = len(found.maneuvers)
-    height = min(TALLEST, 0.75 + 0.26 * max(rows, 2))
-    most = max(4.0, *(float(np.nanmax(step.map, initial=1.0)) for step in steps))
+    height = min(TALLEST, 0.75 + 0.26 * max(rows, 4))
+    most = max(4.0, *(float(_finite(step.map).max(initial=1.0)) for step in steps))
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(1, 2, sharey=True)
@@ -64,6 +64,10 @@ def map_picture(found: Discrepancy) -> Picture:
         height=height,
         draw=draw,
     )
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    return values[np.isfinite(values)]
 
 
 def _row_label(view: ManeuverView) -> str:
@@ -178,8 +182,7 @@ def _varies(found: Discrepancy, name: str) -> bool:
     known = [one.conditions[name] for one in found.maneuvers if name in one.conditions]
     if not known:
         return False
-    values = np.concatenate(known)
-    values = values[np.isfinite(values)]
+    values = _finite(np.concatenate(known))
     return values.size > 0 and float(np.ptp(values)) > 1e-6
 
 
@@ -307,6 +310,9 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
             for chart in (left, right):
                 _plain_axes(chart)
                 chart.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
+            low, high = float(np.nanmin(measured)), float(np.nanmax(measured))
+            _keep_in_view(left, 2.0 * low - high, 2.0 * high - low)
+            _keep_in_view(right, low - high, high - low)
             left.set_ylabel(
                 f"{spec.symbol}\n[{unit}]" if unit else spec.symbol, rotation=0, ha="right",
                 va="center", color=INK,
@@ -328,6 +334,13 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
         height=min(TALLEST, 1.1 + 0.72 * max(len(shown), 1)),
         draw=draw,
     )
+
+
+def _keep_in_view(chart: Axes, low: float, high: float) -> None:
+    """Cut the axis off where a model that runs away would flatten everything else."""
+    if high > low:
+        bottom, top = chart.get_ylim()
+        chart.set_ylim(max(bottom, low), min(top, high))
 
 
 def gap_picture(gap: Gap) -> Picture:

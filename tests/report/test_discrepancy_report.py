@@ -263,18 +263,26 @@ def test_a_hash_tells_content_and_not_caches(tmp_path: Path) -> None:
     assert input_file("model", tmp_path / "file", name="b777").sha256 == known
 
 
-def test_missing_samples_and_empty_channels_leave_gaps_and_no_errors() -> None:
-    """A channel without a sample is left out of the overlay; an infinite map cell is a dash."""
+def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
+    """A channel without a sample is left out, a cell without a number is a dash, no axis explodes.
+
+    The model before may run away to infinity in a maneuver; measured is still seen beside it.
+    """
     found = answer(maneuvers=2, samples=80)
     view = found.maneuvers[0]
-    measured = view.measured.copy()
+    measured, computed = view.measured.copy(), view.computed[0].copy()
     measured[:, 0] = np.nan
-    odd = found.steps[0].map.copy()
-    odd[0, 0] = np.nan
-    document = discrepancy_document(
+    computed[:, 2] = np.exp(np.linspace(0.0, 700.0, 80))
+    computed[-1, 2] = np.inf
+    odd = np.full_like(found.steps[0].map, np.nan)
+    odd[0, 1] = np.inf
+    changed = discrepancy_document(
         replace(
             found,
-            maneuvers=(replace(view, measured=measured), found.maneuvers[1]),
+            maneuvers=(
+                replace(view, measured=measured, computed=(computed, *view.computed[1:])),
+                found.maneuvers[1],
+            ),
             steps=(replace(found.steps[0], map=odd), *found.steps[1:]),
         ),
         aircraft=AIRCRAFT,
@@ -282,7 +290,14 @@ def test_missing_samples_and_empty_channels_leave_gaps_and_no_errors() -> None:
         overlays=["1"],
     )
     whole = discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["1"])
-    heights = [one.pictures[-1].height for one in (document, whole)]
-    assert heights[0] < heights[1]
-    for picture in (document.pictures[0], document.pictures[-1]):
-        assert picture_png(picture).startswith(b"\x89PNG")
+    overlay = changed.pictures[-1]
+    assert overlay.height < whole.pictures[-1].height
+    assert clashes(changed.pictures[0]) == []
+    with style.context(list(LOOK)):
+        figure = Figure(figsize=(WIDTH, overlay.height))
+        overlay.draw(figure)
+    an = measured[:, 2] / 9.80665
+    left, right = figure.axes[2:4]
+    assert left.get_ylabel().startswith("a_n")
+    for chart in (left, right):
+        assert np.ptp(chart.get_ylim()) < 4.0 * np.ptp(an)
