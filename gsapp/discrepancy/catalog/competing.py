@@ -45,8 +45,8 @@ def competitors(
     moving : collection of str, optional
         Of surfaces, flap and throttle, those that move in these flights; by default all recorded.
     variants : bool
-        Whether finer shapes of one physics (`EffectRecord.variant_of`) compete too. Beside the
-        plain shape they would only split its evidence.
+        Whether other forms of one effect (`EffectRecord.variant_of`) compete too. Beside the
+        plain form they would only split its evidence.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def left_out(
     for one in catalog():
         why = _why_not(one, aircraft, channels, moving)
         if not why and one.variant_of and not variants:
-            why = f"a finer shape of {one.variant_of}, tried once that is found"
+            why = f"looks like {one.variant_of}; tried once that is found"
         if why:
             found[one.id] = why
     return found

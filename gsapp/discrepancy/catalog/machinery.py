@@ -156,11 +156,11 @@ def mass_lore() -> dict[str, Lore]:
         ),
         "mass.cg.y": Lore(
             mistaken_for=("aero.Cl.alpha",),
-            separated_by="nothing in flight: lift beside the center of gravity rolls as a wing "
-            "that differs from the other",
-            effect_class="C",
-            remedy=f"{_WEIGH}: left and right wheel give y",
+            separated_by="hardly anything in flight: lift beside the center of gravity rolls as "
+            f"a wing does that differs from the other; {_WEIGH}: left and right wheel give y",
+            effect_class="A",
             source="unequal tanks, payload to one side",
+            variant_of="aero.Cl.alpha",
         ),
         "mass.cg.z": Lore(
             mistaken_for=("propulsion.Cm.throttle", "aero.Cl.beta"),

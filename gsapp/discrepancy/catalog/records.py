@@ -33,7 +33,8 @@ class Lore:
         Of the linear build-up, if the effect is one of its derivatives: a baseline that has it
         free leaves nothing to find.
     variant_of : str
-        Another effect of the same physics, of which this is a finer shape.
+        A plainer effect that this looks like in all but special maneuvers: the same physics in a
+        finer shape, or other physics of the same shape.
     decoy : bool
         Whether it stands for structure without a name: where it wins, nothing was explained.
     """
