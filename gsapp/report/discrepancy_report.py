@@ -54,6 +54,8 @@ from gsapp.report.provenance import Provenance, provenance_section
 
 Units = Literal["US", "SI"]
 
+_CLEAR = 5.0
+"""Standard deviations from which an effect cannot be overlooked."""
 _MOST_COEFFICIENTS, _MOST_OVERLAYS, _MOST_OVER_TIME, _MOST_ROWS = 2, 3, 5, 25
 
 
@@ -370,23 +372,44 @@ def _observable(found: Discrepancy) -> Section:
             "what it looks most like (1: exactly alike)."
         )
     ]
-    if found.observability:
+    order = sorted(found.observability, key=lambda one: -np.nan_to_num(one.sigma))
+    clear = [one for one in order if one.sigma >= _CLEAR]
+    faint = [one for one in order if not one.sigma >= _CLEAR]
+    if clear:
         parts.append(
             Table(
-                columns=("effect", "class", "would show, sigma", "looks most like", "to see it"),
+                caption=f"Would show clearly: {_CLEAR:g} standard deviations or more",
+                columns=("effect", "class", "standard deviations", "looks most like"),
+                rows=tuple(
+                    (
+                        one.effect,
+                        one.effect_class,
+                        f"{one.sigma:.0f}",
+                        ", ".join(f"{name} ({cosine:.2f})" for name, cosine in one.aliases[:2]),
+                    )
+                    for one in clear
+                ),
+                numeric=frozenset({2}),
+            )
+        )
+    if faint:
+        parts.append(
+            Table(
+                caption="Would not",
+                columns=("effect", "class", "standard deviations", "to see it"),
                 rows=tuple(
                     (
                         one.effect,
                         one.effect_class,
                         f"{one.sigma:.1f}" if np.isfinite(one.sigma) else "",
-                        ", ".join(f"{name} ({cosine:.2f})" for name, cosine in one.aliases[:2]),
                         one.fly,
                     )
-                    for one in sorted(found.observability, key=lambda one: -one.sigma)
+                    for one in faint
                 ),
                 numeric=frozenset({2}),
             )
         )
+    if found.observability:
         classes = sorted({one.effect_class for one in found.observability})
         parts.append(
             Paragraph(
