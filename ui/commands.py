@@ -11,7 +11,19 @@ from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from ui.strips.keys import KEY_ACTIONS
 
-Need = Literal["nothing", "flight", "replay", "recorder"]
+Need = Literal[
+    "nothing",
+    "flight",
+    "replay",
+    "recorder",
+    "change",
+    "search",
+    "gap",
+    "gap_idle",
+    "gap_next",
+    "gap_effect",
+    "gap_future",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,9 +112,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
-    _command(
-        "Flight", "undo_mark", "Take back the last change of a mark", "Ctrl+Z", needs="flight"
-    ),
+    _command("Flight", "undo", "Take back the last change", "Ctrl+Z", needs="change"),
     _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight"),
     _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight"),
     _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="flight", rule=True),
@@ -112,6 +122,36 @@ COMMANDS: tuple[Command, ...] = (
     _command("Replay", "step_back", "One step back", ",", needs="replay"),
     _command("Replay", "step", "One step on", ".", needs="replay"),
     _command("Replay", "go_to", "Go to time…", "G", "Ctrl+G", needs="replay"),
+    _command("Model gap", "gap_search", "Search for a missing effect…", "Ctrl+F"),
+    _command("Model gap", "gap_cancel", "Stop the search", "Ctrl+.", needs="search"),
+    _command("Model gap", "gap_find", "1 Find the disagreement", "Alt+1", needs="gap", rule=True),
+    _command("Model gap", "gap_name", "2 Name the effect", "Alt+2", needs="gap"),
+    _command("Model gap", "gap_add", "3 Add it to the model", "Alt+3", needs="gap"),
+    _command("Model gap", "gap_show", "4 Show the gap shrink", "Alt+4", needs="gap"),
+    _command("Model gap", "gap_step_back", "Model before", "Alt+Left", needs="gap", rule=True),
+    _command("Model gap", "gap_step_on", "Model after", "Alt+Right", needs="gap"),
+    _command("Model gap", "gap_previous_maneuver", "Previous maneuver", "Alt+PgUp", needs="gap"),
+    _command("Model gap", "gap_next_maneuver", "Next maneuver", "Alt+PgDown", needs="gap"),
+    _command(
+        "Model gap",
+        "gap_accept",
+        "Accept the next effect",
+        "Ctrl+Return",
+        needs="gap_next",
+        rule=True,
+    ),
+    _command("Model gap", "gap_refuse", "Refuse this effect", "Ctrl+Backspace", needs="gap_effect"),
+    _command("Model gap", "gap_force", "Force another effect…", "Ctrl+Shift+F", needs="gap_idle"),
+    _command(
+        "Model gap",
+        "gap_redo",
+        "Take the decision again",
+        "Ctrl+Y",
+        "Ctrl+Shift+Z",
+        needs="gap_future",
+    ),
+    _command("Model gap", "gap_save", "Save the revised model…", "Ctrl+S", needs="gap", rule=True),
+    _command("Model gap", "gap_report", "Write the report…", "Ctrl+P", needs="gap_idle"),
     _command("Help", "keys", "All keys", "?", "Shift+F1"),
     _command("Help", "copy_details", "Copy the details of the last error", "Ctrl+Shift+C"),
     _command("Help", "dismiss", "Close the newest banner", "Ctrl+D"),

@@ -27,13 +27,20 @@ _ARROWS = frozenset(
         Qt.Key.Key_PageDown,
     }
 )
+
+
+class ArrowKeys:
+    """Marks a control of one's own that moves by the arrows, as a list does."""
+
+
 _PRESS = frozenset({Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter})
 _ALLOWED = Qt.KeyboardModifier.KeypadModifier
-_KEPT: tuple[tuple[type[QObject], frozenset[Qt.Key]], ...] = (
+_KEPT: tuple[tuple[type, frozenset[Qt.Key]], ...] = (
     (QAbstractItemView, _ARROWS | _PRESS),
     (QComboBox, _ARROWS | _PRESS),
     (QTabBar, _ARROWS),
     (TimeSlider, _ARROWS),
+    (ArrowKeys, _ARROWS | _PRESS),
     (QAbstractButton, _PRESS),
     (QLineEdit, frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter})),
 )

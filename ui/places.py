@@ -101,17 +101,6 @@ PLACES: tuple[Place, ...] = (
         key="F5",
         glyph="gap",
         purpose="Where simulation and measurement disagree: find out which effect the model lacks.",
-        coming=(
-            "Where they disagree: coefficient, maneuver, region of alpha, speed and throttle",
-            "Which effects could explain it, and which maneuver would tell them apart",
-            "The effect added to the model, and the gap before and after on other maneuvers",
-        ),
-        today=(
-            (
-                "A flight with a hidden effect",
-                "Ctrl+Shift+V flies the virtual aircraft with effects that its model lacks",
-            ),
-        ),
     ),
 )
 """From top to bottom."""

@@ -46,6 +46,12 @@ class Settings(StrictModel):
         Name of the layout on screen; the layouts themselves are files beside this one.
     span : float
         Seconds in sight.
+    gap_flights : tuple of str
+        Flights searched last for a missing effect.
+    gap_aircraft, gap_model : str
+        What they were compared with; empty for the flight's own, and for none.
+    gap_variable, gap_channel : str
+        What was looked at last.
     """
 
     theme: str = "daylight"
@@ -62,6 +68,11 @@ class Settings(StrictModel):
     calibration: str = "b777"
     layout: str = "Overview"
     span: float = Field(default=60.0, gt=0.0)
+    gap_flights: tuple[str, ...] = ()
+    gap_aircraft: str = ""
+    gap_model: str = "b777"
+    gap_variable: str = "alpha"
+    gap_channel: str = "q"
 
     def with_link(self, link: str) -> Settings:
         """Return the settings with that link as the newest."""

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from gsapp.session.limit_book import LimitBook
 from ui.appearance import Appearance
-from ui.commands import CommandSet
+from ui.commands import CommandSet, Need
 from ui.desk import Desk
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.small import ask_closing
@@ -31,6 +31,7 @@ from ui.flight.view import FlightView
 from ui.frame.banners import BannerStack
 from ui.frame.bar_view import Bar
 from ui.frame.rail import Rail
+from ui.gap.place import GapPlace
 from ui.keyboard import KeyKeeper
 from ui.look import Look
 from ui.opening import Opening
@@ -87,11 +88,12 @@ class MainWindow(QMainWindow):
         self.crew = Crew(self, self.desk, self.view, self.look, store, limits)
         self.bar = Bar(self.look)
         self.rail = Rail(self.look)
+        self.gap = GapPlace(self.commands.actions, self.look, store, self.banners, faults)
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
+        built = {"flight": self.flight_place, "gap": self.gap}
         for place in PLACES:
-            page = self.flight_place if place.id == "flight" else ComingPage(place, self.look)
-            self.places.addWidget(page)
+            self.places.addWidget(built.get(place.id) or ComingPage(place, self.look))
         self._arrange()
         # Once, when everything is in its place: Qt styles anew whatever moves.
         self.appearance.apply()
@@ -130,7 +132,7 @@ class MainWindow(QMainWindow):
         commands.fill(self.menuBar())
         commands.bind(
             self.handlers, self.appearance.handlers, self.opening.handlers, self.crew.handlers,
-            self.view.handlers,
+            self.view.handlers, self.gap.handlers,
         )  # fmt: skip
         actions = commands.actions
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
@@ -142,6 +144,8 @@ class MainWindow(QMainWindow):
         self.desk.changed.connect(self._flight_changed)
         self.desk.painted.connect(self.view.advance)
         self.desk.told.connect(self._refresh)
+        self.gap.wanted.connect(lambda: self.show_place("gap"))
+        self.gap.changed.connect(self._enable)
         commands.check("mute", self.store.current.muted)
 
     @property
@@ -155,6 +159,7 @@ class MainWindow(QMainWindow):
             "full_screen": self.toggle_full_screen,
             "keys": lambda: KeysDialog(self.look, self).exec(),
             "copy_details": self.copy_details,
+            "undo": self.undo,
             "dismiss": self.banners.dismiss,
             "about": lambda: QMessageBox.about(self, "Ground station", _ABOUT),
             "quit": self.close,
@@ -166,6 +171,9 @@ class MainWindow(QMainWindow):
         """Go to a place by its id."""
         self.places.setCurrentIndex(self._place_ids.index(place_id))
         self.rail.show_place(place_id)
+        if place_id == "gap":
+            self.gap.begin()
+            return
         page = self.view.charts if self.desk.is_open else self.flight_place.start
         (page if place_id == "flight" else self.places.currentWidget()).setFocus()
 
@@ -189,7 +197,8 @@ class MainWindow(QMainWindow):
         self.flight_place.show_flight(self.desk.is_open)
         self.flight_place.start.show_links(self.store.current.links)
         self.view.show_history(self.desk.history)
-        self.commands.enable(self.desk.present)
+        self.gap.show_open(self.desk.session.path if self.desk.session is not None else None)
+        self._enable()
         name = self.desk.name
         self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
         self._refresh()
@@ -199,8 +208,21 @@ class MainWindow(QMainWindow):
         if self.desk.is_open:
             self.view.show_picture(self.desk.picture(self.look.units))
         self.bar.show_parts(self.desk.bar_parts(self.look.units, muted=self.store.current.muted))
-        self.commands.enable(self.desk.present)
+        self._enable()
         self.crew.sound()
+
+    def _enable(self) -> None:
+        """Gray the commands that have nothing to act on at this place."""
+        undoes = self.gap.search.can_undo if self.gap.shown else self.desk.is_open
+        change: tuple[Need, ...] = ("change",) if undoes else ()
+        self.commands.enable((*self.desk.present, *change, *self.gap.present))
+
+    def undo(self) -> None:
+        """Take back the last change of what is on screen."""
+        if self.gap.shown:
+            self.gap.search.undo()
+        else:
+            self.desk.undo_mark()
 
     def _show_fault(self, fault: Fault) -> None:
         copy = ("Copy details", self.copy_details)
@@ -243,6 +265,7 @@ class MainWindow(QMainWindow):
                 self.desk.stop_now()
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
+        self.gap.close_search()
         self.desk.close()
         application = QApplication.instance()
         if application is not None:

@@ -78,7 +78,6 @@ class Crew(QObject):
             "chart_pause": self.pause,
             "mark": self._view.charts.request_mark,
             "note": self.note,
-            "undo_mark": self._desk.undo_mark,
             "previous_mark": lambda: self.step_mark(-1),
             "next_mark": lambda: self.step_mark(1),
             "acknowledge": self._desk.acknowledge,

@@ -1,0 +1,256 @@
+"""Bars of the gap per channel, the waterfall over the steps, and the slider through them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
+
+from ui.gap.marking import focus_frame, ink
+from ui.gap.phrases import symbol, times_floor_text
+from ui.gap.pictures import BarPair, Fall
+from ui.keyboard import ArrowKeys
+from ui.look import Look
+
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+class _Painted(QWidget):
+    """A drawing without keys; its words are heard."""
+
+    def __init__(self, look: Look, name: str) -> None:
+        super().__init__()
+        self.look = look
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.updateGeometry()
+        self.update()
+
+    def _floor_line(self, painter: QPainter, x: float, top: float, bottom: float) -> None:
+        pen = QPen(self.look.color("text"))
+        pen.setWidthF(1.5 * self.look.sizes.scale)
+        pen.setStyle(Qt.PenStyle.DotLine)
+        painter.setPen(pen)
+        painter.drawLine(QPointF(x, top), QPointF(x, bottom))
+
+
+def _largest(values: Sequence[float]) -> float:
+    return max((value for value in values if math.isfinite(value)), default=1.0)
+
+
+class ChannelBars(_Painted):
+    """The gap of each channel before (gray) and after (colored), and the noise floor as a line."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look, "Gap per channel")
+        self._pairs: tuple[BarPair, ...] = ()
+
+    def show_pairs(self, pairs: Sequence[BarPair]) -> None:
+        """Show other gaps."""
+        self._pairs = tuple(pairs)
+        words = "; ".join(
+            f"{symbol(one.channel)} from {times_floor_text(one.before)} to "
+            f"{times_floor_text(one.after)} times the noise"
+            for one in pairs
+        )
+        self.setAccessibleDescription(words)
+        self.setToolTip(words.replace("; ", "\n"))
+        self._restyle()
+
+    def sizeHint(self) -> QSize:
+        """Return the size: one row for each channel, and the words of the floor."""
+        look = self.look
+        return QSize(look.px(280), look.px(34 * max(len(self._pairs), 1) + 22))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the bars."""
+        look = self.look
+        painter = QPainter(self)
+        painter.setFont(look.font("body"))
+        names, number = look.px(44), look.px(46)
+        room = max(self.width() - names - number - look.px(8), 1)
+        largest = max(1.2, _largest([v for one in self._pairs for v in (one.before, one.after)]))
+        step, thick = look.px(34), look.px(12)
+        for row, one in enumerate(self._pairs):
+            top = row * step + look.px(2)
+            painter.setFont(look.font("body"))
+            painter.setPen(look.color("text"))
+            painter.drawText(QRectF(0, top, names, 2 * thick + 2), _LEFT, symbol(one.channel))
+            values = ((one.before, "previous"), (one.after, "blue"))
+            for place, (value, color) in enumerate(values):
+                y = top + place * (thick + 2)
+                wide = room * min(value, largest) / largest if math.isfinite(value) else 0.0
+                painter.fillRect(QRectF(names, y, wide, thick), ink(look, color))
+                painter.setFont(look.font("label", strong=place == 1))
+                painter.setPen(look.color("text" if place else "muted"))
+                words = QRectF(names + wide + look.px(4), y - 2, number, thick + 4)
+                painter.drawText(words, _LEFT, times_floor_text(value))
+        bottom = len(self._pairs) * step
+        x = names + room / largest
+        self._floor_line(painter, x, 0, bottom)
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        words = "1 = noise floor"
+        across = QFontMetricsF(painter.font()).horizontalAdvance(words)
+        left = min(max(x - across / 2, 0), self.width() - across)
+        painter.drawText(QRectF(left, bottom, across + 2, look.px(20)), _LEFT, words)
+        painter.end()
+
+
+class Waterfall(_Painted):
+    """How the misfit of all channels fell, effect by effect, towards the noise floor."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look, "Misfit over the steps")
+        self._falls: tuple[Fall, ...] = ()
+
+    def show_falls(self, falls: Sequence[Fall]) -> None:
+        """Show other steps."""
+        self._falls = tuple(falls)
+        words = "; ".join(
+            f"{one.title}: {times_floor_text(one.after)} times the noise floor" for one in falls
+        )
+        self.setAccessibleDescription(words)
+        self.setToolTip(words.replace("; ", "\n"))
+        self._restyle()
+
+    def sizeHint(self) -> QSize:
+        """Return the size: two lines for each step, and the words of the floor."""
+        look = self.look
+        return QSize(look.px(280), look.px(40 * max(len(self._falls), 1) + 22))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw each step as a bar from where it began to where it ended."""
+        look = self.look
+        painter = QPainter(self)
+        number = look.px(46)
+        room = max(self.width() - number - look.px(8), 1)
+        values = [v for one in self._falls for v in (one.before, one.after)]
+        largest = max(1.2, _largest(values))
+        step, thick = look.px(40), look.px(14)
+        metrics = QFontMetricsF(look.font("body"))
+        for row, one in enumerate(self._falls):
+            top = row * step
+            if one.current:
+                painter.fillRect(QRectF(0, top, self.width(), step - 2), look.color("chosen"))
+            painter.setFont(look.font("body", strong=one.current))
+            painter.setPen(look.color("text"))
+            words = metrics.elidedText(
+                one.title, Qt.TextElideMode.ElideRight, self.width() - look.px(8)
+            )
+            painter.drawText(QRectF(look.px(4), top, self.width(), look.px(20)), _LEFT, words)
+            low, high = sorted((one.before, one.after))
+            if not (math.isfinite(low) and math.isfinite(high)):
+                continue
+            y = top + look.px(20)
+            rest = QRectF(0, y, room * low / largest, thick)
+            painter.fillRect(rest, ink(look, "previous"))
+            if high > low:
+                fall = QRectF(room * low / largest, y, room * (high - low) / largest, thick)
+                gained = one.after <= one.before
+                color = ink(look, "blue" if gained else "rust")
+                painter.setPen(QPen(color, 1.5))
+                painter.setBrush(QBrush(color, Qt.BrushStyle.BDiagPattern))
+                painter.drawRect(fall)
+            painter.setPen(look.color("text"))
+            painter.setFont(look.font("label", strong=True))
+            at = QRectF(room * high / largest + look.px(4), y - 2, number, thick + 4)
+            painter.drawText(at, _LEFT, times_floor_text(one.after))
+        bottom = len(self._falls) * step
+        x = room / largest
+        self._floor_line(painter, x, 0, bottom)
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        words = "1 = noise floor"
+        across = QFontMetricsF(painter.font()).horizontalAdvance(words)
+        left = min(max(x - across / 2, 0), self.width() - across)
+        painter.drawText(QRectF(left, bottom, across + 2, look.px(20)), _LEFT, words)
+        painter.end()
+
+
+class StepTrack(ArrowKeys, QSlider):
+    """A slider through the models, from the baseline to the last one, with their names."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self._look = look
+        self._names: tuple[str, ...] = ("Baseline",)
+        self.setAccessibleName("Model on the way from the baseline to the last effect")
+        self.setToolTip("Left and Right, or Alt+Left and Alt+Right from anywhere on this page")
+        self.setPageStep(1)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.valueChanged.connect(self._tell)
+        look.changed.connect(self.updateGeometry)
+
+    def show_steps(self, names: Sequence[str], step: int) -> None:
+        """Show other models, with one chosen."""
+        self.blockSignals(True)
+        self._names = tuple(names) or ("Baseline",)
+        self.setRange(0, len(self._names) - 1)
+        self.setValue(step)
+        self.blockSignals(False)
+        self._tell()
+        self.update()
+
+    def _tell(self) -> None:
+        name = self._names[min(self.value(), len(self._names) - 1)]
+        self.setAccessibleDescription(f"Step {self.value()} of {self.maximum()}: {name}")
+
+    def sizeHint(self) -> QSize:
+        """Return the size."""
+        return QSize(self._look.px(240), self._look.px(44))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size."""
+        return QSize(self._look.px(160), self._look.px(44))
+
+    def _columns(self) -> float:
+        return self.width() / len(self._names)
+
+    def _at(self, x: float) -> int:
+        return min(max(int(x / self._columns()), 0), self.maximum())
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Go to the model that was pressed."""
+        self.setValue(self._at(event.position().x()))
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the finger."""
+        self.setValue(self._at(event.position().x()))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw a line with a knob for each model and its name below."""
+        look = self._look
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        wide, y = self._columns(), look.px(12)
+        radius = look.px(6)
+        centers = [place * wide + look.px(10) for place in range(len(self._names))]
+        painter.setPen(QPen(look.color("axis"), look.px(2)))
+        painter.drawLine(QPointF(centers[0], y), QPointF(centers[-1], y))
+        painter.setPen(QPen(look.color("text"), look.px(3)))
+        painter.drawLine(QPointF(centers[0], y), QPointF(centers[self.value()], y))
+        for place, (x, name) in enumerate(zip(centers, self._names, strict=True)):
+            reached, here = place <= self.value(), place == self.value()
+            painter.setPen(QPen(look.color("text" if reached else "axis"), look.px(2)))
+            painter.setBrush(look.color("text" if reached else "background"))
+            size = radius + (look.px(2) if here else 0)
+            painter.drawEllipse(QPointF(x, y), size, size)
+            font = look.font("label", strong=here)
+            painter.setFont(font)
+            painter.setPen(look.color("text" if here else "muted"))
+            box = QRectF(place * wide, look.px(24), wide - look.px(8), look.px(18))
+            words = QFontMetricsF(font).elidedText(name, Qt.TextElideMode.ElideRight, box.width())
+            painter.drawText(box, _LEFT, words)
+        if self.hasFocus():
+            focus_frame(painter, self.rect(), look)
+        painter.end()

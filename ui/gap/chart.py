@@ -1,0 +1,333 @@
+"""A pyqtgraph plot in the look of the window, and the legend above it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyqtgraph
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtWidgets import QFrame, QSizePolicy, QVBoxLayout, QWidget
+
+from gsapp.quantities import FloatArray
+from ui.gap.marking import focus_frame, ink
+from ui.keyboard import ArrowKeys
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.pages import label
+
+_HIGH = 168
+"""Points of height below which a plot says too little."""
+_MOST_POINTS = 4000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Curve:
+    """One line, or one cloud of points.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (n,)
+    color : str
+        Name of a trace color, ``previous``, or a role of the look.
+    name : str
+        In the legend; empty for none.
+    dashed : bool
+        Computed values are dashed.
+    points : bool
+        Points in place of a line.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    color: str
+    name: str = ""
+    dashed: bool = False
+    points: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Band:
+    """A range across the plot, of y (``across``) or of x."""
+
+    low: float
+    high: float
+    name: str = ""
+    across: bool = True
+
+
+class LegendMark(QWidget):
+    """A short piece of a curve, or of a band."""
+
+    def __init__(self, look: Look, curve: Curve | Band) -> None:
+        super().__init__()
+        self._look = look
+        self._curve = curve
+        self.setFixedSize(look.px(24), look.px(16))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw it."""
+        look, curve = self._look, self._curve
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        middle = self.height() / 2
+        if isinstance(curve, Band):
+            box = self.rect().adjusted(0, look.px(3), -1, -look.px(3))
+            painter.fillRect(box, band_color(look, curve))
+            painter.setPen(look.color("span_edge"))
+            painter.drawRect(box)
+        elif curve.points:
+            painter.setBrush(ink(look, curve.color))
+            painter.setPen(Qt.PenStyle.NoPen)
+            for place in (0.25, 0.5, 0.75):
+                painter.drawEllipse(QPointF(self.width() * place, middle), *[look.px(2)] * 2)
+        else:
+            painter.setPen(curve_pen(look, curve))
+            painter.drawLine(QPointF(0, middle), QPointF(self.width(), middle))
+        painter.end()
+
+
+def curve_pen(look: Look, curve: Curve) -> QPen:
+    """Return the pen of a curve."""
+    pen = QPen(ink(look, curve.color))
+    pen.setWidthF(look.theme.line_width * look.sizes.scale * 0.85)
+    pen.setCosmetic(True)
+    if curve.dashed:
+        pen.setDashPattern([4.0, 2.5])
+    return pen
+
+
+def band_color(look: Look, band: Band) -> QColor:
+    """Return the fill of a band: the noise floor lies across, a stretch of interest upright."""
+    return look.color("chosen" if band.across else "event")
+
+
+class Legend(QWidget):
+    """What each curve is; breaks into rows where the window is narrow."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._shown: tuple[Curve | Band, ...] = ()
+        self._flow = FlowLayout(self, spacing=look.px(12))
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+
+    def show_entries(self, entries: Sequence[Curve | Band]) -> None:
+        """Show the named ones."""
+        while (item := self._flow.takeAt(0)) is not None:
+            item.widget().deleteLater()
+        self._flow.setSpacing(self._look.px(12))
+        for one in entries:
+            if not one.name:
+                continue
+            holder = QWidget()
+            row = FlowLayout(holder, spacing=self._look.px(6))
+            row.addWidget(LegendMark(self._look, one))
+            row.addWidget(label(one.name, "label"))
+            self._flow.addWidget(holder)
+            holder.show()
+        self.updateGeometry()
+
+
+class Chart(QFrame):
+    """A titled plot with legend, moved and zoomed along x by keys.
+
+    Left and Right move, Up and Down zoom, Home shows everything.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    name : str
+        For those who hear the window.
+    high : int
+        Points of height of the plot, at least.
+    """
+
+    def __init__(self, look: Look, name: str, *, high: int = _HIGH) -> None:
+        super().__init__()
+        self._look = look
+        self._name = name
+        self._high = high
+        self._drawn: tuple[tuple[Curve, ...], tuple[Band, ...]] = ((), ())
+        self._labels = ("", "")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(look.px(4))
+        self._column = column
+        self.title = label(name, "heading", wrap=True)
+        column.addWidget(self.title)
+        self.legend = Legend(look)
+        column.addWidget(self.legend)
+        self.plot = _Plot(look, name)
+        column.addWidget(self.plot, 1)
+        self.setFocusProxy(self.plot)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def draw(
+        self,
+        curves: Sequence[Curve],
+        bands: Sequence[Band] = (),
+        *,
+        title: str,
+        bottom: str,
+        left: str,
+        words: str = "",
+    ) -> None:
+        """Draw other curves.
+
+        Parameters
+        ----------
+        curves, bands : sequence
+        title, bottom, left : str
+            Above, and along the axes.
+        words : str
+            The picture in a sentence, for those who hear it.
+        """
+        self._drawn = (tuple(curves), tuple(bands))
+        self._labels = (bottom, left)
+        self.title.setText(title)
+        self.plot.setAccessibleDescription(words or title)
+        self._redraw()
+        self.plot.fit()
+
+    def _redraw(self) -> None:
+        curves, bands = self._drawn
+        self.plot.show_items(curves, bands, *self._labels)
+        self.legend.show_entries((*curves, *bands))
+        self.legend.setVisible(any(one.name for one in (*curves, *bands)))
+
+    def _restyle(self) -> None:
+        self.plot.setMinimumHeight(self._look.px(self._high))
+        self.plot.restyle()
+        self._column.setSpacing(self._look.px(4))
+        self._redraw()
+
+
+class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
+    """The plot itself."""
+
+    def __init__(self, look: Look, name: str) -> None:
+        super().__init__()
+        self._look = look
+        self.setAccessibleName(f"Chart: {name}")
+        self.setToolTip("Left and Right move, Up and Down zoom in time, Home shows everything")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        item = self.getPlotItem()
+        item.setMenuEnabled(False)
+        item.hideButtons()
+        item.setMouseEnabled(x=True, y=False)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self._whole: tuple[float, float] | None = None
+
+    def sizeHint(self) -> QSize:
+        """Return what it would like."""
+        return QSize(self._look.px(320), self._look.px(220))
+
+    def restyle(self) -> None:
+        """Take the colors and sizes of the look."""
+        look = self._look
+        self.setBackground(look.color("panel"))
+        item = self.getPlotItem()
+        item.getViewBox().setBorder(pyqtgraph.mkPen(look.color("axis")))
+        font = look.font("label")
+        for side in ("left", "bottom"):
+            axis = item.getAxis(side)
+            axis.setPen(pyqtgraph.mkPen(look.color("axis")))
+            axis.setTextPen(pyqtgraph.mkPen(look.color("text")))
+            axis.setTickFont(font)
+            axis.setStyle(tickTextOffset=look.px(4), tickLength=-look.px(4))
+            axis.label.setFont(font)
+        item.getAxis("left").setWidth(look.px(64))
+        item.getAxis("bottom").setHeight(look.px(38))
+        item.showGrid(x=True, y=True, alpha=0.18)
+
+    def show_items(
+        self, curves: Sequence[Curve], bands: Sequence[Band], bottom: str, left: str
+    ) -> None:
+        """Replace everything drawn."""
+        look, item = self._look, self.getPlotItem()
+        item.clear()
+        for band in bands:
+            if not (np.isfinite(band.low) and np.isfinite(band.high)):
+                continue
+            region = pyqtgraph.LinearRegionItem(
+                (band.low, band.high),
+                orientation="horizontal" if band.across else "vertical",
+                movable=False,
+                brush=band_color(look, band),
+                pen=pyqtgraph.mkPen(look.color("span_edge"), width=1),
+            )
+            region.setZValue(-20 if band.across else -30)
+            item.addItem(region, ignoreBounds=not band.across)
+        for curve in curves:
+            item.addItem(self._made(curve))
+        style = {"color": look.color("text").name(), "font-size": f"{look.sizes.label}px"}
+        item.setLabel("bottom", bottom, **style)
+        item.setLabel("left", left, **style)
+        finite = [curve.x[np.isfinite(curve.x)] for curve in curves]
+        ends = [(float(x[0]), float(x[-1])) if x.size else None for x in map(np.sort, finite)]
+        known = [pair for pair in ends if pair is not None]
+        self._whole = (
+            (min(low for low, _ in known), max(high for _, high in known)) if known else None
+        )
+
+    def _made(self, curve: Curve) -> pyqtgraph.PlotDataItem:
+        look = self._look
+        every = max(curve.x.size // _MOST_POINTS, 1)
+        if curve.points:
+            color = ink(look, curve.color)
+            return pyqtgraph.ScatterPlotItem(
+                curve.x[::every],
+                curve.y[::every],
+                size=look.px(4 if curve.name.startswith("maneuver") else 3),
+                pen=None,
+                brush=pyqtgraph.mkBrush(color),
+            )
+        return pyqtgraph.PlotDataItem(
+            curve.x, curve.y, pen=curve_pen(look, curve), connect="finite", antialias=True
+        )
+
+    def fit(self) -> None:
+        """Show everything."""
+        item = self.getPlotItem()
+        item.enableAutoRange(x=False, y=True)
+        item.setAutoVisible(y=False)
+        if self._whole is not None and self._whole[1] > self._whole[0]:
+            item.setXRange(*self._whole, padding=0.02)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move and zoom."""
+        box = self.getPlotItem().getViewBox()
+        low, high = box.viewRange()[0]
+        span = high - low
+        moves = {Qt.Key.Key_Left: -0.2, Qt.Key.Key_Right: 0.2}
+        zooms = {Qt.Key.Key_Up: 0.7, Qt.Key.Key_Down: 1 / 0.7}
+        key = Qt.Key(event.key())
+        if key in moves:
+            box.setXRange(low + moves[key] * span, high + moves[key] * span, padding=0)
+        elif key in zooms:
+            middle, half = (low + high) / 2, zooms[key] * span / 2
+            box.setXRange(middle - half, middle + half, padding=0)
+        elif key == Qt.Key.Key_Home:
+            self.fit()
+        else:
+            event.ignore()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Leave the wheel to the page, which scrolls."""
+        event.ignore()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the plot, and a frame around it while the keyboard is on it."""
+        super().paintEvent(event)
+        if self.hasFocus():
+            painter = QPainter(self.viewport())
+            focus_frame(painter, self.viewport().rect(), self._look)
+            painter.end()

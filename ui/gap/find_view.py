@@ -1,0 +1,179 @@
+"""Find: where simulation and flight disagree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import Qt
+
+from ui.gap.chapters import ChapterView
+from ui.gap.chart import Band, Chart, Curve
+from ui.gap.parts import Choice, Lines, Pair
+from ui.gap.phrases import channel_text, coefficient_text, times_floor_text
+from ui.gap.pictures import (
+    disagreement_lines,
+    instrument_lines,
+    map_picture,
+    region_picture,
+    trace_picture,
+    variables,
+    view_of,
+)
+from ui.gap.tables import MapLegend, MapView
+from ui.look import Look
+from ui.pages import label
+
+
+class FindView(ChapterView):
+    """Map, disagreements in words, and the histories behind the chosen cell."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look)
+        pair = Pair(look, (5, 6))
+        self.column.addWidget(pair, 1)
+        pair.left.addWidget(label("Times the noise floor", "heading"))
+        self.map = MapView(look)
+        pair.left.addWidget(self.map, 3)
+        pair.left.addWidget(MapLegend(look))
+        pair.left.addWidget(label("A corner marks what is more than chance.", "hint", wrap=True))
+        self.heading = label("Disagreements", "heading")
+        pair.left.addWidget(self.heading)
+        self.lines = Lines(
+            look, "Disagreements, most significant first", ("Maneuver", "What and where"),
+            stretch=1, widths={0: 76}, least=3,
+        )  # fmt: skip
+        pair.left.addWidget(self.lines, 2)
+        self.none = label("", "muted", wrap=True)
+        pair.left.addWidget(self.none)
+        self.detail = label("", "hint", wrap=True)
+        pair.left.addWidget(self.detail)
+        self.trace = Chart(look, "Missing coefficient over time")
+        pair.right.addWidget(self.trace, 1)
+        self.variable = Choice(look, "Against")
+        pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
+        self.cloud = Chart(look, "Missing coefficient against the region")
+        pair.right.addWidget(self.cloud, 1)
+        self.map.chosen.connect(self._cell)
+        self.lines.opened.connect(self._open)
+        self.lines.selectionModel().currentChanged.connect(self._line)
+        self.lines.lines.modelReset.connect(lambda: self.detail.setText(""))
+        self.variable.box.currentIndexChanged.connect(
+            lambda _index: self.selected.emit(replace(self.selection, variable=self.variable.value))
+        )
+
+    def begin(self) -> None:
+        """Begin on the map."""
+        self.map.setFocus()
+
+    def refresh(self) -> None:
+        """Draw map, list and charts."""
+        answer, selection = self.answer, self.selection
+        if answer is None:
+            return
+        self.map.show_map(
+            map_picture(answer, selection.step), selection.maneuver, selection.coefficient
+        )
+        lines = disagreement_lines(answer)
+        self.lines.show_lines(lines)
+        self.lines.setVisible(bool(lines))
+        instruments = instrument_lines(answer)
+        sentences = [] if lines else ["None: what remains is noise in every maneuver."]
+        sentences += [f"Instruments: {words}" for words in instruments]
+        self.none.setText("\n".join(sentences))
+        self.none.setVisible(bool(sentences))
+        view = view_of(answer, selection.maneuver)
+        if view is not None:
+            choices = [(name, channel_text(name)) for name in variables(view)]
+            self.variable.show_choices(choices, selection.variable)
+        self._draw_trace()
+        self._draw_cloud()
+
+    def _draw_trace(self) -> None:
+        if self.answer is None:
+            return
+        picture = trace_picture(self.answer, self.selection)
+        if picture is None:
+            return
+        curves = []
+        if picture.former is not None:
+            curves.append(
+                Curve(x=picture.times, y=picture.former, color="previous", name="baseline",
+                      dashed=True)
+            )  # fmt: skip
+        name = "missing now" if picture.former is not None else "missing"
+        curves.append(Curve(x=picture.times, y=picture.missing, color="blue", name=name))
+        bands = [Band(low=-picture.floor, high=picture.floor, name="noise floor")]
+        bands += [
+            Band(low=low, high=high, name="" if place else "proven", across=False)
+            for place, (low, high) in enumerate(picture.spans)
+        ]
+        ratio = next(
+            (
+                cell.ratio
+                for row, cells in zip(
+                    self.map.map.picture.rows, self.map.map.picture.cells, strict=True
+                )
+                for column, cell in zip(self.map.map.picture.columns, cells, strict=True)
+                if (row[0], column) == (self.selection.maneuver, self.selection.coefficient)
+            ),
+            float("nan"),
+        )
+        self.trace.draw(
+            curves,
+            bands,
+            title=picture.title,
+            bottom="flight time, s",
+            left=self.selection.coefficient,
+            words=f"{picture.title}: {times_floor_text(ratio)} times the noise floor",
+        )
+
+    def _draw_cloud(self) -> None:
+        if self.answer is None:
+            return
+        picture = region_picture(self.answer, self.selection, self.look.units)
+        self.cloud.setVisible(picture is not None)
+        if picture is None:
+            return
+        curves = [
+            Curve(x=x, y=y, color="previous", name="" if place else "other maneuvers", points=True)
+            for place, (x, y) in enumerate(picture.others)
+        ]
+        here = f"maneuver {self.selection.maneuver}"
+        curves.append(
+            Curve(x=picture.here[0], y=picture.here[1], color="blue", name=here, points=True)
+        )
+        bands = [Band(low=-picture.floor, high=picture.floor)]
+        if picture.region is not None:
+            low, high = picture.region
+            bands.append(Band(low=low, high=high, name="most here", across=False))
+        unit = f", {picture.unit}" if picture.unit else ""
+        self.cloud.draw(
+            curves,
+            bands,
+            title=picture.title,
+            bottom=f"{picture.axis}{unit}",
+            left=self.selection.coefficient,
+            words=f"{coefficient_text(self.selection.coefficient)} against {picture.axis}",
+        )
+
+    def _cell(self, maneuver: str, coefficient: str) -> None:
+        self.selected.emit(replace(self.selection, maneuver=maneuver, coefficient=coefficient))
+
+    def _line(self) -> None:
+        key = self.lines.current_key()
+        line = next((one for one in self.lines.lines.lines if one.key == key), None)
+        self.detail.setText(line.detail if line is not None else "")
+        if line is not None and self.lines.hasFocus():
+            self._open(key)
+
+    def _open(self, key: object) -> None:
+        """Look at a disagreement."""
+        if self.answer is None or not isinstance(key, int):
+            return
+        one = self.answer.discrepancy.disagreements[key]
+        wish = replace(self.selection, maneuver=one.maneuver, channel=one.channel)
+        if one.coefficient:
+            wish = replace(wish, coefficient=one.coefficient)
+        if one.region is not None:
+            wish = replace(wish, variable=one.region.variable)
+        self.selected.emit(wish)

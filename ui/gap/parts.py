@@ -1,0 +1,262 @@
+"""What the four steps are laid out with: two columns that stack, headings, tables of lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.flight.tables import Line, LinesModel, LinesView
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.pages import label
+
+_SIDE_BY_SIDE = 860
+
+
+class Pair(QWidget):
+    """Two columns side by side, or one above the other where the window is narrow.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    shares : tuple of int
+        Stretch of the left and the right column.
+    """
+
+    def __init__(self, look: Look, shares: tuple[int, int] = (1, 1)) -> None:
+        super().__init__()
+        self._look = look
+        self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self.left, self.right = QVBoxLayout(), QVBoxLayout()
+        self._shares = shares
+        for column, share in zip((self.left, self.right), shares, strict=True):
+            holder = QWidget()
+            # The share decides, not what happens to stand in the column.
+            holder.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+            holder.setLayout(column)
+            column.setContentsMargins(0, 0, 0, 0)
+            self._box.addWidget(holder, share)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Stack the columns where the window is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        look = self._look
+        wide = self.width() >= look.px(_SIDE_BY_SIDE)
+        side = QBoxLayout.Direction.LeftToRight
+        wanted = side if wide else QBoxLayout.Direction.TopToBottom
+        if self._box.direction() != wanted:
+            self._box.setDirection(wanted)
+        for place, share in enumerate(self._shares):
+            self._box.setStretch(place, share if wide else 0)
+        self._box.setSpacing(look.px(24))
+        for column in (self.left, self.right):
+            column.setSpacing(look.px(8))
+
+
+class Lines(LinesView):
+    """A table of lines that is as high as its lines, up to a number of them.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    name : str
+        For those who hear it.
+    titles : sequence of str
+        Of the columns.
+    stretch : int
+        The column that takes the room.
+    widths : dict of int to int
+        Points of the other columns.
+    least, most : int
+        Rows in sight.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        name: str,
+        titles: Sequence[str],
+        *,
+        stretch: int,
+        widths: dict[int, int],
+        right: frozenset[int] = frozenset(),
+        least: int = 2,
+        most: int = 8,
+    ) -> None:
+        self._rows = (least, most)
+        super().__init__(LinesModel(look, titles, right), look, name, stretch, widths)
+        self.horizontalHeader().setVisible(any(titles))
+        self.horizontalHeader().setSectionsClickable(False)
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(policy)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def show_lines(self, lines: Sequence[Line]) -> None:
+        """Show other lines."""
+        self.lines.show(lines)
+        self._fit()
+        self.updateGeometry()
+
+    def choose(self, key: object) -> None:
+        """Put the keyboard's line on a key, if it is there."""
+        for row, line in enumerate(self.lines.lines):
+            if line.key == key:
+                self.setCurrentIndex(self.lines.index(row, 0))
+                return
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Let wrapped rows take the height they need."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        head = self.horizontalHeader().sizeHint().height() if self.horizontalHeader().isVisibleTo(
+            self
+        ) else 0  # fmt: skip
+        row = self._look.px(34)
+        least = min(max(len(self.lines.lines), 1), self._rows[0])
+        high = head + least * row + 4
+        if high != self.minimumHeight():
+            self.setMinimumHeight(high)
+
+    def sizeHint(self) -> QSize:
+        """Return the size of the lines, within reason."""
+        head = self.horizontalHeader().sizeHint().height()
+        high = sum(self.rowHeight(row) for row in range(min(len(self.lines.lines), self._rows[1])))
+        return QSize(self._look.px(320), head + max(high, self._look.px(34)) + 4)
+
+
+class Choice(QWidget):
+    """A labeled list to choose one from.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    name : str
+        Beside the list.
+    """
+
+    def __init__(self, look: Look, name: str) -> None:
+        super().__init__()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.title = label(name, "label")
+        row.addWidget(self.title)
+        self.box = QComboBox()
+        self.box.setAccessibleName(name)
+        self.box.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+        self.box.setMinimumContentsLength(10)
+        row.addWidget(self.box, 1)
+        self.setFocusProxy(self.box)
+        self._shown: tuple[tuple[str, str], ...] = ()
+
+    def show_choices(self, choices: Sequence[tuple[str, str]], current: str) -> None:
+        """Show the choices (key, words) with one chosen; emits nothing."""
+        self.box.blockSignals(True)
+        if tuple(choices) != self._shown:
+            self._shown = tuple(choices)
+            self.box.clear()
+            for key, words in choices:
+                self.box.addItem(words, key)
+        place = self.box.findData(current)
+        if place >= 0:
+            self.box.setCurrentIndex(place)
+        self.box.blockSignals(False)
+
+    @property
+    def value(self) -> str:
+        """Return the key chosen."""
+        return str(self.box.currentData() or "")
+
+
+class Paragraphs(QWidget):
+    """Headings with a paragraph each."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._shown: tuple[tuple[str, str], ...] | None = None
+
+    def show_paragraphs(self, paragraphs: Sequence[tuple[str, str]]) -> None:
+        """Show other paragraphs; one without a heading is shown as it is."""
+        if tuple(paragraphs) == self._shown:
+            return
+        self._shown = tuple(paragraphs)
+        while (item := self._column.takeAt(0)) is not None:
+            if item.widget() is not None:
+                item.widget().hide()
+                item.widget().deleteLater()
+        self._column.setSpacing(self._look.px(2))
+        for heading, text in paragraphs:
+            if heading:
+                self._column.addWidget(label(heading, "label"))
+            body = label(text, wrap=True)
+            body.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            body.setContentsMargins(0, 0, 0, self._look.px(6))
+            self._column.addWidget(body)
+        self.setVisible(bool(paragraphs))
+
+
+class Table(QWidget):
+    """Names and values in two columns, values aligned."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setColumnStretch(1, 1)
+        self.rows: tuple[tuple[str, str], ...] = ()
+
+    def show_rows(self, rows: Sequence[tuple[str, str]]) -> None:
+        """Show other rows."""
+        if tuple(rows) == self.rows:
+            return
+        self.rows = tuple(rows)
+        while (item := self._grid.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        self._grid.setHorizontalSpacing(self._look.px(16))
+        self._grid.setVerticalSpacing(self._look.px(4))
+        for row, (name, value) in enumerate(rows):
+            self._grid.addWidget(label(name, "muted"), row, 0)
+            self._grid.addWidget(label(value, "number", wrap=True), row, 1)
+        self.setVisible(bool(rows))
+
+
+def button_row(look: Look, *buttons: QWidget) -> QWidget:
+    """Return buttons side by side that break into rows where the window is narrow."""
+    holder = QWidget()
+    flow = FlowLayout(holder, spacing=look.px(8))
+    for one in buttons:
+        flow.addWidget(one)
+    policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+    policy.setHeightForWidth(True)
+    holder.setSizePolicy(policy)
+    return holder

@@ -1,0 +1,236 @@
+"""What the page says: verdicts, confidence, coefficients, effects and numbers in words. No Qt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from gsapp.discrepancy.results import Discrepancy, ManeuverView, Region
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import ChannelSpec, FloatArray, channel, from_si
+from ui.gap.request import Answer
+from ui.glyphs import State
+from ui.words import DASH, clock_text, count_text, number_text, percent_text, symbol_text, unit_text
+
+COEFFICIENTS: Mapping[str, str] = {
+    "CX": "force along x",
+    "CY": "side force",
+    "CZ": "force along z",
+    "CN": "normal force",
+    "CA": "axial force",
+    "Cl": "rolling moment",
+    "Cm": "pitching moment",
+    "Cn": "yawing moment",
+}
+_SURFACES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+_STATES: Mapping[str, State] = {
+    "effects-found": "caution",
+    "values-wrong": "caution",
+    "model-adequate": "good",
+    "ambiguous": "unknown",
+    "unexplained": "warning",
+    "not-observable": "unknown",
+}
+_CONFIDENCE = (
+    (0.99, "as good as certain"),
+    (0.95, "very likely"),
+    (0.80, "likely"),
+    (0.50, "more likely than not"),
+    (0.0, "a guess"),
+)
+_SEEN = ((10.0, "clearly"), (5.0, "well enough"), (3.0, "barely"), (-math.inf, "not"))
+NOT_SEEN = 3.0
+"""Standard deviations below which these flights could not have shown an effect."""
+
+
+def coefficient_text(name: str) -> str:
+    """Return ``Cm, pitching moment``."""
+    words = COEFFICIENTS.get(name)
+    return f"{name}, {words}" if words else name
+
+
+def verdict_state(found: Discrepancy) -> State:
+    """Return the state that a verdict is shown as."""
+    return _STATES.get(found.verdict, "plain")
+
+
+def verdict_text(answer: Answer) -> str:
+    """Return the verdict as a headline."""
+    found = answer.discrepancy
+    titles = [effect.title for effect in found.effects]
+    if found.verdict == "effects-found" and len(titles) == 1:
+        return f"One effect is missing: {titles[0]}"
+    headlines = {
+        "effects-found": f"{_number(len(titles))} effects are missing",
+        "values-wrong": f"Nothing is missing; {count_text(len(found.values), 'value')} must change",
+        "model-adequate": "Nothing is missing: model and flight agree to the noise",
+        "ambiguous": "Something is missing, and these flights cannot tell what",
+        "unexplained": "Something is missing that has no name in the catalog",
+        "not-observable": "These flights cannot show what is missing",
+    }
+    return headlines.get(found.verdict, found.verdict)
+
+
+def _number(count: int) -> str:
+    words = ("No", "One", "Two", "Three", "Four", "Five", "Six")
+    return words[count] if count < len(words) else str(count)
+
+
+def confidence_text(probability: float) -> str:
+    """Return ``very likely: right in 97 of 100 cases``."""
+    if not math.isfinite(probability):
+        return "confidence unknown"
+    words = next(word for bound, word in _CONFIDENCE if probability >= bound)
+    # Never a certainty: no number of flights earns it.
+    share = min(max(round(100 * probability), 1), 99)
+    return f"{words}: right in {share} of 100 such cases"
+
+
+def seen_text(sigma: float) -> str:
+    """Return how well an effect of plausible size would show: ``12 σ, clearly``."""
+    if not math.isfinite(sigma):
+        return DASH
+    words = next(word for bound, word in _SEEN if sigma >= bound)
+    return f"{sigma_text(sigma)}, {words}"
+
+
+def sigma_text(sigma: float) -> str:
+    """Return ``0.4 σ``, ``12 σ``."""
+    if not math.isfinite(sigma):
+        return DASH
+    return f"{number_text(sigma, 1 if abs(sigma) < 9.95 else 0)} σ"
+
+
+def times_floor_text(ratio: float) -> str:
+    """Return a ratio to the noise floor: ``1.0``, ``3.4``, ``12``, ``140``."""
+    if not math.isfinite(ratio):
+        return DASH
+    return number_text(ratio, 1 if ratio < 9.95 else 0)
+
+
+def signed(value: float, decimals: int) -> str:
+    """Return a number with its sign."""
+    text = number_text(value, decimals)
+    return f"+{text}" if value > 0 and text not in ("0", DASH) and set(text) - set("0.") else text
+
+
+def with_std(value: float, std: float) -> str:
+    """Return ``−0.338 ± 0.012``: two digits of the standard deviation, and the value to match."""
+    if not math.isfinite(value):
+        return DASH
+    if not math.isfinite(std) or std <= 0.0:
+        return number_text(value, _decimals(abs(value), 3))
+    decimals = _decimals(std, 2)
+    return f"{number_text(value, decimals)} ± {number_text(std, decimals)}"
+
+
+def to_match(value: float, std: float) -> str:
+    """Return a number with the digits that its standard deviation earns."""
+    if not math.isfinite(value):
+        return DASH
+    known = math.isfinite(std) and std > 0.0
+    return number_text(value, _decimals(std, 2) if known else _decimals(abs(value), 3))
+
+
+def _decimals(size: float, digits: int) -> int:
+    if not math.isfinite(size) or size <= 0.0:
+        return 3
+    return min(max(digits - 1 - math.floor(math.log10(size)), 0), 9)
+
+
+def parameter_text(value: float, std: float, unit: str) -> str:
+    """Return a parameter with its standard deviation, angles in degrees."""
+    if unit == "rad":
+        value, std = from_si(value, "deg", "angle"), from_si(std, "deg", "angle")
+        unit = "deg"
+    return f"{with_std(value, std)} {unit_text(unit)}".rstrip()
+
+
+def spec_of(name: str) -> ChannelSpec | None:
+    """Return what is known of a channel; None for a name of no channel."""
+    try:
+        return channel(name)
+    except UnknownNameError:
+        return None
+
+
+def channel_text(name: str) -> str:
+    """Return a channel as the axis says it: ``α, angle of attack``."""
+    spec = spec_of(name)
+    if spec is None:
+        return name
+    symbol = symbol_text(spec.symbol)
+    title = spec.title[:1].lower() + spec.title[1:]
+    return title if symbol.lower() == title else f"{symbol}, {title}"
+
+
+def symbol(name: str) -> str:
+    """Return the symbol of a channel."""
+    spec = spec_of(name)
+    return symbol_text(spec.symbol) if spec is not None else name
+
+
+def axis_unit(name: str, system: str) -> str:
+    """Return the unit in which a channel is shown."""
+    spec = spec_of(name)
+    return unit_text(spec.display_unit(system)) if spec is not None else ""
+
+
+def shown(name: str, values: FloatArray, system: str) -> FloatArray:
+    """Return SI values of a channel in the unit of the screen."""
+    spec = spec_of(name)
+    return values if spec is None else from_si(values, spec.display_unit(system), spec.quantity)
+
+
+def inputs_text(kind: str) -> str:
+    """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
+    return " ".join(_SURFACES.get(word, word) for word in kind.split()) or "maneuver"
+
+
+def maneuver_text(view: ManeuverView) -> str:
+    """Return one maneuver in a list: ``3 · doublet · 02:18 · kept out``."""
+    parts = [view.id, inputs_text(view.kind)]
+    if view.times.size:
+        parts.append(clock_text(float(view.times[0])))
+    if view.held_out:
+        parts.append("kept out")
+    return " · ".join(parts)
+
+
+def region_text(region: Region | None) -> str:
+    """Return where a disagreement grows; empty where it does so nowhere in particular."""
+    return region.words if region is not None else ""
+
+
+def chance_text(p_value: float) -> str:
+    """Return the chance that noise alone did it: ``chance 1 in 3,000``."""
+    if not math.isfinite(p_value):
+        return ""
+    if p_value <= 0.0 or p_value < 1e-6:
+        return "chance below 1 in a million"
+    if p_value < 0.095:
+        count = 1.0 / p_value
+        digits = 10 ** max(math.floor(math.log10(count)) - 1, 0)
+        return f"chance 1 in {round(count / digits) * digits:,.0f}"
+    return f"chance {percent_text(p_value)}"
+
+
+def closed_text(closed: float | None, std: float | None) -> str:
+    """Return ``94 ± 3 % of the gap is closed``."""
+    if closed is None:
+        return "There was no gap to close"
+    if std is None:
+        return f"{number_text(100 * closed, 0)} % of the gap is closed"
+    decimals = 0 if 100 * std >= 0.95 else 1
+    return (
+        f"{number_text(100 * closed, decimals)} ± {number_text(100 * std, decimals)} % "
+        "of the gap is closed"
+    )
+
+
+def joined(words: Iterable[str]) -> str:
+    """Return ``a, b and c``."""
+    listed = list(words)
+    if len(listed) < 2:
+        return "".join(listed)
+    return f"{', '.join(listed[:-1])} and {listed[-1]}"

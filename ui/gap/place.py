@@ -1,0 +1,381 @@
+"""The place Model gap: what to search, the search that runs, and its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QHideEvent, QShowEvent
+from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
+
+from ui.commands import Need
+from ui.faults import FaultDesk
+from ui.frame.banners import Banner, BannerStack
+from ui.gap.search import Engine, GapSearch, ProcessEngine
+from ui.gap.steps import CHAPTERS
+from ui.gap.strip import SearchStrip
+from ui.look import Look
+from ui.settings import SettingsStore, flights_path
+from ui.work import Progress, Work
+
+if TYPE_CHECKING:
+    from ui.gap.setup import SetupPage
+    from ui.gap.story import StoryView
+
+_REPORTS = "Report (*.html);;Report (*.pdf)"
+_MODELS = "Model (*.toml)"
+
+
+class GapPlace(QWidget):
+    """Asks, searches, and tells.
+
+    The pages are made when they are first seen: a window that only flies does without them.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers flights, aircraft, model and what was looked at.
+    banners : BannerStack
+        Tells of a search while another place is on screen.
+    faults : FaultDesk
+        Where errors go.
+    engine : Engine, optional
+        What searches; a process of its own by default.
+
+    Attributes
+    ----------
+    wanted : Signal
+        The user wants to see this place.
+    changed : Signal
+        Other commands are of use now.
+    """
+
+    wanted = Signal()
+    changed = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        store: SettingsStore,
+        banners: BannerStack,
+        faults: FaultDesk,
+        engine: Engine | None = None,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._faults = faults
+        self._open: Path | None = None
+        self._banner: Banner | None = None
+        self._trial: Work | None = None
+        self.setup: SetupPage | None = None
+        self.story: StoryView | None = None
+        self.setAccessibleName("Model gap")
+        self.search = GapSearch(engine or ProcessEngine(), faults.report, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.strip = SearchStrip(look, actions["gap_cancel"])
+        column.addWidget(self.strip)
+        self.pages = QStackedWidget()
+        column.addWidget(self.pages, 1)
+        self.search.began.connect(lambda work: self._began(work.title))
+        self.search.progressed.connect(self._told)
+        self.search.ended.connect(self._ended)
+        self.search.changed.connect(self._answered)
+        self.search.written.connect(self._written)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this place do."""
+        chapters = {
+            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(lambda s: s.go(name))
+            for chapter in CHAPTERS
+        }
+        return {
+            **chapters,
+            "gap_search": self.begin_search,
+            "gap_cancel": self.cancel,
+            "gap_step_back": lambda: self._in_story(lambda s: s.step(-1)),
+            "gap_step_on": lambda: self._in_story(lambda s: s.step(1)),
+            "gap_previous_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(-1)),
+            "gap_next_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(1)),
+            "gap_accept": lambda: self._in_story(lambda s: s.step(1)),
+            "gap_refuse": self.refuse,
+            "gap_force": self.force,
+            "gap_redo": self.search.redo,
+            "gap_save": self.save_model,
+            "gap_report": self.write_report,
+        }
+
+    def _in_story(self, act: Callable[[StoryView], object]) -> None:
+        if self.story is not None and self.search.answer is not None:
+            act(self.story)
+
+    @property
+    def shown(self) -> bool:
+        """Return whether an answer is on screen, so that its keys are meant."""
+        return (
+            self.isVisible() and self.story is not None and self.pages.currentWidget() is self.story
+        )
+
+    @property
+    def busy(self) -> bool:
+        """Return whether something runs."""
+        return self.search.running or (self._trial is not None and self._trial.running)
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        found: list[Need] = ["search"] if self.busy else []
+        story = self.story
+        if story is None or not self.shown:
+            return tuple(found)
+        found.append("gap")
+        if story.can_accept:
+            found.append("gap_next")
+        if self.busy:
+            return tuple(found)
+        found.append("gap_idle")
+        if story.chosen_effect and not self._is_refused(story.chosen_effect):
+            found.append("gap_effect")
+        if self.search.can_redo:
+            found.append("gap_future")
+        return tuple(found)
+
+    def _is_refused(self, effect: str) -> bool:
+        answer = self.search.answer
+        return answer is not None and effect in answer.decisions.refused
+
+    # Pages
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Make the first page when it is needed; the strip tells of a search from here on."""
+        super().showEvent(event)
+        self._setup_page()
+        self._drop_banner()
+        self.changed.emit()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Tell of a search that goes on in a banner."""
+        super().hideEvent(event)
+        if self.busy:
+            self._raise_banner()
+        self.changed.emit()
+
+    def _setup_page(self) -> SetupPage:
+        if self.setup is None:
+            from ui.gap.setup import SetupPage
+
+            self.setup = SetupPage(self._look, self._store)
+            self.setup.asked.connect(self.search.search)
+            self.setup.trial_asked.connect(self.try_it)
+            self.setup.left.connect(self._show_story)
+            self.setup.command.connect(lambda name: self._actions[name].trigger())
+            self.setup.show_open(self._open)
+            self.pages.addWidget(self.setup)
+        return self.setup
+
+    def _story_page(self) -> StoryView:
+        if self.story is None:
+            from ui.gap.story import StoryView
+
+            self.story = StoryView(self._actions, self._look, self._store)
+            self.story.stepped.connect(self.changed)
+            self.pages.addWidget(self.story)
+        return self.story
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window."""
+        self._open = path
+        if self.setup is not None:
+            self.setup.show_open(path)
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        page = self.pages.currentWidget()
+        if self.setup is not None and page is self.setup:
+            self.setup.begin()
+        elif self.story is not None and page is self.story:
+            self.story.begin()
+
+    def begin_search(self) -> None:
+        """Ask what to search; the answer there is stays."""
+        self.wanted.emit()
+        page = self._setup_page()
+        page.show_state(busy=self.busy, answered=self.search.answer is not None)
+        self.pages.setCurrentWidget(page)
+        page.begin()
+        self.changed.emit()
+
+    def _show_story(self) -> None:
+        if self.story is not None and self.search.answer is not None:
+            self.pages.setCurrentWidget(self.story)
+            self.story.begin()
+            self.changed.emit()
+
+    # The search
+
+    def _began(self, title: str) -> None:
+        self.strip.begin(title)
+        if self.setup is not None:
+            self.setup.show_state(busy=True, answered=self.search.answer is not None)
+        if not self.isVisible():
+            self._raise_banner()
+        self.changed.emit()
+
+    def _told(self, share: float | None, words: str) -> None:
+        self.strip.tell(share, words)
+        if self._banner is not None:
+            self._banner.show_share(share)
+            self._banner.say(f"{self.strip.title.text()}: {words}")
+
+    def _ended(self, how: str) -> None:
+        self.strip.hide()
+        self._drop_banner()
+        if self.setup is not None:
+            self.setup.show_state(busy=False, answered=self.search.answer is not None)
+        if how == "cancelled":
+            self._banners.show_banner("note", f"{self.search.title}: stopped.")
+        self.changed.emit()
+
+    def _answered(self) -> None:
+        answer = self.search.answer
+        if answer is None:
+            return
+        story = self._story_page()
+        story.show_answer(answer)
+        had_focus = self.isVisible()
+        self.pages.setCurrentWidget(story)
+        if had_focus:
+            story.begin()
+        else:
+            words = answer.discrepancy.why or "The search has ended."
+            self._banners.show_banner("note", words, ("Look (F5)", self.wanted.emit))
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Stop what runs."""
+        self.search.cancel()
+        if self._trial is not None:
+            self._trial.cancel()
+
+    def close_search(self) -> None:
+        """Stop everything, as the window closes."""
+        if self._trial is not None:
+            self._trial.cancel()
+        self.search.close()
+
+    def _raise_banner(self) -> None:
+        self._drop_banner()
+        title = self.strip.title.text()
+        self._banner = self._banners.show_banner("work", title, ("Stop", self.cancel))
+
+    def _drop_banner(self) -> None:
+        if self._banner is not None:
+            self._banners.remove(self._banner)
+            self._banner = None
+
+    def try_it(self) -> None:
+        """Let the virtual aircraft fly with a hidden effect, and search that flight."""
+        if self.busy:
+            return
+        from ui.gap.trial import fly_trial, trial_folder
+
+        flights = Path(self._store.current.flights or flights_path())
+        folder = trial_folder(flights, datetime.now().astimezone().date())
+
+        def run(progress: Progress) -> Path:
+            return fly_trial(folder, progress)
+
+        work = Work("Flying the virtual aircraft", run, self)
+        self._trial = work
+        work.progressed.connect(self._told)
+        work.done.connect(self._flown)
+        work.cancelled.connect(lambda: self._ended("stopped"))
+        work.failed.connect(self._trial_failed)
+        work.start()
+        self._began(work.title)
+
+    def _flown(self, folder: Path) -> None:
+        from ui.gap.trial import AIRCRAFT, MODEL
+
+        self._ended("flown")
+        self._setup_page().take(folder, AIRCRAFT, MODEL)
+
+    def _trial_failed(self, error: BaseException) -> None:
+        self._ended("failed")
+        self._faults.report(error)
+
+    # Decisions
+
+    def refuse(self) -> None:
+        """Search again without the effect that is looked at."""
+        answer = self.search.answer
+        if self.story is None or answer is None:
+            return
+        effect = self.story.chosen_effect
+        if effect:
+            self.search.refuse(effect, answer.title(effect))
+
+    def force(self) -> None:
+        """Ask for an effect and search again with it in the model."""
+        answer = self.search.answer
+        if self.story is None or answer is None:
+            return
+        from ui.gap.force import ForceDialog
+        from ui.gap.pictures import force_choices
+
+        choices = force_choices(answer, self.story.selection.step)
+        dialog = ForceDialog(self._look, choices, self)
+        if dialog.exec() and dialog.chosen is not None:
+            self.search.force(dialog.chosen.effect, dialog.chosen.title)
+
+    # Files
+
+    def save_model(self) -> None:
+        """Ask for a file and save the model of the step that is looked at."""
+        answer, story = self.search.answer, self.story
+        if answer is None or story is None:
+            return
+        from gsapp.dynamics.model import save_model
+
+        model = answer.discrepancy.steps[story.selection.step].model
+        start = Path(self._store.current.folder) / f"{model.name}.toml"
+        path, _kind = QFileDialog.getSaveFileName(self, "Save the model", str(start), _MODELS)
+        if path:
+            written = save_model(model, path)
+            self._banners.show_banner("note", f"The model is saved as {written}.")
+
+    def write_report(self) -> None:
+        """Ask for a file and write the report in the background."""
+        answer = self.search.answer
+        if answer is None:
+            return
+        name = answer.request.flights[0].stem if answer.request.flights else "flight"
+        start = Path(self._store.current.folder) / f"{name} model gap.html"
+        path, _kind = QFileDialog.getSaveFileName(self, "Write the report", str(start), _REPORTS)
+        if path:
+            self.search.write_report(Path(path))
+
+    def _written(self, path: Path) -> None:
+        from PySide6.QtCore import QUrl
+        from PySide6.QtGui import QDesktopServices
+
+        self._banners.show_banner(
+            "note",
+            f"The report is written: {path}.",
+            ("Open it", lambda: QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))),
+        )

@@ -1,0 +1,139 @@
+"""What a search is asked for, what the crew decided since, and what comes back. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import GroundStationError
+
+if TYPE_CHECKING:
+    # The window starts without the numerics behind an answer.
+    from gsapp.discrepancy.results import Discrepancy
+
+Tell = Callable[[float | None, str], object]
+"""Receives the share done (None: unknown) and what is being done; may raise to stop the work."""
+
+
+class SearchError(GroundStationError):
+    """A search that came to no answer, in one sentence."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GapRequest:
+    """Flights to search, and what they are compared with.
+
+    Attributes
+    ----------
+    flights : tuple of Path
+        Flight folders or files.
+    aircraft : str
+        Name or path; empty takes the copy in each flight folder.
+    model : str
+        Name or path of the current model; empty fits the baseline from these flights.
+    channel_map : str
+        Name or path; empty where the flights say it themselves.
+    """
+
+    flights: tuple[Path, ...]
+    aircraft: str = ""
+    model: str = ""
+    channel_map: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return what is searched: ``flight 3 and 2 more · model b777``."""
+        names = [path.name for path in self.flights]
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        model = f"model {Path(self.model).stem}" if self.model else "baseline fitted here"
+        return f"{names[0]}{more} · {model}" if names else model
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decisions:
+    """What the crew decided about effects.
+
+    Attributes
+    ----------
+    refused, forced : tuple of str
+        Ids of effects, in the order of the decisions.
+    """
+
+    refused: tuple[str, ...] = ()
+    forced: tuple[str, ...] = ()
+
+    def refuse(self, effect: str) -> Decisions:
+        """Return the decisions with that effect refused, and no longer forced."""
+        kept = tuple(known for known in self.forced if known != effect)
+        others = tuple(known for known in self.refused if known != effect)
+        return replace(self, refused=(*others, effect), forced=kept)
+
+    def force(self, effect: str) -> Decisions:
+        """Return the decisions with that effect forced, and no longer refused."""
+        kept = tuple(known for known in self.refused if known != effect)
+        others = tuple(known for known in self.forced if known != effect)
+        return replace(self, refused=kept, forced=(*others, effect))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectNote:
+    """What the catalog says of an effect.
+
+    Attributes
+    ----------
+    effect, title, equation : str
+    mistaken_for : tuple of str
+        Ids of effects that it is taken for, or words.
+    told_apart : str
+        What tells it from them.
+    remedy : str
+        The measurement on the ground that settles it; empty where flying does.
+    units : mapping of str to str
+        SI unit of each parameter.
+    """
+
+    effect: str
+    title: str
+    equation: str = ""
+    mistaken_for: tuple[str, ...] = ()
+    told_apart: str = ""
+    remedy: str = ""
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Answer:
+    """What a search gave.
+
+    Attributes
+    ----------
+    request : GapRequest
+    decisions : Decisions
+    discrepancy : Discrepancy
+    notes : mapping of str to EffectNote
+        The catalog, by id.
+    remarks : tuple of str
+        About the flights: maneuvers left out, channels missing.
+    """
+
+    request: GapRequest
+    decisions: Decisions
+    discrepancy: Discrepancy
+    notes: Mapping[str, EffectNote]
+    remarks: tuple[str, ...] = ()
+
+    def title(self, effect: str) -> str:
+        """Return an effect in a field engineer's words; its id where nobody knows any."""
+        note = self.notes.get(effect)
+        if note is not None and note.title:
+            return note.title
+        for found in self.discrepancy.effects:
+            if found.effect == effect:
+                return found.title
+        for step in self.discrepancy.steps:
+            for candidate in step.ranking:
+                if candidate.effect == effect:
+                    return candidate.title
+        return effect

@@ -1,0 +1,291 @@
+"""The answer of a search, told in four steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QButtonGroup,
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.commands import key_text
+from ui.flight.controls import ActionButton
+from ui.gap.add_view import AddView
+from ui.gap.bars import StepTrack
+from ui.gap.chapters import ChapterView
+from ui.gap.find_view import FindView
+from ui.gap.name_view import NameView
+from ui.gap.phrases import verdict_state, verdict_text
+from ui.gap.pictures import Selection, beginning, effect_of_step, held, step_names
+from ui.gap.request import Answer
+from ui.gap.show_view import ShowView
+from ui.gap.steps import CHAPTERS
+from ui.glyphs import State, paint_state
+from ui.look import Look
+from ui.pages import label
+from ui.settings import SettingsStore
+
+_ONE_ROW = 900
+
+
+class _Sign(QWidget):
+    """The shape of the verdict's state."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._state: State = "plain"
+
+    def show_state(self, state: State) -> None:
+        self._state = state
+        self.setVisible(state != "plain")
+        self.setFixedSize(self._look.px(20), self._look.px(20))
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        box = QRectF(self.rect()).adjusted(2, 2, -2, -2)
+        paint_state(painter, self._state, box, self._look.state_color(self._state))
+        painter.end()
+
+
+class StoryView(QScrollArea):
+    """Verdict, the way through the models, and one of the four steps.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers what was looked at.
+
+    Attributes
+    ----------
+    stepped : Signal
+        Another model or effect is looked at: other commands may be of use.
+    """
+
+    stepped = Signal()
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look, store: SettingsStore) -> None:
+        super().__init__()
+        self._look = look
+        self._store = store
+        self._actions = actions
+        self.answer: Answer | None = None
+        self.selection = Selection()
+        self._moved = False
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setAccessibleName("The search's answer")
+        page = QWidget()
+        page.setObjectName("page")
+        self.setWidget(page)
+        self._column = QVBoxLayout(page)
+        self._column.addLayout(self._head())
+        self._column.addWidget(self._way())
+        self.chapters: dict[str, ChapterView] = {
+            "find": FindView(look),
+            "name": NameView(look),
+            "add": AddView(look, actions),
+            "show": ShowView(look, actions),
+        }
+        for name, view in self.chapters.items():
+            view.setAccessibleName(name)
+            view.selected.connect(self.select)
+            self._column.addWidget(view, 1)
+            view.hide()
+        self.chapter = ""
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _head(self) -> QVBoxLayout:
+        head = QVBoxLayout()
+        row = QHBoxLayout()
+        row.setSpacing(self._look.px(10))
+        self._sign = _Sign(self._look)
+        row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignVCenter)
+        self.verdict = label("", "title", wrap=True)
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.verdict.setSizePolicy(policy)
+        row.addWidget(self.verdict, 1)
+        self.again = ActionButton(self._actions["gap_search"], "New search…", self._look)
+        row.addWidget(self.again, 0, Qt.AlignmentFlag.AlignTop)
+        head.addLayout(row)
+        self.why = label("", wrap=True)
+        self.why.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        head.addWidget(self.why)
+        self.about = label("", "hint", wrap=True)
+        head.addWidget(self.about)
+        return head
+
+    def _way(self) -> QWidget:
+        holder = QWidget()
+        self._way_box = QBoxLayout(QBoxLayout.Direction.LeftToRight, holder)
+        self._way_box.setContentsMargins(0, 0, 0, 0)
+        chapters = QWidget()
+        row = QHBoxLayout(chapters)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(self._look.px(4))
+        self.buttons: dict[str, QPushButton] = {}
+        self._group = QButtonGroup(self)
+        for number, chapter in enumerate(CHAPTERS, start=1):
+            action = self._actions[f"gap_{chapter.id}"]
+            button = QPushButton(f"{number}  {chapter.title}")
+            button.setCheckable(True)
+            key = key_text(action.shortcut().toString())
+            button.setAccessibleName(f"Step {number}, {chapter.title}: {chapter.question}")
+            button.setToolTip(f"{chapter.question} ({key})")
+            button.clicked.connect(lambda _checked=False, name=chapter.id: self.go(name))
+            self._group.addButton(button)
+            row.addWidget(button)
+            self.buttons[chapter.id] = button
+        self._way_box.addWidget(chapters)
+        self.track = StepTrack(self._look)
+        self.track.valueChanged.connect(self._slid)
+        self._way_box.addWidget(self.track, 1)
+        return holder
+
+    # What is shown
+
+    def show_answer(self, answer: Answer) -> None:
+        """Show an answer; what was looked at stays where a former one was of the same flights."""
+        former = self.answer
+        self.answer = answer
+        if former is not None and former.request == answer.request:
+            self.selection = held(answer, self.selection)
+        else:
+            settings = self._store.current
+            self.selection = beginning(
+                answer, variable=settings.gap_variable, channel=settings.gap_channel
+            )
+            self._moved = False
+            self.go("find", focus=False)
+        self._tell()
+        self.select(self.selection)
+
+    def _tell(self) -> None:
+        answer = self.answer
+        if answer is None:
+            return
+        self.verdict.setText(verdict_text(answer))
+        self._sign.show_state(verdict_state(answer.discrepancy))
+        self.why.setText(answer.discrepancy.why)
+        self.about.setText(answer.request.words)
+
+    def select(self, selection: Selection) -> None:
+        """Look at something else."""
+        if self.answer is None:
+            return
+        self.selection = held(self.answer, selection)
+        self.track.show_steps(step_names(self.answer), self.selection.step)
+        self.chapters[self.chapter].show_answer(self.answer, self.selection)
+        settings = self._store.current
+        wish = (self.selection.variable, self.selection.channel)
+        if wish != (settings.gap_variable, settings.gap_channel):
+            self._store.change(gap_variable=wish[0], gap_channel=wish[1])
+        self.stepped.emit()
+
+    def go(self, chapter: str, *, focus: bool = True) -> None:
+        """Go to one of the four steps."""
+        if self.answer is None:
+            return
+        last = len(self.answer.discrepancy.steps) - 1
+        if chapter == "show" and not self._moved and self.selection.step == 0:
+            # The story's end shows what was won, unless the crew chose a model itself.
+            self.selection = replace(self.selection, step=last)
+        self.chapter = chapter
+        for name, view in self.chapters.items():
+            view.setVisible(name == chapter)
+        self.buttons[chapter].setChecked(True)
+        self.select(self.selection)
+        self.verticalScrollBar().setValue(0)
+        if focus:
+            self.chapters[chapter].begin()
+
+    def begin(self) -> None:
+        """Put the keyboard into the step that is shown."""
+        if self.chapter:
+            self.chapters[self.chapter].begin()
+
+    # Moving
+
+    def _slid(self, step: int) -> None:
+        self._moved = True
+        self.select(replace(self.selection, step=step))
+
+    def step(self, steps: int) -> None:
+        """Go on along the models, or back."""
+        self._moved = True
+        self.select(replace(self.selection, step=self.selection.step + steps))
+
+    def next_maneuver(self, steps: int) -> None:
+        """Look at another maneuver."""
+        if self.answer is None or not self.answer.discrepancy.maneuvers:
+            return
+        ids = [view.id for view in self.answer.discrepancy.maneuvers]
+        place = ids.index(self.selection.maneuver) + steps
+        self.select(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
+
+    @property
+    def can_accept(self) -> bool:
+        """Return whether a proven effect waits."""
+        if self.answer is None:
+            return False
+        return effect_of_step(self.answer, self.selection.step + 1) is not None
+
+    @property
+    def chosen_effect(self) -> str:
+        """Return the effect that a decision would be about; empty for none."""
+        if self.answer is None:
+            return ""
+        name, add = self.chapters["name"], self.chapters["add"]
+        if self.chapter == "name" and isinstance(name, NameView) and name.candidate:
+            return name.candidate
+        if self.chapter == "add" and isinstance(add, AddView) and add.chosen:
+            return add.chosen
+        for step in (self.selection.step + 1, self.selection.step):
+            if (effect := effect_of_step(self.answer, step)) is not None:
+                return effect.effect
+        return ""
+
+    # Look
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the way through the models below the four steps where the window is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        look = self._look
+        wide = self.viewport().width() >= look.px(_ONE_ROW)
+        side, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._way_box.setDirection(side if wide else down)
+        self._way_box.setSpacing(look.px(24 if wide else 8))
+
+    def _restyle(self) -> None:
+        look = self._look
+        margin = look.px(16)
+        self._column.setContentsMargins(margin, look.px(12), margin, margin)
+        self._column.setSpacing(look.px(12))
+        for button in self.buttons.values():
+            button.setMinimumHeight(look.px(36))
+        self._fit()
+        self._tell()
+        if self.answer is not None:
+            self.select(self.selection)

@@ -1,0 +1,65 @@
+"""A flight to try the page on: the virtual aircraft with an effect that its model lacks. No Qt."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from datetime import date
+from pathlib import Path
+
+from gsapp.foundation import GroundStationError
+from ui.gap.request import Tell
+
+EFFECT = "propulsion.Cm.throttle"
+"""What the pilot of the first flight described: the nose follows the throttle."""
+MODEL = AIRCRAFT = "b777"
+_PLAN = "default"
+
+
+def trial_folder(flights: Path, today: date) -> Path:
+    """Return a folder for the trial flight that does not exist yet."""
+    number = 1
+    while (folder := flights / f"{today.isoformat()} trial {number}").exists():
+        number += 1
+    return folder
+
+
+def fly_trial(folder: Path, tell: Tell) -> Path:
+    """Let the virtual aircraft fly with the hidden effect, as fast as it goes.
+
+    Parameters
+    ----------
+    folder : Path
+        Flight folder to write.
+    tell : callable
+        Told what is being done; what it raises stops the flight.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight is not written.
+    """
+    command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(folder),
+               "--plan", _PLAN, "--hide", EFFECT, "--seed", "1"]  # fmt: skip
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile() as words:
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=words
+        )
+        try:
+            while process.poll() is None:
+                tell(None, "the virtual aircraft flies with an effect that its model lacks")
+                time.sleep(0.1)
+        finally:
+            if process.poll() is None:
+                process.terminate()
+                process.wait(5.0)
+        if process.returncode != 0:
+            words.seek(0)
+            said = words.read().decode("utf-8", "replace").strip().splitlines()
+            raise GroundStationError(
+                f"the virtual flight was not written: {said[-1] if said else 'no word from it'}"
+            )
+    return folder
