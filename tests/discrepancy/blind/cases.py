@@ -1,13 +1,16 @@
 """The blind cases: what is hidden, how it is flown and recorded, and which answers are right.
 
 A `Case` says it all in small frozen records; `blind.flying.fly_case` flies it. Effects go by the
-ids of the program's catalog where it has them; ``outside.*`` are in no catalog.
+ids of the program's catalog where it has them; ``outside.*`` are in no catalog. `all_cases` lists
+the benchmark: 30 kinds x 3 sizes x 5 seeds with one effect, 600 flights with nothing hidden, 120
+with an effect outside the catalog, 60 with two effects. Air, noise, recorder and baseline model
+go round with kind, size and seed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from blind.jsbsim_aircraft import AIR, PROPULSION
@@ -15,6 +18,12 @@ from blind.jsbsim_aircraft import AIR, PROPULSION
 Group = Literal["hidden", "nothing", "outside", "pair"]
 Baseline = Literal["fitted", "given", "wrong"]
 Recorded = Literal["position", "servo", "command"]
+Series = Literal["report", "tune"]
+
+SEEDS = 5
+FIRST_PLAN: Mapping[Series, int] = {"report": 0, "tune": 50}
+"""Plans (and all seeds) of cases that are reported, and of cases to try things on."""
+SIZES = (5.0, 10.0, 30.0)
 
 CONTROL: Mapping[str, float] = {
     "control.elevator.backlash": 0.01,
@@ -33,21 +42,61 @@ SENSOR: Mapping[str, float] = {
     "sensor.beta.delay": 0.03,
     "sensor.alpha.delay": 0.03,
     "sensor.alpha.lag": 0.03,
+    "sensor.beta.lag": 0.03,
     "sensor.q.lag": 0.03,
+    "sensor.q.delay": 0.03,
     "sensor.ay.reversed": 1.0,
     "sensor.ax.scale": 1.05,
-    "sensor.p.r.swapped": 1.0,
+    "sensor.p_r.swapped": 1.0,
 }
 MISSING: Mapping[str, float] = {"aero.Cn.da": 0.01, "aero.Cl.dr": 0.01, "aero.CY.p": -0.1}
 """Linear derivatives that the baseline model lacks."""
 OUTSIDE_SENSOR: Mapping[str, float] = {"outside.an.flexing": 0.1}
-CLASSES: Mapping[str, str] = {"propulsion.thrust.scale": "C"}
-"""Of effects that are not seen with the baseline's own derivatives free."""
 
-
-def effect_class(effect: str) -> str:
-    """Return A, B or C (`gsapp.discrepancy.results.EffectClass`)."""
-    return CLASSES.get(effect, "B" if effect.startswith("sensor.") else "A")
+KINDS: tuple[str, ...] = (
+    "aero.Cm.alpha2", "aero.CN.alpha2", "aero.CA.alpha2", "aero.Cm.alphadot", "aero.Cm.beta2",
+    "aero.CX.speed", "aero.CZ.speed", "aero.Cm.speed", "aero.Cl.alpha_beta",
+    "aero.Cn.alpha_beta", "aero.Cn.beta3", "aero.Cl.beta3", "aero.Cm.de3", "aero.Cl.da3",
+    "aero.Cm.alpha_de", "aero.Cm.alpha_q", "aero.Cm.flap", "aero.CN.flap", "aero.CA.flap",
+    "aero.Cl.alpha", "aero.Cl.dr", "aero.CY.p", "propulsion.Cm.throttle",
+    "propulsion.Cn.asymmetry", "propulsion.thrust.scale", "control.elevator.backlash",
+    "control.elevator.lag", "control.elevator.delay", "sensor.alpha.scale", "sensor.q.scale",
+    "sensor.beta.delay", "sensor.alpha.bias", "sensor.alpha.lag", "sensor.ay.reversed",
+    "sensor.p_r.swapped",
+)  # fmt: skip
+"""Kinds that are hidden one at a time."""
+OUTSIDE: tuple[str, ...] = (
+    "outside.Cm.alpha3", "outside.Cm.alpha_de2", "outside.Cm.de_deadzone",
+    "outside.Cl.da_abs_beta", "outside.Cn.memory", "outside.an.flexing", "outside.Cm.p2",
+    "outside.CN.p2", "outside.Cm.r2", "outside.Cn.da_de", "outside.Cl.beta_de",
+    "outside.Cm.abs_q_q",
+)  # fmt: skip
+PAIRS: tuple[tuple[str, str], ...] = (
+    ("aero.Cm.alpha2", "propulsion.Cn.asymmetry"),
+    ("aero.CN.alpha2", "aero.Cl.alpha_beta"),
+    ("aero.Cm.alphadot", "aero.Cn.beta3"),
+    ("aero.Cm.flap", "aero.Cl.da3"),
+    ("aero.CZ.speed", "aero.Cn.alpha_beta"),
+    ("propulsion.Cm.throttle", "aero.Cl.alpha"),
+    ("propulsion.Cm.throttle", "aero.CN.flap"),
+    ("sensor.alpha.scale", "aero.Cl.beta3"),
+    ("sensor.beta.delay", "aero.Cm.alpha_q"),
+    ("control.elevator.lag", "aero.Cn.alpha_beta"),
+    ("aero.CA.alpha2", "aero.Cm.beta2"),
+    ("aero.Cm.de3", "propulsion.thrust.scale"),
+)
+WHOLE = ("reversed", "swapped")
+"""Kinds that have no size."""
+SIBLINGS: Mapping[str, tuple[str, ...]] = {
+    "aero.Cm.de3": ("aero.Cm.de_falloff",),
+    "aero.Cl.da3": ("aero.Cl.da_falloff",),
+}
+"""Finer shapes of the same physics, as right as the plain one."""
+CLOCKS: Mapping[str, tuple[str, ...]] = {
+    "air": ("sensor.airdata.delay", "sensor.alpha.delay", "sensor.beta.delay"),
+    "surfaces": ("sensor.surfaces.delay", "sensor.de.delay", "sensor.da.delay", "sensor.dr.delay"),
+}
+"""Names that are right when the clock of a box is off."""
 
 
 def neutral(effect: str) -> float:
@@ -65,22 +114,18 @@ def typical(effect: str) -> float:
     raise KeyError(effect)
 
 
+def known_effects() -> tuple[str, ...]:
+    """Return all effects that can be hidden."""
+    tables = (AIR, PROPULSION, CONTROL, SENSOR, MISSING, OUTSIDE_SENSOR)
+    return tuple(dict.fromkeys(name for table in tables for name in table))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
-    """One blind case.
+class Recording:
+    """How a case is flown and recorded.
 
     Attributes
     ----------
-    id : str
-    group : {"hidden", "nothing", "outside", "pair"}
-    effects : mapping of str to float
-        Hidden effects and their sizes, SI.
-    verdicts : tuple of str
-        Verdicts that are right.
-    accepted : tuple of str
-        Names that are right where an effect has to be named; for two effects both are needed.
-    ambiguity : bool
-        Whether "cannot be told apart" is right if it lists the truth.
     gust : float
         rms of vertical gusts, m/s.
     noise : float
@@ -90,6 +135,44 @@ class Case:
         100 or 50 Hz.
     attitude : bool
         Whether phi and theta are recorded.
+    """
+
+    gust: float = 0.0
+    noise: float = 1.0
+    colored: bool = False
+    rate: int = 100
+    attitude: bool = True
+
+
+ROUND: tuple[tuple[Recording, Baseline], ...] = (
+    (Recording(), "fitted"),
+    (Recording(gust=0.3), "fitted"),
+    (Recording(noise=0.5, colored=True), "given"),
+    (Recording(gust=0.1, noise=2.0, rate=50, attitude=False), "fitted"),
+    (Recording(gust=1.0, colored=True), "given"),
+    (Recording(noise=2.0, rate=50), "wrong"),
+)
+"""What goes round with kind, size and seed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One blind case.
+
+    Attributes
+    ----------
+    id : str
+    group : {"hidden", "nothing", "outside", "pair"}
+    kind : str
+        By which results are gathered.
+    effects : mapping of str to float
+        Hidden effects and their sizes, SI.
+    verdicts : tuple of str
+        Verdicts that are right.
+    accepted : tuple of tuple of str
+        One entry for each name that has to be found: the ids that are right for it.
+    gust, noise, colored, rate, attitude
+        As in `Recording`.
     baseline : {"fitted", "given", "wrong"}
         Fitted on the same data by the program, given with true values, or given with values
         10 to 20 % wrong.
@@ -98,17 +181,17 @@ class Case:
     seed : int
         Of noise and gusts.
     clock : str
-        ``air`` or ``surfaces``: the box whose clock is off.
+        ``air`` or ``surfaces``: the box whose clock is late.
     sigma : float
-        Standard deviations that the effect is to show; 0 where sizes are as given.
+        Standard deviations that each effect is to show; 0 where sizes are as given.
     """
 
     id: str
     group: Group
+    kind: str = ""
     effects: Mapping[str, float] = field(default_factory=dict)
     verdicts: tuple[str, ...] = ()
-    accepted: tuple[str, ...] = ()
-    ambiguity: bool = False
+    accepted: tuple[tuple[str, ...], ...] = ()
     gust: float = 0.0
     noise: float = 1.0
     colored: bool = False
@@ -130,6 +213,34 @@ class Case:
             if name.startswith("control.")
         }
 
+    @property
+    def recording(self) -> Recording:
+        """Return how it is flown and recorded."""
+        return Recording(
+            gust=self.gust,
+            noise=self.noise,
+            colored=self.colored,
+            rate=self.rate,
+            attitude=self.attitude,
+        )
+
+    def recorded_as(self, recording: Recording, baseline: Baseline) -> Case:
+        """Return the case in other air, with another recorder and baseline."""
+        return replace(
+            self,
+            gust=recording.gust,
+            noise=recording.noise,
+            colored=recording.colored,
+            rate=recording.rate,
+            attitude=recording.attitude,
+            baseline=baseline,
+        )
+
+    @property
+    def air(self) -> str:
+        """Return ``calm``, or the gusts in words."""
+        return f"gusts {self.gust:g} m/s" if self.gust else "calm"
+
 
 def hidden(effect: str, size: float | None = None, **how: object) -> Case:
     """Return a case with one effect hidden, by default of a typical size."""
@@ -137,9 +248,101 @@ def hidden(effect: str, size: float | None = None, **how: object) -> Case:
     content: dict[str, object] = {
         "id": f"{effect}-{value:g}",
         "group": "hidden",
+        "kind": effect,
         "effects": {effect: value},
         "verdicts": ("effects-found",),
-        "accepted": (effect,),
+        "accepted": ((effect, *SIBLINGS.get(effect, ())),),
         **how,
     }
     return Case(**content)  # type: ignore[arg-type]
+
+
+def _hidden_cases(plans: range) -> Iterator[Case]:
+    for number, kind in enumerate(KINDS):
+        for order, sigma in enumerate(SIZES):
+            if kind.endswith(WHOLE) and order:
+                continue
+            for plan in plans:
+                recording, baseline = ROUND[(number + 2 * order + plan) % len(ROUND)]
+                if kind in MISSING:
+                    baseline = "given"
+                size = f"{sigma:g}" if not kind.endswith(WHOLE) else "whole"
+                case = hidden(kind, id=f"{kind}-{size}-{plan}", plan=plan, seed=plan, sigma=sigma)
+                if kind in MISSING:
+                    case = replace(case, verdicts=("effects-found", "values-wrong"))
+                yield case.recorded_as(recording, baseline)
+
+
+def _nothing_cases(plans: range) -> Iterator[Case]:
+    rounds = [one for one, _ in ROUND if not one.gust]
+    count = 150 // len(plans)
+    for plan in plans:
+        for k in range(count):
+            seed = 1000 + 100 * plan + k
+            calm = rounds[k % len(rounds)]
+            base: Baseline = "given" if k % 2 else "fitted"
+            clean = Case(
+                id=f"clean-{plan}-{k}", group="nothing", kind="clean", plan=plan, seed=seed,
+                verdicts=("model-adequate",),
+            )  # fmt: skip
+            yield clean.recorded_as(calm, base)
+            yield replace(
+                clean, id=f"wrong-{plan}-{k}", kind="values wrong", verdicts=("values-wrong",)
+            ).recorded_as(calm, "wrong")
+            if k % 2:
+                box = "air" if k % 4 == 1 else "surfaces"
+                yield replace(
+                    clean, id=f"clock-{plan}-{k}", kind=f"clock of {box}", clock=box,
+                    verdicts=("effects-found", "ambiguous"), accepted=(CLOCKS[box],),
+                ).recorded_as(calm, "fitted")  # fmt: skip
+            for gust in (0.1, 0.3, 1.0):
+                # 45 of each plan in all
+                if (k + round(10 * gust)) % 2:
+                    blown = replace(calm, gust=gust)
+                    yield replace(
+                        clean, id=f"gust-{gust:g}-{plan}-{k}", kind=f"gusts {gust:g} m/s"
+                    ).recorded_as(blown, base)
+
+
+def _outside_cases(plans: range) -> Iterator[Case]:
+    for number, kind in enumerate(OUTSIDE):
+        for order, sigma in enumerate(SIZES[1:]):
+            for plan in plans:
+                recording, baseline = ROUND[(number + 2 * order + plan) % 5]
+                yield Case(
+                    id=f"{kind}-{sigma:g}-{plan}", group="outside", kind=kind,
+                    effects={kind: typical(kind)}, verdicts=("unexplained",),
+                    plan=plan, seed=plan, sigma=sigma,
+                ).recorded_as(recording, baseline)  # fmt: skip
+
+
+def _pair_cases(plans: range) -> Iterator[Case]:
+    for number, pair in enumerate(PAIRS):
+        for plan in plans:
+            recording, baseline = ROUND[(number + plan) % 5]
+            yield Case(
+                id=f"{'+'.join(pair)}-{plan}", group="pair", kind="+".join(pair),
+                effects={one: typical(one) for one in pair}, verdicts=("effects-found",),
+                accepted=tuple((one, *SIBLINGS.get(one, ())) for one in pair),
+                plan=plan, seed=plan, sigma=20.0,
+            ).recorded_as(recording, baseline)  # fmt: skip
+
+
+def all_cases(series: Series = "report") -> tuple[Case, ...]:
+    """Return the cases of the benchmark, or as many others to tune on, with other seeds."""
+    first = FIRST_PLAN[series]
+    plans = range(first, first + SEEDS)
+    makers = (_hidden_cases, _nothing_cases, _outside_cases, _pair_cases)
+    return tuple(case for make in makers for case in make(plans))
+
+
+def tenth(cases: tuple[Case, ...]) -> tuple[Case, ...]:
+    """Return about every tenth case, of every kind at least one."""
+    by_kind: dict[tuple[str, str], list[Case]] = {}
+    for case in cases:
+        by_kind.setdefault((case.group, case.kind), []).append(case)
+    taken = []
+    for number, group in enumerate(by_kind.values()):
+        every = 10
+        taken += group[number % min(every, len(group)) :: every]
+    return tuple(taken)

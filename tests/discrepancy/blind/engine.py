@@ -15,6 +15,7 @@ from pathlib import Path
 import jsbsim
 import numpy as np
 from blind.jsbsim_aircraft import (
+    ALTITUDE,
     DERIVATIVES,
     FOOT,
     POUND,
@@ -34,7 +35,6 @@ SUBSTEPS = STEPS_PER_SECOND // RATE
 SETTLING = 0.2
 """Seconds that JSBSim flies before the record begins: its integrators need a past."""
 ADAMS_BASHFORTH_2 = 3
-ALTITUDE = 300.0
 HEADING = 0.7
 MEMORY = 0.15
 """Time constant of effects with memory, s."""
@@ -194,6 +194,34 @@ class Engine:
         state, controls = unpack(x)
         return Trim(state=state, controls=controls)
 
+    def look(
+        self, mass: float, state: Sequence[float], controls: Sequence[float]
+    ) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Return rates of u, v, w, p, q, r (SI) and the motion at one instant, each shape (1,)."""
+        self._begin(mass, state, controls)
+        rates = np.array([node.get_double_value() for node in self._accelerations])
+        rates[:3] *= FOOT
+        return rates, self._table([[node.get_double_value() for node in self._recorded]], controls)
+
+    def _table(
+        self, rows: list[list[float]], controls: Sequence[float] | FloatArray
+    ) -> dict[str, FloatArray]:
+        recorded = np.array(rows)
+        table = {
+            name: recorded[:, column] * unit
+            for column, (name, (_, unit)) in enumerate(_RECORDED.items())
+        }
+        own_mass = self.fdm["inertia/mass-slugs"] * SLUG
+        for axis in "xyz":
+            table[f"f{axis}"] = table[f"f{axis}"] / own_mass
+        u, v, w = table["u"], table["v"], table["w"]
+        table["V"] = np.sqrt(u * u + v * v + w * w)
+        table["alpha"], table["beta"] = np.arctan2(w, u), np.arcsin(v / table["V"])
+        table["time"] = np.arange(len(rows)) / RATE
+        moved = np.broadcast_to(np.asarray(controls), (len(rows), len(CONTROLS)))
+        table.update({name: moved[:, column] for column, name in enumerate(CONTROLS)})
+        return table
+
     def fly(
         self,
         mass: float,
@@ -245,18 +273,4 @@ class Engine:
             fdm.run()
             if step >= ahead and (step - ahead) % SUBSTEPS == 0:
                 rows.append([node.get_double_value() for node in self._recorded])
-        recorded = np.array(rows)
-        table = {
-            name: recorded[:, column] * unit
-            for column, (name, (_, unit)) in enumerate(_RECORDED.items())
-        }
-        own_mass = fdm["inertia/mass-slugs"] * SLUG
-        for axis in "xyz":
-            table[f"f{axis}"] = table[f"f{axis}"] / own_mass
-        u, v, w = table["u"], table["v"], table["w"]
-        table["V"] = np.sqrt(u * u + v * v + w * w)
-        table["alpha"], table["beta"] = np.arctan2(w, u), np.arcsin(v / table["V"])
-        table["time"] = np.arange(len(rows)) / RATE
-        taken = controls[ahead::SUBSTEPS][: len(rows)]
-        table.update({name: taken[:, column] for column, name in enumerate(CONTROLS)})
-        return table
+        return self._table(rows, controls[ahead::SUBSTEPS][: len(rows)])

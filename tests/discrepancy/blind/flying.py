@@ -29,7 +29,7 @@ from blind.engine import CONTROLS, RATE, STEPS_PER_SECOND, Engine, Trim
 from blind.gusts import dryden
 from blind.instruments import AIR_BOX, SURFACES_BOX, Faults, exposed, recorded, with_faults
 from blind.jsbsim_aircraft import AIR, PROPULSION
-from blind.plan import PLAN, SERVO_LAG, Planned, hands, lagged, sampled
+from blind.plan import PLAN, SERVO_LAG, SERVO_ORDER, Planned, hands, lagged, sampled
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.model import Model, load_model
@@ -99,13 +99,14 @@ def faults_of(case: Case) -> Faults:
         if words[-1] == "reversed":
             turned.append(words[1])
         elif words[-1] == "swapped":
-            swapped.append((words[1], words[2]))
+            one, other = words[1].split("_")
+            swapped.append((one, other))
         else:
             tables[words[-1]][words[1]] = size
     if case.clock == "air":
         tables["delay"].update(dict.fromkeys(AIR_BOX, CLOCK_OFFSET))
     if case.clock == "surfaces":
-        tables["delay"].update(dict.fromkeys(SURFACES_BOX, -CLOCK_OFFSET))
+        tables["delay"].update(dict.fromkeys(SURFACES_BOX, CLOCK_OFFSET))
     return Faults(**tables, reversed=tuple(turned), swapped=tuple(swapped))
 
 
@@ -145,7 +146,9 @@ def controls_of(
             controls[:, column] = lagged(asked[:, column], shipped_aircraft().propulsion.lag)
             shown[name] = sampled(asked[:, column])
             continue
-        servo = lagged(lagged(asked[:, column], SERVO_LAG), SERVO_LAG)
+        servo = asked[:, column]
+        for _ in range(SERVO_ORDER):
+            servo = lagged(servo, SERVO_LAG)
         surface = servo
         for effect, size in case.effects.items():
             words = effect.split(".")

@@ -8,14 +8,21 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from blind.engine import ALTITUDE, STEPS_PER_SECOND
-from blind.jsbsim_aircraft import FOOT
+from blind.engine import STEPS_PER_SECOND
+from blind.jsbsim_aircraft import ALTITUDE, FOOT
 from scipy.signal import bilinear, lfilter
 
 from gsapp.quantities import FloatArray
 
 _GROUND = 200.0
 """Height of the field, m: maneuvers are flown 100 m above it."""
+
+
+def lengths(rms: float) -> tuple[float, float, float]:
+    """Return lengths of horizontal and vertical gusts (m) and rms of the horizontal (m/s)."""
+    height = (ALTITUDE - _GROUND) / FOOT
+    shape = 0.177 + 0.000823 * height
+    return height / shape**1.2 * FOOT, height * FOOT, rms / shape**0.4
 
 
 def dryden(rms: float, V: float, count: int, seed: tuple[int, ...]) -> FloatArray:
@@ -32,10 +39,7 @@ def dryden(rms: float, V: float, count: int, seed: tuple[int, ...]) -> FloatArra
     seed : tuple of int
     """
     random = np.random.default_rng(seed)
-    height = (ALTITUDE - _GROUND) / FOOT
-    shape = 0.177 + 0.000823 * height
-    long, tall = height / shape**1.2 * FOOT, height * FOOT
-    wide = rms / shape**0.4
+    long, tall, wide = lengths(rms)
     past = 60 * STEPS_PER_SECOND
     noise = random.standard_normal((3, count + past)) * math.sqrt(STEPS_PER_SECOND)
 

@@ -47,7 +47,7 @@ COLORED = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "phi", "theta")
 COLOR_TIME = 0.028
 """Time constant of colored noise, s: 0.7 from sample to sample at 100 Hz."""
 AIR_BOX = ("alpha", "beta", "dynamic_pressure", "static_pressure")
-SURFACES_BOX = ("de", "da", "dr")
+SURFACES_BOX = ("de", "da", "dr", "flap")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,6 +20,7 @@ SLUG = POUND / FOOT
 PSF = POUND / FOOT**2
 GRAVITY = 9.80665
 EARTH_RADIUS = 6378137.0
+ALTITUDE = 300.0
 SEA_LEVEL_DENSITY = 1.225
 REFERENCE_SPEED = 28.956
 """Where speed terms are zero, m/s (95 ft/s)."""
@@ -139,16 +140,16 @@ AIR: Mapping[str, AirEffect] = {
         ("outside.Cm.alpha_de2", _ALPHA + _power(_DE, 2), 15.0),
         ("outside.Cm.de_deadzone", _tanh(_DE, 0.015), 0.006),
         ("outside.Cl.da_abs_beta", _DA + _magnitude(_BETA), -0.8),
-        ("outside.Cn.q", _Q, 0.5),
-        ("outside.Cl.q", _Q, 0.8),
+        ("aero.Cn.q", _Q, 0.5),
+        ("aero.Cl.q", _Q, 0.8),
         ("outside.CN.p2", _power(_P, 2), 3.0),
         ("outside.Cm.p2", _power(_P, 2), -1.0),
         ("outside.Cm.r2", _power(_R, 2), -8.0),
         ("outside.Cn.da_de", _DA + _DE, 0.3),
         ("outside.Cl.beta_de", _BETA + _DE, 0.6),
-        ("outside.CY.alpha_r", _ALPHA + _R, 3.0),
+        ("aero.CY.alpha_r", _ALPHA + _R, 3.0),
         ("outside.Cm.abs_q_q", _Q + _magnitude(_Q), -300.0),
-        ("outside.CN.beta2", _power(_BETA, 2), -1.0),
+        ("aero.CN.beta2", _power(_BETA, 2), -1.0),
         ("outside.Cn.memory", "<property>memory/q</property>", 0.003),
         ("outside.CN.memory_q", "<property>memory/q</property>", 0.05),
     )
@@ -279,8 +280,8 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str]) -> str:
 
 
 def planet_xml() -> str:
-    """Return a round Earth at rest, with standard gravity at its surface."""
-    pull = GRAVITY * EARTH_RADIUS**2 / FOOT**3
+    """Return a round Earth at rest, with standard gravity where maneuvers are flown."""
+    pull = GRAVITY * (EARTH_RADIUS + ALTITUDE) ** 2 / FOOT**3
     return f"""<?xml version="1.0"?>
 <planet name="still">
   <semimajor_axis unit="M">{EARTH_RADIUS!r}</semimajor_axis>

@@ -22,7 +22,8 @@ from gsapp.quantities import FloatArray
 
 DEGREE = math.pi / 180.0
 SERVO_LAG = 0.04
-"""Of each of the two lags between hand and surface, s."""
+"""Of each of the three lags between hand and surface, s."""
+SERVO_ORDER = 3
 LEVER_TIME = 0.4
 """That a hand takes to move throttle or flap lever, s."""
 DURATION = 10.0
