@@ -33,14 +33,15 @@ def lateness(aircraft: Aircraft) -> dict[str, float]:
 
 
 def advanced(samples: FloatArray, steps: float) -> FloatArray:
-    """Return what a signal shows so many sample times later, shape (n,).
+    """Return what a signal shows so many sample times later, shape (n,), or several, (n, k).
 
     Cubic between samples, linear beside missing ones. The last samples, of which nothing later is
     known, are missing.
     """
     whole, part = divmod(steps, 1.0)
-    count = samples.size
-    padded = np.concatenate((samples[:1], samples, np.full(int(whole) + 3, np.nan)))
+    count = len(samples)
+    unknown = np.full((int(whole) + 3, *samples.shape[1:]), np.nan)
+    padded = np.concatenate((samples[:1], samples, unknown))
     first = int(whole)
     # One before, two about, and one after the time asked for.
     a, b, c, d = (padded[first + k : first + k + count] for k in range(4))

@@ -21,8 +21,8 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.identification.ftr.regression import Solution
 from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.solution import Solution
 from gsapp.identification.results import Status
 from gsapp.quantities import FloatArray
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES, Axis, axis_derivatives
-from gsapp.identification.ftr.equations import FTRAxis
+from gsapp.identification.ftr.channels import FTRAxis
+from gsapp.identification.ftr.information import Information
 from gsapp.identification.ftr.online import AXES, FTR
-from gsapp.identification.ftr.regression import Information
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate

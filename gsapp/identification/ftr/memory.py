@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.identification.ftr.judgment import Verdicts
-from gsapp.identification.ftr.regression import Solution
+from gsapp.identification.ftr.solution import Solution
 from gsapp.quantities import FloatArray
 
 Float32Array = npt.NDArray[np.float32]
@@ -40,7 +40,6 @@ class Moment:
         """Return a solution laid out by derivative."""
         many = len(solution.theta)
         shape = solution.bias.shape
-        std = np.sqrt(np.maximum(np.diagonal(solution.covariance, axis1=2, axis2=3), 0.0))
 
         def lay(bias: npt.NDArray[np.generic], rest: npt.NDArray[np.generic]) -> object:
             return np.concatenate((bias[..., np.newaxis], rest), axis=2).reshape(many, -1)
@@ -55,7 +54,7 @@ class Moment:
         qualities[..., 3] = solution.listened[..., np.newaxis]
         return Moment(
             values=np.asarray(lay(solution.bias, solution.theta)),
-            stds=np.asarray(lay(solution.bias_std, std)),
+            stds=np.asarray(lay(solution.bias_std, solution.std)),
             plains=np.asarray(lay(solution.bias_std, solution.plain)),
             verdicts=np.asarray(lay(verdicts[..., -1], verdicts[..., :-1])),
             companions=np.asarray(lay(np.full(shape, -1, dtype=np.int8), companions)),
@@ -77,7 +76,7 @@ class EstimateLog:
     """Estimates of D derivatives at all moments so far; see `Moment` for the arrays."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        self._count_of = len(names)
+        self.names = tuple(names)
         self.clear()
 
     def clear(self) -> None:
@@ -86,7 +85,7 @@ class EstimateLog:
         self._make(256)
 
     def _make(self, size: int) -> None:
-        D = self._count_of
+        D = len(self.names)
         self._times = np.empty(size)
         self._table: dict[str, npt.NDArray[Any]] = {
             "values": np.empty((size, D)),

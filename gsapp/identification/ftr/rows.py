@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.identification.ftr.equations import NEEDED_CHANNELS
+from gsapp.identification.ftr.channels import NEEDED_CHANNELS, PLACE
 from gsapp.quantities import Block, FloatArray
 
 PATIENCE = 1.0
@@ -24,7 +24,6 @@ IndexArray = npt.NDArray[np.int64]
 _NOT_YET = -(2**62)
 # Not waited for once there is the density that follows from it.
 _SPARED = ("temperature",)
-_PLACE = {name: place for place, name in enumerate(NEEDED_CHANNELS)}
 
 
 class _Stretch:
@@ -128,8 +127,8 @@ class RowAssembler:
         found = [self._rest(one) for one in self._stretches[:-1]]
         del self._stretches[:-1]
         speaking = self._reached > _NOT_YET
-        if speaking[_PLACE["density"]]:
-            speaking[[_PLACE[name] for name in _SPARED]] = False
+        if speaking[PLACE["density"]]:
+            speaking[[PLACE[name] for name in _SPARED]] = False
         slowest = int(self._reached[speaking].min()) if speaking.any() else newest
         limit = max(slowest, newest - self._patience)
         stretch = self._stretches[-1]
@@ -168,7 +167,7 @@ class RowAssembler:
         """Return columns of a block with these channels, and their places in a row."""
         known = self._columns.get(channels)
         if known is None:
-            pairs = [(k, _PLACE[name]) for k, name in enumerate(channels) if name in _PLACE]
+            pairs = [(k, PLACE[name]) for k, name in enumerate(channels) if name in PLACE]
             known = [column for column, _ in pairs], [place for _, place in pairs]
             self._columns[channels] = known
         return known

@@ -37,10 +37,11 @@ class Transforms:
     ----------
     frequencies : ndarray, shape (M,)
         Hz: 0, spacing, 2 spacing, ...
-    signals : ndarray, shape (U, M, p + 3 + 4)
-        Of the p regressors qbar x; of the three targets qbar C, derivatives taken; of qbar and
-        qbar t, a coefficient's constant part and its drift; of a unit pulse at the first and at
-        the last valid sample, the noise of the two samples that the end terms rest on.
+    signals : ndarray, shape (U, 2, M, p + 3 + 4)
+        Real over imaginary parts. Of the p regressors qbar x; of the three targets qbar C,
+        derivatives taken; of qbar and qbar t, a coefficient's constant part and its drift; of a
+        unit pulse at the first and at the last valid sample, the noise of the two samples that
+        the end terms rest on.
     correlation : ndarray, shape (U, 2 M - 1)
         K at 0, spacing, ... : the transform of the squared weights, over its value at zero.
     squared : ndarray, shape (U,)
@@ -60,7 +61,7 @@ class Transforms:
     """
 
     frequencies: FloatArray
-    signals: ComplexArray
+    signals: FloatArray
     correlation: ComplexArray
     squared: FloatArray
     listened: FloatArray
@@ -75,7 +76,7 @@ class Transforms:
         sums = 2 * ((len(self.frequencies) - 1) // step) * step
         return Transforms(
             frequencies=self.frequencies[::step],
-            signals=self.signals[moments, ::step],
+            signals=self.signals[moments, :, ::step],
             correlation=self.correlation[moments, : sums + 1 : step],
             squared=self.squared[moments],
             listened=self.listened[moments],
@@ -122,26 +123,27 @@ class RunningTransform:
         # Squared weights are needed at sums of frequencies, too.
         doubled: FloatArray = spacing * np.arange(2.0 * self._count - 1.0)
         self._rate = 0.0 if forgetting is None else 1.0 / forgetting
-        ago = dt * np.arange(-block, 1.0)
+        self._ago = ago = dt * np.arange(-block, 1.0)
         self._slope = 2j * np.pi * self.frequencies - self._rate
         self._phases = _phases(self.frequencies, ago, self._rate)
         self._square_phases = _phases(doubled, ago, 2.0 * self._rate)
         length = block * dt
         self._marks = _complex(self._phases)
-        # From one block to the next: columns of transforms, squared weights, differences.
+        # From one block to the next: columns of transforms, squared weights, squared differences,
+        # sums at zero frequency.
         turn = np.exp((2j * np.pi * self.frequencies - self._rate) * length)
         square_turn = np.exp((2j * np.pi * doubled - 2.0 * self._rate) * length)
-        fade = np.full(self.p + 4, np.exp(-2.0 * self._rate * length))
-        self._turn = np.concatenate((np.repeat(turn, self.p + 15), square_turn, fade))
+        fade = np.exp(-self._rate * length * np.array([2.0] * (self.p + 4) + [1.0] * 2))
+        self._turn = np.concatenate((np.repeat(turn, self.p + 13), square_turn, fade))
         self.start()
 
     def start(self) -> None:
         """Begin a record: nothing was heard yet."""
         p, count = self.p, self._count
-        # One after the other: transforms by frequency, their columns qbar x, qbar, qbar t, static,
-        # spun, ends of spun, 1, qbar b/2V, two pulses; squared weights; squared second differences
-        # of qbar x and spun, and how many.
-        self._now = np.zeros(count * (p + 15) + 2 * count - 1 + p + 4, dtype=np.complex128)
+        # One after the other: transforms by frequency, their columns qbar x, static, qbar, qbar t,
+        # two pulses, spun, ends of spun; squared weights; squared second differences of qbar x and
+        # spun, and how many; weights and qbar b/2V, summed.
+        self._now = np.zeros(count * (p + 13) + 2 * count - 1 + p + 6, dtype=np.complex128)
         self._broken = np.zeros(3, dtype=bool)
         self._begun = False
 
@@ -165,20 +167,17 @@ class RunningTransform:
         weights[:, :-1] += half
         steps[:, 1:] += joined
         steps[:, :-1] -= joined
-        ago = self.dt * np.arange(-self.block, 1.0)
-        parts = np.empty((many, self.block + 1, p + 15))
-        np.multiply(weights[:, :, np.newaxis], columns[:, :, : p + 1], out=parts[:, :, : p + 1])
-        np.multiply(parts[:, :, p], ago, out=parts[:, :, p + 1])
-        np.multiply(
-            weights[:, :, np.newaxis], columns[:, :, p + 1 : p + 7], out=parts[:, :, p + 2 : p + 8]
-        )
         spun = columns[:, :, p + 4 : p + 7]
-        np.multiply(steps[:, :, np.newaxis], spun, out=parts[:, :, p + 8 : p + 11])
-        parts[:, :, p + 11] = weights
-        np.multiply(weights, columns[:, :, p + 7], out=parts[:, :, p + 12])
-        parts[:, :, p + 13 :] = 0.0
-        size, ends = count * (p + 15), count * (p + 15) + 2 * count - 1
-        flat = np.empty((many, ends + p + 4), dtype=np.complex128)
+        parts = np.empty((many, self.block + 1, p + 13))
+        heavy = weights[:, :, np.newaxis]
+        np.multiply(heavy, columns[:, :, : p + 4], out=parts[:, :, : p + 4])
+        np.multiply(parts[:, :, p + 3], self._ago, out=parts[:, :, p + 4])
+        parts[:, :, p + 5 : p + 7] = 0.0
+        np.multiply(heavy, spun, out=parts[:, :, p + 7 : p + 10])
+        np.multiply(steps[:, :, np.newaxis], spun, out=parts[:, :, p + 10 :])
+        size = count * (p + 13)
+        ends = size + 2 * count - 1
+        flat = np.empty((many, ends + p + 6), dtype=np.complex128)
         summed = self._phases @ parts
         flat[:, :size].real = summed[:, :count].reshape(many, -1)
         flat[:, :size].imag = summed[:, count:].reshape(many, -1)
@@ -189,36 +188,51 @@ class RunningTransform:
         watched = np.concatenate((columns[:, :, p + 8 :], columns[:, :, 1:p], spun), axis=2)
         second = watched[:, 2:] - 2.0 * watched[:, 1:-1] + watched[:, :-2]
         triple: BoolArray = np.asarray(joined[:, 1:] & joined[:, :-1], dtype=bool)
-        flat[:, ends:-1] = ((second**2) * triple[:, :, np.newaxis]).sum(axis=1) / 6.0
-        flat[:, -1] = triple.sum(axis=1)
+        flat[:, ends:-3] = ((second**2) * triple[:, :, np.newaxis]).sum(axis=1) / 6.0
+        flat[:, -3] = triple.sum(axis=1)
+        fading = weights * self._phases[0]
+        flat[:, -2] = fading.sum(axis=1)
+        flat[:, -1] = (fading * columns[:, :, p + 7]).sum(axis=1)
         missed = np.concatenate(
             (self._broken[np.newaxis], ((weights > 0.0)[:, :, np.newaxis] & ~running).any(axis=1))
         )
         broken: BoolArray = np.logical_or.accumulate(missed, axis=0)[1:]
         self._broken = broken[-1].copy()
-        anything = np.asarray(joined.any(axis=1)).tolist()
-        first: list[int] = joined.argmax(axis=1).tolist()
-        last: list[int] = (self.block - joined[:, ::-1].argmax(axis=1)).tolist()
-
-        now, turn, length = self._now, self._turn, self.block * self.dt
-        table = now[:size].reshape(count, p + 15)
-        for k in range(many):
-            # Time counts from now: what was heard lies a block further back.
-            table[:, p + 1] -= length * table[:, p]
-            now *= turn
-            now += flat[k]
-            if anything[k]:
-                if not self._begun:
-                    table[:, p + 13] = self._marks[:, first[k]]
-                    self._begun = True
-                table[:, p + 14] = self._marks[:, last[k]]
-            flat[k] = now
+        self._accumulate(flat, joined)
         return self._transforms(
-            flat[:, :size].reshape(many, count, p + 15),
+            flat[:, :size].reshape(many, count, p + 13),
             flat[:, size:ends],
             flat[:, ends:].real,
             broken,
         )
+
+    def _accumulate(self, flat: ComplexArray, joined: BoolArray) -> None:
+        """Turn what single blocks say into what the record says after each."""
+        p, count, length = self.p, self._count, self.block * self.dt
+        anything = joined.any(axis=1)
+        heard = np.asarray(anything).tolist()
+        first = joined.argmax(axis=1)
+        last = self.block - joined[:, ::-1].argmax(axis=1)
+        now, turned = self._now, np.empty_like(self._now)
+        size = count * (p + 13)
+        table = turned[:size].reshape(count, p + 13)
+        trim, drift, ending = table[:, p + 3], table[:, p + 4], table[:, p + 6]
+        further = np.empty_like(trim)
+        pulses = flat[:, :size].reshape(-1, count, p + 13)[:, :, p + 5 : p + 7]
+        here = np.flatnonzero(anything)
+        pulses[here, :, 1] = self._marks[:, last[here]].T
+        for k, own in enumerate(flat):
+            np.multiply(now, self._turn, out=turned)
+            # Time counts from now: what was heard lies a block further back.
+            np.multiply(trim, length, out=further)
+            drift -= further
+            if heard[k]:
+                ending[:] = 0.0  # there is a later one
+            now = np.add(own, turned, out=own)
+            if heard[k] and not self._begun:
+                pulses[k, :, 0] = self._marks[:, first[k]]
+                self._begun = True
+        self._now = now.copy()
 
     def _transforms(
         self,
@@ -228,20 +242,17 @@ class RunningTransform:
         broken: BoolArray,
     ) -> Transforms:
         p = self.p
-        weight, total = sums[:, 0, p + 11].real, squared[:, 0].real
+        weight, total = noise[:, -2], squared[:, 0].real
         heard = total > 0.0
         total, weight = np.where(heard, total, 1.0), np.where(heard, weight, 1.0)
-        variance = noise[:, :-1] / np.maximum(noise[:, -1:], 1e-9)
-        pulses = sums[:, :, p + 13 :]
-        spun, ends = sums[:, :, p + 5 : p + 8], sums[:, :, p + 8 : p + 11]
-        signals = np.empty((*sums.shape[:2], p + 7), dtype=np.complex128)
-        signals[:, :, :p] = sums[:, :, :p]
-        targets = signals[:, :, p : p + 3]
-        np.multiply(self._slope[:, np.newaxis], spun, out=targets)
-        targets += ends
-        targets += sums[:, :, p + 2 : p + 5]
-        signals[:, :, p + 3 : p + 5] = sums[:, :, p : p + 2]
-        signals[:, :, p + 5 :] = pulses
+        variance = noise[:, :-3] / np.maximum(noise[:, -3:-2], 1e-9)
+        targets = self._slope[:, np.newaxis] * sums[:, :, p + 7 : p + 10]
+        targets += sums[:, :, p + 10 :]
+        targets += sums[:, :, p : p + 3]
+        signals = np.empty((len(sums), 2, self._count, p + 7))
+        signals[:, 0], signals[:, 1] = sums[:, :, : p + 7].real, sums[:, :, : p + 7].imag
+        signals[:, 0, :, p : p + 3], signals[:, 1, :, p : p + 3] = targets.real, targets.imag
+        ends = (np.abs(sums[:, 0, p + 5 : p + 7]) ** 2).sum(axis=1)
         return Transforms(
             frequencies=self.frequencies,
             signals=signals,
@@ -249,10 +260,10 @@ class RunningTransform:
             squared=np.where(heard, total, 0.0),
             # With equal weights the sum of their squares is dt T: this is the length of the record.
             listened=np.where(heard, self.dt * weight**2 / total, 0.0),
-            pressure=sums[:, 0, p].real / weight,
-            turning=sums[:, 0, p + 12].real / weight,
+            pressure=signals[:, 0, 0, p + 3] / weight,
+            turning=noise[:, -1] / weight,
             noise=variance[:, :p],
-            end_noise=variance[:, p:] * (np.abs(pulses[:, 0]) ** 2).sum(axis=1)[:, np.newaxis],
+            end_noise=variance[:, p:] * ends[:, np.newaxis],
             broken=broken,
         )
 

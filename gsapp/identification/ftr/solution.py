@@ -1,0 +1,192 @@
+"""Estimates with their bounds and qualities, from what records say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.identification.ftr.algebra import cleaned
+from gsapp.identification.ftr.algebra import inverse as inverse_of
+from gsapp.identification.ftr.body import AxisBody
+from gsapp.identification.ftr.information import Information
+from gsapp.quantities import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """Estimates at U moments, from one axis's three equations.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (U, 3, p)
+    covariance : ndarray, shape (U, 3, p, p)
+        Honest.
+    std : ndarray, shape (U, 3, p)
+        Square roots of its diagonal.
+    plain : ndarray, shape (U, 3, p)
+        Standard deviation if residuals were white.
+    bias, bias_std : ndarray, shape (U, 3)
+        The constant part of the coefficient; the zero offset of its accelerometer is in its
+        bound.
+    bias_slopes : ndarray, shape (U, 3, p)
+        Derivatives of the bias by theta: minus the mean of each variable.
+    signal_to_noise : ndarray, shape (U, 3, p)
+        What each variable did on its own (not explained by the others), over its noise.
+    alone : ndarray, shape (U, 3, p)
+        Share of its energy that a variable had on its own, 0 to 1.
+    amplitude : ndarray, shape (U, 3, p)
+        Rms of each variable in the band over the time listened to, in its unit.
+    uncertain : ndarray, shape (U, 3, p + 1)
+        Bound times what the variable did, over what the coefficient did; of the bias, last.
+    freedom : ndarray, shape (U, 3)
+        Real equations less unknowns.
+    listened : ndarray, shape (U, 3)
+        Effective time, s.
+    correlation : ndarray, shape (U, 3, p, p)
+        Of the regressors in the band.
+    """
+
+    theta: FloatArray
+    covariance: FloatArray
+    std: FloatArray
+    plain: FloatArray
+    bias: FloatArray
+    bias_std: FloatArray
+    bias_slopes: FloatArray
+    signal_to_noise: FloatArray
+    alone: FloatArray
+    amplitude: FloatArray
+    uncertain: FloatArray
+    freedom: FloatArray
+    listened: FloatArray
+    correlation: FloatArray
+
+    def covariance_with_bias(self, equation: int) -> FloatArray:
+        """Return the last covariance of an equation, bias first, shape (p + 1, p + 1)."""
+        inner = self.covariance[-1, equation]
+        cross = inner @ self.bias_slopes[-1, equation]
+        p = len(inner)
+        out = np.empty((p + 1, p + 1))
+        out[1:, 1:] = inner
+        out[0, 1:] = out[1:, 0] = cross
+        out[0, 0] = self.bias_std[-1, equation] ** 2
+        return out
+
+    def at(self, moment: int) -> Solution:
+        """Return one moment (U = 1)."""
+        place = moment % len(self.theta)
+        return Solution(
+            **{one.name: getattr(self, one.name)[place : place + 1].copy() for one in fields(self)}
+        )
+
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Return the arrays by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @staticmethod
+    def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> Solution:
+        """Return what `state` was made from."""
+        names = (one.name for one in fields(Solution))
+        return Solution(**{name: np.array(state[name], dtype=np.float64) for name in names})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evidence:
+    """What there is to conclude from at U moments.
+
+    Attributes
+    ----------
+    information : Information
+        Of all records, arrays of shape (U, 3, ...).
+    inverse : ndarray, shape (U, 3, p, p)
+        Of its G, white noise of the regressors taken off.
+    """
+
+    information: Information
+    inverse: FloatArray
+
+    @staticmethod
+    def of_past(past: Information) -> Evidence:
+        """Return what closed records alone say, at U moments."""
+        return Evidence(information=past, inverse=cleaned(inverse_of(past.G), past.white))
+
+    @staticmethod
+    def joined(parts: Sequence[Evidence]) -> Evidence:
+        """Return moments one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        tables = np.concatenate([part.information.table for part in parts])
+        return Evidence(
+            information=Information(tables, parts[0].information.p),
+            inverse=np.concatenate([part.inverse for part in parts]),
+        )
+
+
+def conclude(evidence: Evidence, body: AxisBody) -> Solution:
+    """Return estimates and their qualities."""
+    information, inverse = evidence.information, evidence.inverse
+    G = information.G
+    p = G.shape[-1]
+    theta = np.matvec(inverse, information.b)
+    diagonal: FloatArray = np.diagonal(G, axis1=2, axis2=3)
+    wide = _wider(diagonal**2 / np.maximum(information.weighty, 1e-300))
+    covariance = inverse @ information.meat @ inverse
+    covariance *= wide[..., np.newaxis] * wide[..., np.newaxis, :]
+    there = diagonal > 0.0
+    natural = np.where(there, diagonal, 1.0)
+    variance = np.diagonal(inverse, axis1=2, axis2=3)
+    own = np.where(there, np.minimum(1.0 / np.where(there, variance, 1.0), diagonal), 0.0)
+    base = information.mean[..., p]
+    safe = np.where(base > 0.0, base, 1.0)
+    slopes = np.divide(-information.mean[..., :p], safe[..., np.newaxis], order="C")
+    bias = information.mean[..., p + 1] / safe + np.vecdot(slopes, theta)
+    through = np.vecdot(np.matvec(covariance, slopes), slopes)
+    # The mean square of qbar over the time listened to.
+    square = information.pressure / np.maximum(information.listened, 1e-300)
+    zero = body.offset**2 / np.where(square > 0.0, square, 1.0)
+    bias_std = np.sqrt(np.maximum(through + information.mean_noise / safe**2 + zero, 0.0))
+    std = np.sqrt(np.maximum(np.diagonal(covariance, axis1=2, axis2=3), 0.0))
+    variation = np.sqrt(np.maximum(information.variation, 1e-300))
+    uncertain = np.concatenate(
+        (
+            std * np.sqrt(information.spread) / variation[..., np.newaxis],
+            (bias_std * np.sqrt(information.pressure) / variation)[..., np.newaxis],
+        ),
+        axis=-1,
+    )
+    noise = np.maximum(information.noise, 1e-300)
+    # What white noise made of G is taken off already.
+    left = information.noise - information.white
+    scale = np.sqrt(natural)
+    return Solution(
+        theta=theta,
+        covariance=covariance,
+        std=std,
+        # Records are weighted by one over the variance of their residuals.
+        plain=np.sqrt(np.maximum(variance, 0.0)),
+        bias=bias,
+        bias_std=bias_std,
+        bias_slopes=slopes,
+        signal_to_noise=np.sqrt(np.maximum(own - left, 0.0) / noise),
+        alone=np.where(there, own / natural, 0.0),
+        amplitude=np.sqrt(
+            information.spread / np.maximum(information.pressure, 1e-300)[..., np.newaxis]
+        ),
+        uncertain=uncertain,
+        freedom=information.freedom,
+        listened=information.listened,
+        correlation=G / (scale[..., np.newaxis] * scale[..., np.newaxis, :]),
+    )
+
+
+def _wider(freedom: FloatArray) -> FloatArray:
+    """Return what widens bounds so that three of them hold as much as of a normal distribution.
+
+    The level of the residuals is itself estimated, around each frequency from its neighbors: as
+    if from two thirds of all residuals. (Student's quantile over three, expanded.)
+    """
+    levels = np.maximum(2.0 / 3.0 * freedom, 4.0)
+    return np.asarray(1.0 + 2.5 / levels + 5.75 / levels**2, dtype=np.float64)
