@@ -110,9 +110,9 @@ def answer(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
     )  # fmt: skip
 
 
-def adequate() -> Discrepancy:
+def adequate(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
     """Return the answer that nothing is missing: no effects, nothing to close, nothing to rank."""
-    found = answer()
+    found = answer(maneuvers=maneuvers, samples=samples)
     gap = Gap(channels=found.gap.channels, closed=None, closed_std=None, on=found.gap.on)
     return replace(
         found, verdict="model-adequate", why="Nothing is left beyond the noise.",
