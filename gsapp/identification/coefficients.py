@@ -30,6 +30,7 @@ from gsapp.dynamics.sensors import accelerations_at_cg
 from gsapp.dynamics.terms import COEFFICIENTS, Term
 from gsapp.foundation import FlightError
 from gsapp.identification.alignment import advanced
+from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import (
@@ -166,7 +167,8 @@ def reconstruct(
     ----------
     maneuver : Maneuver
     motion : MeasuredMotion, optional
-        If it is known already.
+        If it is known already. Effects of the model on instruments and control paths are then left
+        as they are; else they are undone first (`gsapp.identification.instrument_effects`).
     stand_ins : mapping of str to float, optional
         As in `measured_motion`.
     model : Model, optional
@@ -188,6 +190,8 @@ def reconstruct(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has a mass of {maneuver.mass:g} kg; "
             "give the mass in the aircraft file, or the weights in flight.toml"
         )
+    if motion is None:
+        (maneuver,), model = freed([maneuver], model)
     moved = measured_motion(maneuver, stand_ins=stand_ins) if motion is None else motion
     dt = maneuver.dt
     if cutoff is None:

@@ -34,6 +34,7 @@ from gsapp.identification.equation_error.regression import (
     solve,
 )
 from gsapp.identification.equation_error.timing import LATE_TOGETHER, relative_delay
+from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
@@ -90,6 +91,7 @@ def estimate(
     if not maneuvers:
         raise FlightError("there is no maneuver to estimate from; name at least one")
     if motions is None:
+        maneuvers, model = freed(maneuvers, model)
         motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
     known = delays if isinstance(delays, Mapping) else {}
     found = coefficients_of(maneuvers, motions, model=model, cutoff=cutoff, delays=known)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.coefficients import Coefficients, reconstruct
+from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import choose_cutoff
@@ -33,6 +34,7 @@ def coefficients_of(
     if not maneuvers:
         raise FlightError("there is no maneuver to estimate from; name at least one")
     if motions is None:
+        maneuvers, model = freed(maneuvers, model)
         motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
     if cutoff is None:
         cutoff = max(

@@ -24,6 +24,7 @@ from gsapp.identification.axes import (
     axis_derivatives,
     free_derivatives,
 )
+from gsapp.identification.instrument_effects import acts_outside, true_record, without_swaps
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Engine, drives_of
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel, Kernel
@@ -79,11 +80,17 @@ def lay_out(
         raise FlightError("there is no maneuver to estimate from; name at least one")
     for maneuver in maneuvers:
         _check(maneuver)
+    model = settings.model or Model()
+    if acts_outside(model):
+        # Responses and surfaces are predicted with what is wrong with their instruments; what
+        # else drives the equations must be right.
+        predicted = (*(settings.responses or RESPONSES[settings.axis]), *INPUT_CHANNELS)
+        maneuvers = [true_record(one, model, keep=predicted) for one in maneuvers]
+        model = without_swaps(model)
     if motions is None:
         motions = [measured_motion(one, stand_ins=settings.stand_ins) for one in maneuvers]
     wanted = _wanted(maneuvers, settings)
     unmoved = _unmoved(maneuvers, motions, settings, wanted)
-    model = settings.model or Model()
     flight_models: dict[int, FlightModel] = {}
     for maneuver in maneuvers:
         key = id(maneuver.aircraft)

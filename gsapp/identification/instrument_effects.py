@@ -1,0 +1,175 @@
+"""What a model's effects on instruments and control paths did to a record, undone.
+
+A model may say that a vane is late, that two gyros are swapped, that an accelerometer sits
+elsewhere, that play lies between servo and surface. Output error predicts the record with all that
+in it. Whoever starts from the record instead (equation error, and what drives output error) takes
+it out first, here, with the model's own values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.signals import SURFACES, Response, Saturation, SignalTerm, respond, undo
+from gsapp.dynamics.terms import Term
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.smoothing import bridge
+from gsapp.quantities import Block, BoolArray, FloatArray
+
+Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
+_OUTSIDE = ("control.", "sensor.")
+_AT_LIMIT = 1e-9
+"""Share of a limit within which a sample was cut off by it."""
+
+
+def acts_outside(model: Model | None) -> bool:
+    """Return whether a model has effects on instruments or control paths."""
+    return model is not None and any(one.id.startswith(_OUTSIDE) for one in model.effects)
+
+
+def true_record(maneuver: Maneuver, model: Model, *, keep: Collection[str] = ()) -> Maneuver:
+    """Return a maneuver with what the model says of its instruments undone.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    model : Model
+        Its values count; nothing is estimated.
+    keep : collection of str
+        Channels whose paths somebody else predicts. Swapped channels go back in any case.
+
+    Returns
+    -------
+    Maneuver
+        The same object where there is nothing to undo. Samples that an effect cut off are missing.
+    """
+    flight_model = FlightModel(maneuver.aircraft, model)
+    paths = {
+        channel: _path(terms)
+        for channel, terms in flight_model.sensor_terms.items()
+        if channel not in keep
+    }
+    return _edited(_unswapped(maneuver, flight_model.exchanged), paths, undo)
+
+
+def as_it_acted(maneuver: Maneuver, model: Model) -> Maneuver:
+    """Return a maneuver as instruments without fault on the surfaces themselves would show it.
+
+    Beyond `true_record`, the record of controls passes their paths, and the aircraft has its
+    instruments where the model says that they sit.
+    """
+    true = true_record(maneuver, model)
+    flight_model = FlightModel(maneuver.aircraft, model)
+    controls = {
+        SURFACES[surface]: _path(terms) for surface, terms in flight_model.control_terms.items()
+    }
+    moved = _edited(true, controls, respond)
+    if not flight_model.misplaced:
+        return moved
+    return replace(moved, aircraft=_placed(maneuver.aircraft, flight_model))
+
+
+def without_paths(model: Model) -> Model:
+    """Return a model without its effects on instruments and control paths."""
+    kept = tuple(one for one in model.effects if not one.id.startswith(_OUTSIDE))
+    return model.model_copy(update={"effects": kept})
+
+
+def without_swaps(model: Model) -> Model:
+    """Return a model in which no channels are swapped."""
+    kept = tuple(one for one in model.effects if not one.id.endswith(".swapped"))
+    return model.model_copy(update={"effects": kept})
+
+
+def freed(
+    maneuvers: Sequence[Maneuver], model: Model | None
+) -> tuple[list[Maneuver], Model | None]:
+    """Return maneuvers as they acted (`as_it_acted`) and the model that is left to account for."""
+    if model is None or not acts_outside(model):
+        return list(maneuvers), model
+    return [as_it_acted(one, model) for one in maneuvers], without_paths(model)
+
+
+# --- steps --------------------------------------------------------------------------------------
+
+
+def _path(terms: Sequence[tuple[Term, tuple[float, ...]]]) -> Path:
+    return tuple((term, values) for term, values in terms if isinstance(term, SignalTerm))
+
+
+def _unswapped(maneuver: Maneuver, pairs: Sequence[tuple[str, str]]) -> Maneuver:
+    """Return the maneuver with pairs of channels back in their places, the last swap first."""
+    for one, other in reversed(pairs):
+        turned = {one: other, other: one}
+        names = tuple(turned.get(name, name) for name in maneuver.block.channels)
+        block = replace(maneuver.block, channels=names)
+        clipped = {turned.get(name, name): flags for name, flags in maneuver.clipped.items()}
+        maneuver = replace(maneuver, block=block, clipped=clipped)
+    return maneuver
+
+
+def _edited(
+    maneuver: Maneuver,
+    paths: Mapping[str, Path],
+    walk: Callable[[Path, FloatArray, float], Response],
+) -> Maneuver:
+    """Return the maneuver with channels sent along their paths, forward or backward."""
+    block = maneuver.block
+    columns = [(name, path) for name, path in paths.items() if path and name in block.channels]
+    if not columns:
+        return maneuver
+    values = block.values.copy()
+    for name, path in columns:
+        column = block.channels.index(name)
+        values[:, column] = _walked(values[:, column], path, maneuver.dt, walk)
+    edited = Block(channels=block.channels, times=block.times, values=values)
+    return replace(maneuver, block=edited)
+
+
+def _walked(
+    samples: FloatArray,
+    path: Path,
+    dt: float,
+    walk: Callable[[Path, FloatArray, float], Response],
+) -> FloatArray:
+    """Return a channel after its path; what depends on missing samples is missing."""
+    lost = ~np.isfinite(samples)
+    if lost.all():
+        return samples
+    if walk is undo:
+        lost |= _cut_off(samples, path)
+    found = walk(path, bridge(samples, lost), dt)
+    reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]
+    return np.where(np.abs(reach) > _TOUCHED, np.nan, found.values)
+
+
+_TOUCHED = 1e-6
+
+
+def _cut_off(samples: FloatArray, path: Path) -> BoolArray:
+    """Return the samples at the end of the range that the path's last effect leaves."""
+    if not path or not isinstance(path[-1][0], Saturation):
+        return np.zeros(samples.size, dtype=bool)
+    (limit,) = path[-1][1]
+    return np.asarray(np.abs(samples) >= limit * (1.0 - _AT_LIMIT), dtype=np.bool_)
+
+
+def _placed(aircraft: Aircraft, flight_model: FlightModel) -> Aircraft:
+    """Return the aircraft with its instruments where the model says that they sit."""
+    state = (1.0, *(0.0,) * 8)
+    inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)
+    own = flight_model.resting_states(state, inputs)
+    sensors = aircraft.sensors
+    moved = {}
+    for name, off in flight_model.totals((*state, *own), inputs).places.items():
+        old = getattr(sensors, name)
+        position = tuple(float(p + d) for p, d in zip(old.position, off, strict=True))
+        moved[name] = old.model_copy(update={"position": position})
+    return aircraft.model_copy(update={"sensors": sensors.model_copy(update=moved)})

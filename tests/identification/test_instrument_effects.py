@@ -1,0 +1,191 @@
+"""Effects of a model on instruments and control paths, undone in the record."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.dynamics.model import Model, load_model
+from gsapp.dynamics.terms import make_term
+from gsapp.identification import equation_error
+from gsapp.identification.coefficients import reconstruct
+from gsapp.identification.instrument_effects import (
+    acts_outside,
+    as_it_acted,
+    freed,
+    true_record,
+    without_paths,
+)
+from gsapp.identification.maximum_likelihood import MLSettings, estimate
+from gsapp.quantities import Block
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import fly
+
+BASE = load_model("b777")
+INNER = slice(60, -60)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """Return a maneuver of all surfaces without noise."""
+    return fly(8, "both", model=BASE, noise=0.0)
+
+
+def edited(maneuver, **changes):
+    values = np.array(maneuver.block.values)
+    for name, change in changes.items():
+        column = maneuver.block.channels.index(name)
+        values[:, column] = change(values[:, column].copy())
+    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
+    return replace(maneuver, block=block)
+
+
+def recorded(maneuver, effect, channels, *parameters):
+    term = make_term(effect, maneuver.aircraft)
+    return edited(
+        maneuver,
+        **{name: lambda x: term.respond(x, maneuver.dt, parameters).values for name in channels},
+    )
+
+
+def with_sensor(maneuver, instrument, axis, by):
+    sensors = maneuver.aircraft.sensors
+    old = getattr(sensors, instrument)
+    position = tuple(p + by * (k == axis) for p, k in zip(old.position, "xyz", strict=True))
+    moved = sensors.model_copy(update={instrument: old.model_copy(update={"position": position})})
+    return replace(maneuver, aircraft=maneuver.aircraft.model_copy(update={"sensors": moved}))
+
+
+@pytest.mark.parametrize(
+    ("effect", "channels", "given"),
+    [
+        ("sensor.alpha.scale", ("alpha",), {"scale": 1.3}),
+        ("sensor.q.bias", ("q",), {"bias": 0.05}),
+        ("sensor.ay.reversed", ("ay",), {}),
+        ("sensor.beta.delay", ("beta",), {"delay": 0.04}),
+        ("sensor.alpha.lag", ("alpha",), {"tau": 0.05}),
+        ("sensor.airdata.delay", ("alpha", "beta", "V"), {"delay": 0.03}),
+        ("sensor.surfaces.delay", ("de", "da", "dr"), {"delay": 0.03}),
+    ],
+)
+def test_the_record_comes_back(clean, effect, channels, given) -> None:
+    """The touched channels are right again but for a small part, the others untouched."""
+    shown = recorded(clean.maneuver, effect, channels, *given.values())
+    back = true_record(shown, BASE.with_effect(effect, given))
+    for name in clean.maneuver.block.channels:
+        true, wrong, found = (one.samples(name)[INNER] for one in (clean.maneuver, shown, back))
+        if name in channels:
+            harm = np.sqrt(np.mean((wrong - true) ** 2))
+            assert harm > 0.0
+            assert np.sqrt(np.mean((found - true) ** 2)) < 0.12 * harm, name
+        else:
+            assert np.array_equal(found, true, equal_nan=True), name
+
+
+def test_missing_samples_stay_missing_and_spread_no_further_than_they_must(clean) -> None:
+    def gap(x):
+        x[100:110] = np.nan
+        return x
+
+    holed = edited(clean.maneuver, q=gap)
+    back = true_record(holed, BASE.with_effect("sensor.q.delay", {"delay": 0.02}))
+    lost = np.flatnonzero(~np.isfinite(back.samples("q")))
+    # Two samples late: what is right for sample k was recorded at k + 2.
+    assert lost.tolist() == list(range(98, 108))
+
+
+def test_what_was_cut_off_is_missing(clean) -> None:
+    limit = 0.5 * float(np.abs(clean.maneuver.samples("q")).max())
+    shown = recorded(clean.maneuver, "sensor.q.clipping", ("q",), limit)
+    back = true_record(shown, BASE.with_effect("sensor.q.clipping", {"limit": limit}))
+    beyond = np.abs(clean.maneuver.samples("q")) >= limit
+    assert beyond.any()
+    assert np.array_equal(~np.isfinite(back.samples("q")), beyond)
+
+
+def test_swapped_channels_go_back_with_their_flags(clean) -> None:
+    names = clean.maneuver.block.channels
+    p, r = (clean.maneuver.samples(name) for name in "pr")
+    flags = np.zeros(p.size, dtype=bool)
+    flags[5] = True
+    swapped = replace(edited(clean.maneuver, p=lambda _: r, r=lambda _: p), clipped={"p": flags})
+    back = true_record(swapped, BASE.with_effect("sensor.p_r.swapped"), keep=names)
+    assert np.array_equal(back.block["p"], p)
+    assert np.array_equal(back.block["r"], r)
+    assert set(back.clipped) == {"r"}
+
+
+def test_nothing_to_undo_is_the_same_object(clean) -> None:
+    bent = BASE.with_effect("aero.Cm.alpha2")
+    assert not acts_outside(bent)
+    assert not acts_outside(None)
+    assert true_record(clean.maneuver, bent) is clean.maneuver
+    assert freed([clean.maneuver], bent)[1] is bent
+    late = bent.with_effect("sensor.q.delay")
+    assert acts_outside(late)
+    assert [one.id for one in without_paths(late).effects] == ["aero.Cm.alpha2"]
+
+
+def test_a_misplaced_accelerometer_is_put_right(clean) -> None:
+    """The side force reconstructed is that of the true place."""
+    wrong = with_sensor(clean.maneuver, "accelerometer", "z", -0.4)
+    model = Model().with_effect("sensor.accelerometer.z", {"z": 0.4})
+    right, bad, good = (
+        reconstruct(clean.maneuver).value("CY"),
+        reconstruct(wrong).value("CY"),
+        reconstruct(wrong, model=model).value("CY"),
+    )
+    harm = np.nanmax(np.abs(bad - right))
+    assert harm > 1e-3
+    assert np.nanmax(np.abs(good - right)) < 1e-9
+    assert as_it_acted(wrong, model).aircraft.sensors.accelerometer.position[2] == pytest.approx(
+        clean.maneuver.aircraft.sensors.accelerometer.position[2]
+    )
+
+
+@pytest.mark.parametrize(
+    ("effect", "given", "channel"),
+    [
+        ("control.elevator.lag", {"tau": 0.08}, "de"),
+        ("control.elevator.gearing", {"gearing": 0.7}, "de"),
+        ("control.elevator.backlash", {"slop": 0.02}, "de"),
+    ],
+)
+def test_a_control_path_is_walked_forward(clean, effect, given, channel) -> None:
+    term = make_term(effect, clean.maneuver.aircraft)
+    found = as_it_acted(clean.maneuver, BASE.with_effect(effect, given)).samples(channel)
+    expected = term.respond(
+        clean.maneuver.samples(channel), clean.maneuver.dt, tuple(given.values())
+    )
+    assert np.allclose(found, expected.values, atol=1e-14)
+
+
+def test_equation_error_runs_with_a_revised_model() -> None:
+    """Late surfaces bend the moments; a model that knows of it gives them back."""
+    virtual = fly(21, "lon", model=BASE)
+    effect = "sensor.surfaces.delay"
+    late = recorded(virtual.maneuver, effect, ("de",), 0.05)
+    model = Model().with_effect(effect, {"delay": 0.05})
+    right = equation_error.estimate([virtual.maneuver], "lon", delays={})
+    bent = equation_error.estimate([late], "lon", delays={})
+    found = equation_error.estimate([late], "lon", model=model, delays={})
+    std = right.derivatives["Cm_de"].std
+    assert abs(bent.value("Cm_de") - right.value("Cm_de")) > 5.0 * std
+    assert abs(found.value("Cm_de") - right.value("Cm_de")) < 2.0 * std
+
+
+def test_output_error_is_driven_by_the_true_motion() -> None:
+    """The vane that drives the lateral equations reads 40 % too much: known, it does no harm."""
+    virtual = fly(3, "lat", model=BASE)
+    shown = recorded(virtual.maneuver, "sensor.alpha.scale", ("alpha",), 1.4)
+    model = BASE.with_effect("sensor.alpha.scale", {"scale": 1.4})
+    right = estimate([virtual.maneuver], MLSettings(axis="lat", model=BASE))
+    found = estimate([shown], MLSettings(axis="lat", model=model))
+    for name in ("Cl_beta", "Cn_beta", "Cl_p", "Cn_r"):
+        assert found.value(name) == pytest.approx(right.value(name), rel=1e-6), name
