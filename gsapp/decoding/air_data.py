@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from gsapp.dynamics.arithmetic import choose, functions
+from gsapp.dynamics.arithmetic import choose
 from gsapp.dynamics.atmosphere import (
     GAS_CONSTANT,
     LAPSE_RATE,
@@ -58,12 +58,12 @@ def altitude(static_pressure: Number) -> Number:
 
 def true_airspeed(qbar: Number, rho: Number) -> Number:
     """Return V (m/s) from dynamic pressure (Pa) and density; 0 where noise makes qbar negative."""
-    return cast(Number, functions(qbar).sqrt(2.0 * _not_negative(qbar) / rho))
+    return _root(2.0 * _not_negative(qbar) / rho)
 
 
 def calibrated_airspeed(qbar: Number) -> Number:
     """Return Vc (m/s): the airspeed that this dynamic pressure (Pa) means at sea level."""
-    return cast(Number, functions(qbar).sqrt(2.0 * _not_negative(qbar) / SEA_LEVEL_DENSITY))
+    return _root(2.0 * _not_negative(qbar) / SEA_LEVEL_DENSITY)
 
 
 def dynamic_pressure(V: Number, rho: Number) -> Number:
@@ -76,5 +76,11 @@ def sea_level_dynamic_pressure(Vc: Number) -> Number:
     return 0.5 * SEA_LEVEL_DENSITY * Vc * abs(Vc)
 
 
+def _root(value: Number) -> Number:
+    return math.sqrt(value) if isinstance(value, float) else np.sqrt(value)
+
+
 def _not_negative(value: Number) -> Number:
-    return cast(Number, choose(value <= 0.0, 0.0, value))
+    if isinstance(value, float):
+        return 0.0 if value <= 0.0 else value
+    return np.where(value <= 0.0, 0.0, value)

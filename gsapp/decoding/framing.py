@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Container
 from enum import Enum
 from functools import cache
 from struct import Struct
@@ -55,6 +56,17 @@ class _Head(NamedTuple):
     component: int
     message_id: int
     known: bool
+
+
+class _Named(NamedTuple):
+    """What a header says of a message of known id: all but sequence and length."""
+
+    version: int
+    system: int
+    component: int
+    message_id: int
+    crc_extra: bytes
+    lengths: Container[int]
 
 
 @cache
@@ -102,6 +114,8 @@ class Framer:
         self._offset = 0  # of the first byte of the buffer in the stream
         self._synchronous = True  # the buffer begins where a frame ended, or the stream began
         self._senders: set[int] = set()  # system and component of frames whose checksum fitted
+        # By system, component and message as they stand in the header of such a frame.
+        self._heard: dict[bytes, _Named] = {}
 
     @property
     def pending(self) -> int:
@@ -162,7 +176,7 @@ class Framer:
     ) -> tuple[list[Frame | Residue], int]:
         """Return what is decided, and the position in the buffer up to which it is."""
         buffer, size, base = self._buffer, len(self._buffer), self._offset
-        known, senders = self._known, self._senders
+        heard, accept = self._heard, _Verdict.ACCEPT
         checksum, find, make = crc16.mcrf4xx, buffer.find, tuple.__new__
         suspect = self._suspect
         items: list[Frame | Residue] = []
@@ -170,30 +184,28 @@ class Framer:
         position = done = 0  # of the candidate; of the first byte that has not come out
         while position < size:
             magic = buffer[position]
-            message_id = -1
+            named = None
             if magic == MAGIC_2 and position + 12 <= size:
-                _, length, flags, _, sequence, system, component, low, high = _HEADER_2(
-                    buffer, position
-                )
-                body = position + 10 + length
-                message_id = low | high << 16
+                flags = buffer[position + 2]
+                body = position + 10 + buffer[position + 1]
                 end = body + 2 if flags == 0 else body + 15
-                version = 2
-                usable = flags <= SIGNED and end <= size and message_id in known
+                if flags <= SIGNED and end <= size:
+                    sequence, key = buffer[position + 4], buffer[position + 5 : position + 10]
+                    named = heard.get(key) or self._named(key)
             elif magic == MAGIC_1 and position + 8 <= size:
-                _, length, sequence, system, component, message_id = _HEADER_1(buffer, position)
-                body = position + 6 + length
+                body = position + 6 + buffer[position + 1]
                 end = body + 2
-                version = 1
-                usable = end <= size and message_id in known
-            else:
-                usable = False
-            if usable:
+                if end <= size:
+                    sequence, key = buffer[position + 2], buffer[position + 3 : position + 6]
+                    named = heard.get(key) or self._named(key)
+            if named is not None:
                 # The common case, in line: a whole frame of known id.
-                extra, wire_size, full_size = known[message_id]
-                if (version == 2 or length in (wire_size, full_size)) and checksum(
-                    buffer[position + 1 : body] + extra
-                ) == buffer[body] | buffer[body + 1] << 8:
+                version, system, component, message_id, extra, lengths = named
+                if (
+                    buffer[position + 1] in lengths
+                    and checksum(buffer[position + 1 : body] + extra)
+                    == buffer[body] | buffer[body + 1] << 8
+                ):
                     if (
                         find(b"\xfd", position + 1, end) < 0
                         and find(b"\xfe", position + 1, end) < 0
@@ -202,24 +214,23 @@ class Framer:
                         and end == body + 2
                         and not suspect(buffer, position + 1, end)
                     ):
-                        verdict = _Verdict.ACCEPT
+                        verdict = accept
                     else:
                         verdict = self._overlapped(position, end, final=final)
                 else:
                     verdict = _Verdict.REJECT
-                accepted_known = True
             else:
-                accepted_known = False
                 verdict, head = self._judge(
                     position, position == done and (bool(items) or self._synchronous), final=final
                 )
                 if head is not None:
                     _, end, version, sequence, system, component, message_id, _ = head
-            if verdict is _Verdict.ACCEPT:
+            if verdict is accept:
                 if position > done:
                     append(Residue(base + done, buffer[done:position]))
-                if accepted_known:
-                    senders.add(system << 8 | component)
+                if named is not None and key not in heard:
+                    heard[key] = named
+                    self._senders.add(system << 8 | component)
                 append(
                     make(
                         Frame,
@@ -231,7 +242,7 @@ class Framer:
                             system,
                             component,
                             message_id,
-                            accepted_known,
+                            named is not None,
                         ),
                     )
                 )
@@ -244,6 +255,16 @@ class Framer:
         if position > done:
             append(Residue(base + done, buffer[done:position]))
         return items, position
+
+    def _named(self, key: bytes) -> _Named | None:
+        """Return what a header says by its bytes of system, component and message."""
+        message_id = int.from_bytes(key[2:], "little")
+        wire = self._known.get(message_id)
+        if wire is None:
+            return None
+        version = 2 if len(key) == 5 else 1
+        lengths = range(256) if version == 2 else (wire.size, wire.full_size)
+        return _Named(version, key[0], key[1], message_id, wire.crc_extra, lengths)
 
     def _head(self, start: int) -> _Head | _Verdict:
         """Read the header at a position: a head, REJECT, or WAIT where bytes are missing."""

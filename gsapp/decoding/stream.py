@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -76,6 +77,24 @@ class Output:
     calibrated: bool
 
 
+class _Curves(NamedTuple):
+    """Calibrations that refer to one supply, for single numbers.
+
+    Attributes
+    ----------
+    straight : list of (int, float, float, float, float)
+        Column, ends of the range (V), coefficients with the highest power first.
+    bent : list of (int, float, float, float, float, float, float)
+        The same, up to the third power.
+    certificates : dict of int to Certificate
+        By column.
+    """
+
+    straight: list[tuple[int, float, float, float, float]]
+    bent: list[tuple[int, float, float, float, float, float, float]]
+    certificates: dict[int, Certificate]
+
+
 class _Calibrations:
     """All certificates of one message at once: each step is one operation on a matrix."""
 
@@ -97,16 +116,17 @@ class _Calibrations:
         # No measured supply is plausible beside a negative one: such volts are never corrected.
         self._supply = np.array([supply or -1.0 for supply in supplies])
         self._any_ratiometric = any(supplies)
-        cubic = [np.zeros(len(certificates))] * (3 - degree) + self._coefficients
-        curves = np.column_stack((self._low, self._high, *cubic)).tolist()
-        self._slopes = {
-            place: certificate.end_slopes
-            for place, certificate in zip(places, certificates, strict=True)
-        }
-        # By supply, so that each is compared with the measured one once.
-        self._curves: dict[float, list[tuple[int, float, float, float, float, float, float]]] = {}
-        for place, supply, curve in zip(places, self._supply.tolist(), curves, strict=True):
-            self._curves.setdefault(supply, []).append((place, *curve))
+        self._curves: dict[float, _Curves] = {}
+        for place, certificate, supply in zip(places, certificates, supplies, strict=True):
+            low, high = certificate.range
+            c0, c1, c2, c3 = (*certificate.si_coefficients, 0.0, 0.0, 0.0)[:4]
+            # By supply, so that each is compared with the measured one once.
+            curves = self._curves.setdefault(supply or -1.0, _Curves([], [], {}))
+            curves.certificates[place] = certificate
+            if certificate.degree == 1:
+                curves.straight.append((place, low, high, c1, c0))
+            else:
+                curves.bent.append((place, low, high, c3, c2, c1, c0))
 
     def evaluate(
         self, volts: FloatArray, excitation: FloatArray | None
@@ -143,22 +163,39 @@ class _Calibrations:
             The supply measured; NaN where there is none.
         """
         outside: Sequence[int] = ()
-        for supply, curves in self._curves.items():
+        for supply, (straight, bent, certificates) in self._curves.items():
             plausible = 0.5 * supply < excitation < 1.5 * supply
             ratio = supply / excitation if plausible else 1.0
-            for place, low, high, c3, c2, c1, c0 in curves:
+            beyond = []
+            for place, low, high, c1, c0 in straight:
+                volts = values[place] * ratio
+                if low <= volts <= high:
+                    values[place] = c1 * volts + c0
+                else:
+                    beyond.append((place, volts))
+            for place, low, high, c3, c2, c1, c0 in bent:
                 volts = values[place] * ratio
                 if low <= volts <= high:
                     values[place] = ((c3 * volts + c2) * volts + c1) * volts + c0
-                elif volts < low or volts > high:
-                    inside = low if volts < low else high
-                    slope = self._slopes[place][volts > high]
-                    value = ((c3 * inside + c2) * inside + c1) * inside + c0
-                    values[place] = value + (volts - inside) * slope
-                    outside = (*outside, place)
                 else:
-                    values[place] = math.nan
+                    beyond.append((place, volts))
+            for place, volts in beyond:
+                values[place] = _extended(certificates[place], volts)
+                outside = (*outside, place)
         return outside
+
+
+def _extended(certificate: Certificate, volts: float) -> float:
+    """Return what volts outside a calibration mean: its curve goes on straight."""
+    if math.isnan(volts):
+        return math.nan
+    low, high = certificate.range
+    below = volts < low
+    inside = low if below else high
+    value = 0.0
+    for coefficient in reversed(certificate.si_coefficients):
+        value = value * inside + coefficient
+    return value + (volts - inside) * certificate.end_slopes[not below]
 
 
 class Stream:

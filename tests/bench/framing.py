@@ -31,7 +31,9 @@ from gsapp.flight.raw import FRAMES_FILE, RawTail, RawWriter
 from gsapp.flight.records import RawRecord
 
 START_US = 1_700_000_000_000_000
-LIVE_SECONDS = (0.04, 0.005)  # how often a window looks at most, and at least
+# Batches of a live link: of a window that has much to do, and of one that takes in every sample
+# of 100 Hz as it comes (`ui.pace`).
+LIVE_SECONDS = (0.04, 0.01)
 ROUNDS = 5
 FOREIGN = "pymavlink recv_msg on a log"
 RATES = {
