@@ -1,0 +1,354 @@
+"""A model fitted to many maneuvers by filter error, with its noise.
+
+Parameters are those of the equations (derivatives, effects), of control paths and instruments, and
+one bias for each channel of each flight; initial states of each maneuver are projected out. Each
+`Fit.pass_` linearizes anew along the filter's own prediction, which depends on earlier samples
+only: sensitivities are so independent of the noise that they are compared with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsapp.discrepancy.filtering.columns import Column, Entry, forcing
+from gsapp.discrepancy.filtering.information import Information
+from gsapp.discrepancy.filtering.kalman import Filter, filter_of
+from gsapp.discrepancy.filtering.linearizing import (
+    Linearization,
+    Motion,
+    first_motion,
+    linearize,
+)
+from gsapp.discrepancy.filtering.noise import NoiseModel, first_noise
+from gsapp.discrepancy.filtering.paths import path_columns
+from gsapp.discrepancy.filtering.record import Record
+from gsapp.dynamics.buildup import derivative_names, reads_of
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+BIAS_PRIOR: Mapping[str, float] = {
+    "V": 0.3,
+    **dict.fromkeys(("alpha", "beta", "phi", "theta"), 0.3 * DEGREE),
+    **dict.fromkeys(("p", "q", "r"), 0.3 * DEGREE),
+    **dict.fromkeys(("ax", "ay", "an"), 0.02 * GRAVITY),
+}
+"""Zero error that an instrument may have after its calibration (SI), standard deviation."""
+
+ColumnsOf = Callable[[Linearization], Sequence[Column]]
+"""What to add to the columns of the model: candidates, in the order of their names."""
+
+
+def bias_name(flight: str, channel: str) -> str:
+    """Return the name of the bias of a channel in a flight."""
+    return f"bias.{flight}.{channel}"
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class ManeuverState:
+    """One maneuver of a fit: where its motion stands, and what the last pass made of it."""
+
+    record: Record
+    flight_model: FlightModel
+    motion: Motion
+    filter: Filter | None = None
+    information: Information | None = None
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Fit:
+    """A model, its noise, and its maneuvers.
+
+    Attributes
+    ----------
+    model : Model
+    free : tuple of str
+        Free parameters: derivatives, and ``<effect id>.<parameter>``.
+    values : dict of str to float
+        Of the free parameters.
+    biases : dict of str to float
+        By `bias_name`.
+    noise : dict of str to NoiseModel
+        By flight.
+    maneuvers : list of ManeuverState
+    """
+
+    model: Model
+    free: tuple[str, ...]
+    values: dict[str, float]
+    biases: dict[str, float]
+    noise: dict[str, NoiseModel]
+    maneuvers: list[ManeuverState] = field(default_factory=list)
+
+    # --- making ---------------------------------------------------------------------------------
+
+    @classmethod
+    def begin(cls, records: Sequence[Record], model: Model, free: Sequence[str]) -> Fit:
+        """Return a fit that has seen nothing yet."""
+        flights = sorted({record.flight for record in records})
+        noise = {
+            flight: first_noise([one for one in records if one.flight == flight])
+            for flight in flights
+        }
+        fit = cls(
+            model=model,
+            free=tuple(free),
+            values={},
+            biases={
+                bias_name(record.flight, name): 0.0
+                for record in records
+                for name in record.channels
+            },
+            noise=noise,
+        )
+        made: dict[int, FlightModel] = {}
+        for record in records:
+            aircraft = record.maneuver.aircraft
+            flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
+            fit.maneuvers.append(
+                ManeuverState(
+                    record=record,
+                    flight_model=flight_model,
+                    motion=first_motion(record, flight_model),
+                )
+            )
+        fit.values = fit._model_values()
+        return fit
+
+    def with_model(self, model: Model, free: Sequence[str]) -> Fit:
+        """Return a fit of another model that starts where this one stands."""
+        fit = Fit.begin([one.record for one in self.maneuvers], model, free)
+        fit.noise = dict(self.noise)
+        fit.biases = dict(self.biases)
+        for new, old in zip(fit.maneuvers, self.maneuvers, strict=True):
+            own = new.motion.states[8:]
+            new.motion = Motion(
+                states=np.vstack((old.motion.states[:8], own)), gust=old.motion.gust.copy()
+            )
+        return fit
+
+    def only(self, ids: Sequence[str]) -> Fit:
+        """Return a fit of some of the maneuvers, sharing their states."""
+        return Fit(
+            model=self.model,
+            free=self.free,
+            values=dict(self.values),
+            biases=dict(self.biases),
+            noise=dict(self.noise),
+            maneuvers=[one for one in self.maneuvers if one.record.id in set(ids)],
+        )
+
+    def _model_values(self) -> dict[str, float]:
+        model = self.maneuvers[0].flight_model
+        table = dict(zip(model.parameter_names, model.defaults, strict=True))
+        for terms in (*model.control_terms.values(), *model.sensor_terms.values()):
+            for term, values in terms:
+                for item, value in zip(term.parameters, values, strict=True):
+                    table[f"{term.id}.{item.name}"] = value
+        return {name: table[name] for name in self.free}
+
+    def revised_model(self) -> Model:
+        """Return the model with the values of the fit."""
+        model = self.model
+        derivatives = {
+            name: value for name, value in self.values.items() if name in derivative_names()
+        }
+        model = model.with_derivatives(derivatives)
+        for effect in self.model.effects:
+            prefix = f"{effect.id}."
+            own = {
+                name.removeprefix(prefix): value
+                for name, value in self.values.items()
+                if name.startswith(prefix)
+            }
+            if own:
+                model = model.with_effect(effect.id, {**effect.parameters, **own})
+        return model
+
+    def _take(self, model: Model) -> None:
+        """Put the values of the fit into the flight models."""
+        self.model = model
+        made: dict[int, FlightModel] = {}
+        for one in self.maneuvers:
+            aircraft = one.record.maneuver.aircraft
+            one.flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
+
+    # --- one pass -------------------------------------------------------------------------------
+
+    def bias_names(self) -> tuple[str, ...]:
+        """Return the names of the biases of the maneuvers here."""
+        return tuple(
+            dict.fromkeys(
+                bias_name(one.record.flight, name)
+                for one in self.maneuvers
+                for name in one.record.channels
+            )
+        )
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """Return what is known of the biases beforehand, relative to where they stand."""
+        return {
+            name: (-self.biases[name], BIAS_PRIOR[name.rpartition(".")[2]])
+            for name in self.bias_names()
+        }
+
+    def linearized(self, one: ManeuverState) -> Linearization:
+        """Return the model linearized along a maneuver's motion."""
+        model = one.flight_model
+        equations = tuple(
+            name
+            for name in self.free
+            if name in model.parameter_names and name not in derivative_names()
+        )
+        return linearize(one.record, model, np.array(model.defaults), one.motion, equations)
+
+    def bias_of(self, record: Record) -> FloatArray:
+        """Return the bias of each channel of a maneuver."""
+        return np.array([self.biases[bias_name(record.flight, name)] for name in record.channels])
+
+    def model_columns(self, one: ManeuverState, found: Linearization) -> list[Column]:
+        """Return the columns of the free parameters."""
+        ones = np.ones(len(one.record))
+        columns: list[Column] = []
+        paths = path_columns(one.flight_model, found)
+        for name in self.free:
+            if name in paths:
+                columns.append(paths[name])
+            elif name in found.free:
+                columns.append((Entry(place=f"free.{name}", history=ones),))
+            else:
+                coefficient, _, suffix = name.partition("_")
+                read = ones if suffix == "0" else found.variables[reads_of(coefficient)[suffix]]
+                columns.append((Entry(place=coefficient, history=read),))
+        return columns
+
+    def whitened(
+        self, one: ManeuverState, extra: ColumnsOf | None = None
+    ) -> tuple[FloatArray, FloatArray, int]:
+        """Return whitened innovations of all columns of a maneuver, and the deviations.
+
+        Returns
+        -------
+        innovations : ndarray, shape (n_blocks, n_channels, m)
+            Free parameters, extra columns, biases, initial states, the residual.
+        deviations : ndarray, shape (n_blocks, n_x, m)
+        n_local : int
+            Number of initial states.
+        """
+        assert one.filter is not None
+        linearization = one.filter.linearization
+        record = one.record
+        columns = [*self.model_columns(one, linearization)]
+        if extra is not None:
+            columns += extra(linearization)
+        ones = np.ones(len(record))
+        columns += [(Entry(place=f"channel.{name}", history=ones),) for name in record.channels]
+        scales = one.filter.scales
+        n_x = len(scales)
+        z, b = forcing(one.filter, columns)
+        own_z, own_b, _ = one.filter.residual(self.bias_of(record))
+        count = len(columns)
+        all_z = np.zeros((*z.shape[:2], count + n_x + 1))
+        all_b = np.zeros((*b.shape[:2], count + n_x + 1))
+        all_z[:, :, :count], all_b[:, :, :count] = z, b
+        all_z[:, :, -1], all_b[:, :, -1] = own_z, own_b
+        start = np.zeros((n_x, count + n_x + 1))
+        start[:, count : count + n_x] = -np.diag(scales)
+        innovations, deviations = one.filter.innovations(all_z, all_b, start)
+        return one.filter.whitener @ innovations, deviations, n_x
+
+    def pass_(self, extra: tuple[tuple[str, ...], ColumnsOf] | None = None) -> Information:
+        """Linearize, filter, and return the information of all maneuvers.
+
+        Parameters
+        ----------
+        extra : tuple of names and function, optional
+            Columns of candidates.
+        """
+        total: Information | None = None
+        for one in self.maneuvers:
+            noise = self.noise[one.record.flight]
+            one.filter = filter_of(self.linearized(one), noise, one.motion)
+            one.information = self.information_of(one, extra)
+            total = one.information if total is None else total + one.information
+        assert total is not None
+        return total
+
+    def information_of(
+        self,
+        one: ManeuverState,
+        extra: tuple[tuple[str, ...], ColumnsOf] | None = None,
+    ) -> Information:
+        """Return the information of one maneuver; its filter must be up to date."""
+        names, columns_of = ((), None) if extra is None else extra
+        assert one.filter is not None
+        innovations, _, n_local = self.whitened(one, columns_of)
+        rows = innovations.reshape(-1, innovations.shape[2])
+        local = rows[:, -1 - n_local : -1]
+        rest = np.hstack((rows[:, : -1 - n_local], rows[:, -1:]))
+        basis, _ = np.linalg.qr(local)
+        rest -= basis @ (basis.T @ rest)
+        record = one.record
+        biases = [bias_name(record.flight, name) for name in record.channels]
+        return Information(
+            names=(*self.free, *names, *biases),
+            matrix=rest.T @ rest,
+            samples=float(one.filter.counted.sum()) - n_local,
+        )
+
+    # --- going on -------------------------------------------------------------------------------
+
+    def step(self, information: Information) -> float:
+        """Move to the solution of the last pass; return the largest move over its deviation."""
+        names = (*self.free, *self.bias_names())
+        moves, covariance = information.with_priors(self.priors()).solution(names)
+        by_name = dict(zip(names, moves, strict=True))
+        for one in self.maneuvers:
+            self._follow(one, by_name)
+        for name in self.free:
+            self.values[name] += by_name[name]
+        for name in self.bias_names():
+            self.biases[name] += by_name[name]
+        self._take(self.revised_model())
+        sizes = np.abs(moves) / np.sqrt(covariance.diagonal())
+        return float(sizes[: len(self.free)].max()) if self.free else 0.0
+
+    def settle(self) -> None:
+        """Take the filter's prediction as the new motion, values as they are."""
+        for one in self.maneuvers:
+            self._follow(one, {})
+
+    def _follow(self, one: ManeuverState, moves: Mapping[str, float]) -> None:
+        """Move the motion of a maneuver to what the filter predicts with the moved parameters."""
+        innovations, deviations, n_local = self.whitened(one)
+        record = one.record
+        names = [*self.free, *(bias_name(record.flight, name) for name in record.channels)]
+        shared = np.array([moves.get(name, 0.0) for name in names])
+        count = len(names)
+        rows = innovations.reshape(-1, innovations.shape[2])
+        residual = rows[:, -1] - rows[:, :count] @ shared
+        local = np.linalg.lstsq(rows[:, count:-1], residual, rcond=None)[0]
+        change = deviations[:, :, -1] - deviations[:, :, :-1] @ np.concatenate((shared, local))
+        assert one.filter is not None
+        own = one.filter
+        _, _, within = own.residual(self.bias_of(record))
+        moved = np.einsum("nkij,nj->nki", own.reach, change) + within
+        moved = moved.reshape(-1, moved.shape[2])
+        # Samples beyond the last whole block keep the last correction.
+        lacking = len(record) - len(moved)
+        moved = np.vstack((moved, np.repeat(moved[-1:], lacking, axis=0))).T
+        n_states = len(one.motion.states)
+        one.motion = Motion(
+            states=one.motion.states + moved[:n_states], gust=one.motion.gust + moved[n_states:]
+        )
+
+    def residual_innovations(self, one: ManeuverState) -> FloatArray:
+        """Return innovations (n_blocks, n_channels) as values and motion stand, not whitened."""
+        assert one.filter is not None
+        z, b, _ = one.filter.residual(self.bias_of(one.record))
+        found, _ = one.filter.innovations(z[:, :, None], b[:, :, None])
+        return np.asarray(found[:, :, 0])

@@ -1,0 +1,63 @@
+"""Columns of parameters on signal paths: controls between record and surface, and instruments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gsapp.discrepancy.filtering.columns import Column, Entry
+from gsapp.discrepancy.filtering.linearizing import Linearization
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.signals import SURFACES, SignalTerm, respond
+from gsapp.quantities import FloatArray
+
+_SHARE = 1e-3
+_STEPS = {"s": 1e-4, "rad": 1e-5, "rad/s": 1e-4}
+"""Steps of differences by parameters of these units; else a share of the value."""
+
+
+def path_columns(model: FlightModel, found: Linearization) -> dict[str, Column]:
+    """Return the columns of all parameters on the paths of a model, by name."""
+    columns: dict[str, Column] = {}
+    record = found.record
+    for surface, terms in model.control_terms.items():
+        name = SURFACES[surface]
+        signal = record.motion.inputs.T[INPUTS.index(name)]
+        for key, slope in _slopes(terms, signal, record.dt).items():
+            columns[key] = (Entry(place=name, history=slope),)
+    for channel, terms in model.sensor_terms.items():
+        if channel in record.channels:
+            signal = found.shown_before(channel)
+            for key, slope in _slopes(terms, signal, record.dt).items():
+                old = columns.get(key, ())
+                columns[key] = (*old, Entry(place=f"channel.{channel}", history=slope))
+    return columns
+
+
+def _slopes(
+    terms: Sequence[tuple[object, tuple[float, ...]]], signal: FloatArray, dt: float
+) -> dict[str, FloatArray]:
+    """Return the derivatives of a signal after its path by the parameters, by differences."""
+    path = [(term, values) for term, values in terms if isinstance(term, SignalTerm)]
+    slopes = {}
+    for place, (term, values) in enumerate(path):
+        for index, item in enumerate(term.parameters):
+            step = _STEPS.get(item.unit, _SHARE * max(abs(values[index]), 1.0))
+
+            def moved(by: float, place: int = place, index: int = index) -> FloatArray:
+                changed = [
+                    (
+                        one,
+                        tuple(x + by if (k, i) == (place, index) else x for i, x in enumerate(own)),
+                    )
+                    for k, (one, own) in enumerate(path)
+                ]
+                return respond(tuple(changed), signal, dt).values
+
+            slopes[f"{term.id}.{item.name}"] = np.asarray(
+                (moved(step) - moved(-step)) / (2.0 * step)
+                if values[index] - step >= item.bounds[0]
+                else (moved(step) - moved(0.0)) / step
+            )
+    return slopes
