@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 
-from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.results import Discrepancy, ManeuverView
 from gsapp.foundation import GroundStationError, write_atomically
 from gsapp.quantities import channel
@@ -63,8 +62,8 @@ def write_report(
     found: Discrepancy,
     out: Path,
     *,
-    aircraft: Aircraft,
-    provenance: Provenance,
+    aircraft: str = "",
+    provenance: Provenance | None = None,
     units: Units = "US",
     overlays: Sequence[str] | None = None,
     written: datetime | None = None,
@@ -77,10 +76,10 @@ def write_report(
     out : Path
         A folder for ``report.html``, ``report.pdf`` and ``figures/*.png``; or one file that ends in
         ``.html`` or ``.pdf``.
-    aircraft : Aircraft
-        That flew, for its name and the units of parameters.
-    provenance : Provenance
-        Files with their sums, settings, versions.
+    aircraft : str
+        Name of the one that flew.
+    provenance : Provenance, optional
+        Files with their sums, settings, versions (`search_provenance`): the last section.
     units : {"US", "SI"}
         Of the pictures and tables of channels.
     overlays : sequence of str, optional
@@ -127,8 +126,8 @@ def write_report(
 def discrepancy_document(
     found: Discrepancy,
     *,
-    aircraft: Aircraft,
-    provenance: Provenance,
+    aircraft: str = "",
+    provenance: Provenance | None = None,
     units: Units = "US",
     overlays: Sequence[str] | None = None,
     written: datetime | None = None,
@@ -139,24 +138,24 @@ def discrepancy_document(
         written="" if written is None else f"{written:%Y-%m-%d %H:%M %Z}".strip(),
         facts=_facts(found, aircraft),
         sections=(
-            _in_short(found, aircraft),
+            _in_short(found),
             _find(found, units),
             _name(found),
-            _add(found, aircraft),
+            _add(found),
             _show(found, units, _chosen(found, overlays)),
             _observable(found),
             _terms(),
-            provenance_section(provenance),
+            *(() if provenance is None else (provenance_section(provenance),)),
         ),
     )
 
 
-def _facts(found: Discrepancy, aircraft: Aircraft) -> tuple[tuple[str, str], ...]:
+def _facts(found: Discrepancy, aircraft: str) -> tuple[tuple[str, str], ...]:
     flights = dict.fromkeys(one.flight for one in found.maneuvers)
     kept = [one.id for one in found.maneuvers if one.held_out]
     samples = sum(one.times.size for one in found.maneuvers)
     return (
-        ("Aircraft", aircraft.name),
+        *((("Aircraft", aircraft),) if aircraft else ()),
         ("Flights", ", ".join(flights)),
         ("Maneuvers", f"{len(found.maneuvers)}, {samples} samples"),
         ("Kept out of naming and fitting", ", ".join(kept) or "none"),
@@ -168,11 +167,11 @@ def _facts(found: Discrepancy, aircraft: Aircraft) -> tuple[tuple[str, str], ...
 # --- the sections -------------------------------------------------------------------------------
 
 
-def _in_short(found: Discrepancy, aircraft: Aircraft) -> Section:
+def _in_short(found: Discrepancy) -> Section:
     parts: list[Part] = [
         Paragraph(text=HEADLINES[found.verdict], kind="lead"),
         Paragraph(text=found.why),
-        *(Paragraph(text=effect_words(one, aircraft)) for one in found.effects),
+        *(Paragraph(text=effect_words(one)) for one in found.effects),
         Paragraph(text=closed_words(found)),
     ]
     if gust_words(found):
@@ -283,7 +282,7 @@ def _name(found: Discrepancy) -> Section:
     return Section(title="2. Name: what is missing?", parts=tuple(parts))
 
 
-def _add(found: Discrepancy, aircraft: Aircraft) -> Section:
+def _add(found: Discrepancy) -> Section:
     parts: list[Part] = []
     if found.effects:
         parts += [
@@ -299,7 +298,7 @@ def _add(found: Discrepancy, aircraft: Aircraft) -> Section:
             Table(
                 caption="Their parameters, with one standard deviation",
                 columns=("effect", "parameter", "value", "unit"),
-                rows=parameter_rows(found.effects, aircraft),
+                rows=parameter_rows(found.effects),
                 numeric=frozenset({2}),
             ),
         ]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.catalog import record
 from gsapp.discrepancy.results import (
     ChangedValue,
     Disagreement,
@@ -15,7 +15,7 @@ from gsapp.discrepancy.results import (
     Gap,
 )
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
-from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.foundation import UnknownNameError
 from gsapp.quantities import channel, from_si
 
 HEADLINES = {
@@ -97,11 +97,11 @@ def chance_words(p_value: float) -> str:
     )
 
 
-def effect_words(one: FoundEffect, aircraft: Aircraft) -> str:
+def effect_words(one: FoundEffect) -> str:
     """Return what was found, with its size and how sure that is, as a sentence."""
     sizes = ", ".join(
         " ".join(filter(None, (f"{name} = {size}", unit)))
-        for _, name, size, unit in parameter_rows((one,), aircraft)
+        for _, name, size, unit in parameter_rows((one,))
     )
     sure = "put in by hand" if one.forced else f"{100.0 * one.confidence:.0f} % sure"
     return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
@@ -119,20 +119,19 @@ def with_spread(value: float, std: float | None) -> str:
     return f"{value:.{digits}f} ± {std:.{digits}f}"
 
 
-def unit_of(effect: str, parameter: str, aircraft: Aircraft) -> str:
-    """Return the SI unit of a parameter; empty for pure numbers and what is not in the registry."""
-    if effect not in effect_ids():
+def unit_of(effect: str, parameter: str) -> str:
+    """Return the SI unit of a parameter; empty for pure numbers and what is not in the catalog."""
+    try:
+        known = record(effect)
+    except UnknownNameError:
         return ""
-    units = {one.name: one.unit for one in make_term(effect, aircraft).parameters}
-    return units.get(parameter, "")
+    return next((one.unit for one in known.parameters if one.name == parameter), "")
 
 
-def parameter_rows(
-    effects: Sequence[FoundEffect], aircraft: Aircraft
-) -> tuple[tuple[str, str, str, str], ...]:
+def parameter_rows(effects: Sequence[FoundEffect]) -> tuple[tuple[str, str, str, str], ...]:
     """Return effect, parameter, value with spread, unit."""
     return tuple(
-        (one.effect, name, with_spread(value, std), unit_of(one.effect, name, aircraft))
+        (one.effect, name, with_spread(value, std), unit_of(one.effect, name))
         for one in effects
         for name, (value, std) in one.parameters.items()
     )

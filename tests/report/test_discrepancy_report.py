@@ -23,8 +23,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from discrepancy_kit import adequate, answer
 
-from gsapp.aircraft import load_aircraft
+from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.foundation import GroundStationError
+from gsapp.report.discrepancy_inputs import search_provenance
 from gsapp.report.discrepancy_report import discrepancy_document, write_report
 from gsapp.report.document import (
     LOOK,
@@ -39,9 +40,8 @@ from gsapp.report.document import (
 )
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
-from gsapp.report.provenance import Provenance, input_file
+from gsapp.report.provenance import input_file
 
-AIRCRAFT = load_aircraft("b777")
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
 
 
@@ -76,7 +76,7 @@ class Page(HTMLParser):
 def small() -> Document:
     """Return the report on a short record."""
     found = answer(maneuvers=3, samples=60)
-    return discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["3"])
+    return discrepancy_document(found, overlays=["3"])
 
 
 def page_of(document: Document) -> str:
@@ -86,9 +86,7 @@ def page_of(document: Document) -> str:
 
 def test_a_folder_gets_html_pdf_and_every_picture(tmp_path: Path) -> None:
     found = answer(maneuvers=3, samples=60)
-    paths = write_report(
-        found, tmp_path, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["3"], written=NOON
-    )
+    paths = write_report(found, tmp_path, overlays=["3"], written=NOON)
     assert sorted(path for path in tmp_path.rglob("*") if path.is_file()) == sorted(paths)
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert page.open == []
@@ -149,9 +147,7 @@ def test_what_could_not_show_stands_apart_with_what_to_fly(small: Document) -> N
 
 def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
     found = adequate()
-    (path,) = write_report(
-        found, tmp_path / "a.html", aircraft=AIRCRAFT, provenance=Provenance(), overlays=[]
-    )
+    (path,) = write_report(found, tmp_path / "a.html", overlays=[])
     page = Page(path.read_text(encoding="utf-8"))
     assert "The model is adequate" in page.text
     assert "there was no gap to close" in page.text
@@ -164,9 +160,7 @@ def test_names_of_strangers_are_text_and_not_markup() -> None:
     found = answer(maneuvers=2, samples=60)
     odd = "<script>alert(1)</script> $x^{2$"
     views = tuple(replace(one, flight=odd) for one in found.maneuvers)
-    document = discrepancy_document(
-        replace(found, maneuvers=views), aircraft=AIRCRAFT, provenance=Provenance(), overlays=["1"]
-    )
+    document = discrepancy_document(replace(found, maneuvers=views), overlays=["1"])
     html = page_of(document)
     assert "<script" not in html
     assert odd in Page(html).text
@@ -176,15 +170,15 @@ def test_names_of_strangers_are_text_and_not_markup() -> None:
 def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
     found = answer(maneuvers=2, samples=60)
     with pytest.raises(GroundStationError, match=r"no maneuver '9' to draw; there are 1, 2"):
-        discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["9"])
+        discrepancy_document(found, overlays=["9"])
     with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
-        write_report(found, tmp_path / "a.doc", aircraft=AIRCRAFT, provenance=Provenance())
+        write_report(found, tmp_path / "a.doc")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_maneuvers_drawn_are_those_kept_out_that_were_worst() -> None:
     found = answer(maneuvers=12, samples=60)
-    document = discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance())
+    document = discrepancy_document(found)
     drawn = [one.name for one in document.pictures if one.name.startswith("overlay")]
     assert drawn == ["overlay-6", "overlay-9", "overlay-12"]
 
@@ -192,9 +186,7 @@ def test_maneuvers_drawn_are_those_kept_out_that_were_worst() -> None:
 def test_no_text_of_a_picture_overlaps_another_or_leaves_the_sheet() -> None:
     """Every word is inside its picture, and no two lie on one another: titles, ticks, numbers."""
     found = answer(maneuvers=4, samples=120)
-    document = discrepancy_document(
-        found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["3"]
-    )
+    document = discrepancy_document(found, overlays=["3"])
     for picture in document.pictures:
         assert 1.0 < picture.height <= TALLEST
         assert clashes(picture) == [], picture.name
@@ -271,6 +263,28 @@ def test_a_hash_tells_content_and_not_caches(tmp_path: Path) -> None:
     assert input_file("model", tmp_path / "file", name="b777").sha256 == known
 
 
+def test_the_last_page_says_what_went_in(tmp_path: Path) -> None:
+    """Files as they were called, with sums; what the user decided; the versions."""
+    (tmp_path / "day.csv").write_bytes(b"abc")
+    settings = DiscrepancySettings(refused=("aero.Cm.speed",), forced=("propulsion.Cm.throttle",))
+    made = search_provenance([tmp_path / "day.csv"], settings, model="b777", maneuvers=["2:12"])
+    assert [(one.role, one.name) for one in made.inputs] == [
+        ("flight", str(tmp_path / "day.csv")), ("model", "b777"),
+    ]  # fmt: skip
+    found = answer(maneuvers=2, samples=60)
+    text = Page(page_of(discrepancy_document(found, provenance=made, overlays=[]))).text
+    for words in (
+        "2:12",
+        "aero.Cm.speed",
+        "propulsion.Cm.throttle",
+        "numpy",
+        made.inputs[1].sha256,
+    ):
+        assert words in text, words
+    without = discrepancy_document(found, overlays=[])
+    assert "made from" not in " ".join(one.title for one in without.sections)
+
+
 def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
     """A channel without a sample is left out, a cell without a number is a dash, no axis explodes.
 
@@ -293,16 +307,14 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
             ),
             steps=(replace(found.steps[0], map=odd), *found.steps[1:]),
         ),
-        aircraft=AIRCRAFT,
         provenance=Provenance(),
         overlays=["1"],
     )
-    whole = discrepancy_document(found, aircraft=AIRCRAFT, provenance=Provenance(), overlays=["1"])
+    whole = discrepancy_document(found, overlays=["1"])
     overlay = changed.pictures[-1]
     assert overlay.height < whole.pictures[-1].height
     assert clashes(changed.pictures[0]) == []
     with style.context(list(LOOK)):
-        figure = Figure(figsize=(WIDTH, overlay.height))
         overlay.draw(figure)
     an = measured[:, 2] / 9.80665
     left, right = figure.axes[2:4]

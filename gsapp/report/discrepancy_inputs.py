@@ -1,0 +1,67 @@
+"""What a search for a missing effect was made from, for the last page of its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gsapp.aircraft.reading import SHIPPED as AIRCRAFT_FILES
+from gsapp.decoding.channel_map import SHIPPED as MAPS
+from gsapp.discrepancy.settings import DiscrepancySettings
+from gsapp.dynamics.model import SHIPPED as MODELS
+from gsapp.flight.info import current_versions
+from gsapp.report.provenance import Provenance, input_file
+
+
+def search_provenance(
+    flights: Sequence[Path],
+    settings: DiscrepancySettings,
+    *,
+    aircraft: str | None = None,
+    model: str | None = None,
+    channel_map: str | None = None,
+    maneuvers: Sequence[str] = (),
+) -> Provenance:
+    """Return the files of a search with their sums, its settings, and the versions.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+    settings : DiscrepancySettings
+    aircraft, model, channel_map : str, optional
+        Names or paths, where they were given.
+    maneuvers : sequence of str
+        Windows that were named in place of what would be found.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such file.
+    OSError
+        If one cannot be read.
+    """
+    named = (
+        ("aircraft", aircraft, AIRCRAFT_FILES),
+        ("model", model, MODELS),
+        ("channel map", channel_map, MAPS),
+    )
+    return Provenance(
+        inputs=(
+            *(input_file("flight", path) for path in flights),
+            *(
+                input_file(role, shipped.find(name), name=name)
+                for role, name, shipped in named
+                if name
+            ),
+        ),
+        settings={
+            "maneuvers": ", ".join(maneuvers) or "found by the program",
+            "model before": model or "fitted on these flights",
+            "kept out": ", ".join(settings.held_out or ()) or "chosen by the program",
+            "refused": ", ".join(settings.refused) or "none",
+            "put in by hand": ", ".join(settings.forced) or "none",
+            "most effects": str(settings.most_effects),
+            "chance of a false name": f"{settings.false_alarm:g}",
+        },
+        versions=current_versions(),
+    )
