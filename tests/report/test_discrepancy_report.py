@@ -307,7 +307,6 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
             ),
             steps=(replace(found.steps[0], map=odd), *found.steps[1:]),
         ),
-        provenance=Provenance(),
         overlays=["1"],
     )
     whole = discrepancy_document(found, overlays=["1"])
@@ -315,6 +314,7 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
     assert overlay.height < whole.pictures[-1].height
     assert clashes(changed.pictures[0]) == []
     with style.context(list(LOOK)):
+        figure = Figure(figsize=(WIDTH, overlay.height))
         overlay.draw(figure)
     an = measured[:, 2] / 9.80665
     left, right = figure.axes[2:4]
