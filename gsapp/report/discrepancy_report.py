@@ -391,21 +391,16 @@ def _observable(found: Discrepancy) -> Section:
                 numeric=frozenset({2}),
             )
         )
+    together: dict[str, list[str]] = {}
+    for one in faint:
+        sigma = f", {one.sigma:.1f}" if np.isfinite(one.sigma) and one.sigma > 0.0 else ""
+        together.setdefault(one.fly, []).append(f"{one.effect} ({one.effect_class}{sigma})")
     if faint:
         parts.append(
             Table(
                 caption="Would not",
-                columns=("effect", "class", "standard deviations", "to see it"),
-                rows=tuple(
-                    (
-                        one.effect,
-                        one.effect_class,
-                        f"{one.sigma:.1f}" if np.isfinite(one.sigma) else "",
-                        one.fly,
-                    )
-                    for one in faint
-                ),
-                numeric=frozenset({2}),
+                columns=("effect (class, standard deviations)", "to see it"),
+                rows=tuple((", ".join(names), fly) for fly, names in together.items()),
             )
         )
     if found.observability:

@@ -141,8 +141,7 @@ def test_what_could_not_show_stands_apart_with_what_to_fly(small: Document) -> N
     (section,) = (one for one in small.sections if one.title == "What these flights could show")
     clear, faint = (part for part in section.parts if isinstance(part, Table))
     assert clear.rows == (("propulsion.Cm.throttle", "A", "22", "aero.Cm.speed (0.71)"),)
-    fly = "an elevator doublet with the flap at 20 deg"
-    assert faint.rows == (("aero.Cm.flap", "A", "0.0", fly),)
+    assert faint.rows == (("aero.Cm.flap (A)", "an elevator doublet with the flap at 20 deg"),)
 
 
 def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
