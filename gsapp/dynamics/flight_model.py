@@ -285,6 +285,9 @@ class FlightModel:
     def resting_states(self, state: Sequence[Value], inputs: Sequence[Value]) -> tuple[Value, ...]:
         """Return the terms' own states that have settled at the polar state and inputs."""
         variables = self._variables(state, inputs)
+        sums: list[Value] = [0.0] * len(TARGETS)
+        _add(self._passes[0], variables, state, self.defaults, sums)
+        variables[_THRUST] = self._thrust(variables, sums)
         settled: list[Value] = []
         for entry in self._entries:
             if entry.term.states:
@@ -303,6 +306,14 @@ class FlightModel:
             V, alpha, beta, p, q, r, p * by_span, q * by_chord, r * by_span,
             de, da, dr, flap, throttle, difference, rho, 0.5 * rho * V * V, 0.0, 0.0, 0.0,
         ]  # fmt: skip
+
+    def _thrust(self, variables: Sequence[Value], sums: Sequence[Value]) -> Value:
+        """Return the thrust (N), what terms add to it included."""
+        V, throttle, rho = variables[0], variables[13], variables[15]
+        return (
+            throttle * self._thrust_per_density * rho * (1.0 - self._thrust_slope * V)
+            + sums[_TARGET_INDEX["thrust"]]
+        )
 
     def totals(
         self,
@@ -328,11 +339,7 @@ class FlightModel:
         if offsets:
             _add(offsets, variables, state, values, sums)
         V, rho, qbar = variables[0], variables[15], variables[16]
-        thrust = (
-            variables[13] * self._thrust_per_density * rho * (1.0 - self._thrust_slope * V)
-            + sums[_TARGET_INDEX["thrust"]]
-        )
-        variables[_THRUST] = thrust
+        thrust = variables[_THRUST] = self._thrust(variables, sums)
         _add(forces, variables, state, values, sums)
         CN, CA, CY = sums[0] - sums[7], sums[1] - sums[6], sums[2]
         qS = qbar * self.area

@@ -47,7 +47,7 @@ def split(x: list) -> tuple[list, list, list]:
 
 
 @given(st.integers(0, 2**31))
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=3)
 def test_jacobians_equal_differences(seed: int) -> None:
     """Rates, loads and predicted measurements by every state, input and parameter."""
     x = point(seed, 3)
@@ -213,3 +213,18 @@ def test_asymmetry_is_a_share_of_the_thrust(aircraft: Aircraft, model: Model) ->
     term = make_term("propulsion.Cn.asymmetry", aircraft)
     y = aircraft.propulsion.position[1][1]
     assert term.value((100.0,), (), (0.2,)) == pytest.approx(0.2 * y * 100.0)
+
+
+def test_states_of_terms_settle_where_their_rates_vanish() -> None:
+    """Also of a term that reads the thrust, which is known only once it is summed."""
+    model = FlightModel(
+        load_aircraft("b777"),
+        load_model("b777").with_effect("propulsion.thrust.lag").with_effect("aero.Cm.memory"),
+    )
+    state = (30.0, 0.08, 0.0, 0.0, 0.1, 0.0, 0.0, 0.05, 0.0)
+    inputs = (0.0, 0.0, 0.0, 0.0, 0.6, 0.0, 1.2, 21.0)
+    rest = model.resting_states(state, inputs)
+    totals = model.totals((*state, *rest), inputs)
+    assert totals.term_rates == (0.0, 0.0)
+    assert rest[0] == pytest.approx(totals.thrust)
+    assert totals.thrust > 20.0

@@ -6,7 +6,8 @@ import pytest
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.model import Model, load_model, save_model, shipped_models
+from gsapp.dynamics.model import Effect, Model, load_model, save_model, shipped_models
+from gsapp.dynamics.terms import PLACED, effect_ids, make_term
 from gsapp.foundation import FileProblemsError, UnknownNameError
 
 GOOD = """
@@ -100,3 +101,29 @@ def test_the_shipped_model_is_that_of_the_notes(model: Model) -> None:
         "CY_beta": -0.6, "CY_r": 0.3, "CY_dr": 0.15, "CN_q": 5.0,
     }  # fmt: skip
     assert {name: model.derivative(name) for name in expected} == expected
+
+
+def test_a_model_with_every_effect_comes_back_from_its_file(
+    tmp_path: Path, aircraft: Aircraft
+) -> None:
+    """Boxes, swapped and misplaced instruments included, with their usual values written out."""
+    effects = tuple(
+        Effect(id=name, parameters=make_term(name, aircraft).defaults) for name in effect_ids()
+    )
+    model = Model(name="all", effects=effects)
+    path = save_model(model, tmp_path / "all.toml")
+    back = load_model(path)
+    assert back == model
+    built, again = FlightModel(aircraft, model), FlightModel(aircraft, back)
+    assert built.defaults == again.defaults
+    assert built.exchanged == again.exchanged
+    assert set(built.misplaced) == set(PLACED)
+    # Every signal term stands on one path, that of a box on those of all its channels.
+    paths = {
+        term.id
+        for group in (*built.control_terms.values(), *built.sensor_terms.values())
+        for term, _ in group
+    }
+    inside = {term.id for term, _ in built.terms}
+    swapped = {name for name in effect_ids() if name.endswith(".swapped")}
+    assert paths | inside | swapped >= set(effect_ids())

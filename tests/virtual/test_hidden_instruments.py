@@ -7,10 +7,12 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot import airframe
 from gsapp.dynamics.pilot.airframe import EXPOSED, TRUTH, Airframe
 from gsapp.dynamics.pilot.hands import Sticks
 from gsapp.dynamics.pilot.hidden import flown_model
 from gsapp.dynamics.pilot.plan import load_plan
+from gsapp.dynamics.terms import effect_ids
 from gsapp.foundation import FlightError
 
 DT = 0.01
@@ -128,3 +130,23 @@ def test_a_clipped_gyro(plain) -> None:
 def test_what_comes_early_cannot_be_flown() -> None:
     with pytest.raises(FlightError, match="yet to come"):
         ride("sensor.airdata.delay:delay=-0.1")
+
+
+def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its usual size, for some steps: nothing fails, everything shown is a number."""
+    monkeypatch.setattr(airframe, "_SETTLING", 0.03)
+    aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_plan("short")
+    sticks = Sticks(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)
+    for name in effect_ids():
+        frame = Airframe(
+            plan,
+            aircraft,
+            flown_model(aircraft, model, (name,)),
+            turbulence=0.0,
+            random=np.random.default_rng(1),
+            dt=DT,
+        )
+        for _ in range(5):
+            frame.advance(sticks)
+            seen = (*frame.exposed(), *frame.truth(), *frame.board())
+            assert np.isfinite(seen).all(), name

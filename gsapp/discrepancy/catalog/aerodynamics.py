@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from gsapp.discrepancy.catalog.records import Lore
 from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.terms import COEFFICIENTS
@@ -86,7 +88,7 @@ def _cross() -> dict[str, Lore]:
                 source="Seanor, flight tests: unequal sides; Etkin and Reid, coupling derivatives",
             )
     found["aero.Cl.alpha"] = Lore(
-        mistaken_for=("mass.cg.y", "aero.Cl.de", "aero.Cl.q", "sensor.ay.bias"),
+        mistaken_for=("mass.cg.y", "propulsion.Cl.throttle", "aero.Cl.q", "aero.Cl.de"),
         separated_by=(
             "slow pull-ups and push-overs with aileron and rudder still, at two speeds; weighing "
             "both wheels of the main gear settles the center of gravity"
@@ -94,15 +96,21 @@ def _cross() -> dict[str, Lore]:
         effect_class="A",
         source="Seanor, flight tests: unequal dihedral gives Cl_0 and Cn_0",
     )
-    for target, words in (("Cn", "p and r of the fans' spin"), ("Cm", "r against the fans' spin")):
+    found["aero.Cn.alpha"] = replace(
+        found["aero.Cn.alpha"],
+        mistaken_for=("propulsion.Cn.asymmetry", *found["aero.Cn.alpha"].mistaken_for),
+    )
+    for target, words in (
+        ("Cn", "what the spin of the engines does to pitching"),
+        ("Cm", "what the spin of the engines does to yawing"),
+    ):
         suffix = "q" if target == "Cn" else "r"
         old = found[f"aero.{target}.{suffix}"]
-        found[f"aero.{target}.{suffix}"] = Lore(
-            mistaken_for=old.mistaken_for,
-            separated_by=f"{old.separated_by}; at two throttle settings, because {words} "
-            "(angular momentum of the engines) grows with rpm",
-            effect_class="A",
-            source=f"{old.source}; engine angular momentum looks like this",
+        found[f"aero.{target}.{suffix}"] = replace(
+            old,
+            separated_by=f"{old.separated_by}; at two throttle settings, because {words} grows "
+            "with rpm",
+            source=f"{old.source}; the engines' angular momentum looks like this",
         )
     return found
 
@@ -118,10 +126,10 @@ def _curves() -> dict[str, Lore]:
     return {
         "aero.Cm.alpha2": Lore(
             mistaken_for=(
-                "aero.Cm.stall",
-                "aero.Cm.speed",
-                "aero.Cm.alpha_de",
                 "aero.Cm.alpha_q",
+                "aero.Cm.alpha_de",
+                "aero.Cm.speed",
+                "aero.Cm.stall",
                 "aero.Cm.beta2",
             ),
             separated_by=f"{slow}; small and large doublets at one trim",
@@ -129,13 +137,13 @@ def _curves() -> dict[str, Lore]:
             source=_BEYOND,
         ),
         "aero.CN.alpha2": Lore(
-            mistaken_for=("aero.CN.stall", "aero.CZ.speed", "aero.CN.alpha_q", "sensor.an.scale"),
+            mistaken_for=("aero.CN.alpha_q", "aero.CZ.speed", "aero.CN.stall", "sensor.an.scale"),
             separated_by=slow,
             effect_class="A",
             source=_BEYOND,
         ),
         "aero.CA.alpha2": Lore(
-            mistaken_for=("aero.CA.stall", "aero.CX.speed", "aero.CA.de2", "aero.CA.alpha_de"),
+            mistaken_for=("aero.CA.de2", "aero.CA.alpha_de", "aero.CX.speed", "aero.CA.stall"),
             separated_by=f"{slow}, at constant throttle",
             effect_class="A",
             source="induced drag: the axial force falls with alpha squared",
@@ -259,9 +267,11 @@ def _damping() -> dict[str, Lore]:
         surface = {"q": "de", "p": "da", "r": "dr"}[rate]
         found[f"aero.{target}.alpha_{rate}"] = Lore(
             mistaken_for=(
+                *((f"aero.{target}.alpha2",) if rate == "q" else ()),
+                *((f"aero.{target}.alpha_beta",) if rate == "p" else ()),
                 f"aero.{target}.alpha_{surface}",
-                *(("aero.Cm.alphadot", "aero.Cm.alpha2") if target == "Cm" else ()),
-                *((f"aero.{target}.alpha_beta",) if target in _LATERAL else ()),
+                *((f"aero.{target}.alpha_beta",) if rate == "r" else ()),
+                *(("aero.Cm.alphadot",) if target == "Cm" else ()),
             ),
             separated_by=f"the same {_WORD[surface]} doublet at three trim angles of attack "
             "(speeds)",
@@ -277,14 +287,22 @@ def _sideslip() -> dict[str, Lore]:
     found = {}
     for target in _LATERAL:
         found[f"aero.{target}.alpha_beta"] = Lore(
-            mistaken_for=(f"aero.{target}.alpha_p", f"aero.{target}.alpha_r"),
+            mistaken_for=(
+                f"aero.{target}.alpha_p",
+                f"aero.{target}.beta3",
+                f"aero.{target}.alpha_r",
+            ),
             separated_by="rudder doublets, and steady sideslips, at three trim angles of attack "
             "(speeds)",
             effect_class="A",
             source="swept wing: dihedral effect grows with lift (sweep 27 deg, table 3.2.1)",
         )
         found[f"aero.{target}.beta3"] = Lore(
-            mistaken_for=("sensor.beta.clipping", f"aero.{target}.dr3"),
+            mistaken_for=(
+                f"aero.{target}.alpha_beta",
+                f"aero.{target}.dr3",
+                "sensor.beta.clipping",
+            ),
             separated_by="steady sideslips of growing size to both sides, and rudder doublets of "
             "quarter, half and full stick",
             effect_class="A",
@@ -292,7 +310,7 @@ def _sideslip() -> dict[str, Lore]:
         )
     for target in _LONGITUDINAL:
         found[f"aero.{target}.beta2"] = Lore(
-            mistaken_for=(f"aero.{target}.alpha2", f"aero.{target}.beta"),
+            mistaken_for=(f"aero.{target}.beta", f"aero.{target}.alpha2"),
             separated_by="steady sideslips to both sides at constant speed, elevator noted: an "
             "even effect has the same sign to either side",
             effect_class="A",
@@ -311,7 +329,7 @@ def _speed() -> dict[str, Lore]:
     )
     return {
         "aero.Cm.speed": Lore(
-            mistaken_for=("propulsion.Cm.throttle", "aero.Cm.alpha2", "aero.Cm.alphadot"),
+            mistaken_for=("aero.Cm.alphadot", "propulsion.Cm.throttle", "aero.Cm.alpha2"),
             separated_by=f"{maneuver}; throttle steps at constant speed tell thrust from speed",
             effect_class="A",
             needs=("V",),
@@ -325,7 +343,7 @@ def _speed() -> dict[str, Lore]:
             source=_BEYOND,
         ),
         "aero.CX.speed": Lore(
-            mistaken_for=("propulsion.thrust.scale", "propulsion.thrust.speed", "aero.CA.alpha2"),
+            mistaken_for=("propulsion.thrust.speed", "propulsion.thrust.scale", "aero.CA.alpha2"),
             separated_by=f"{maneuver}; a glide with idling engines tells drag from thrust",
             effect_class="A",
             needs=("V",),
@@ -337,7 +355,7 @@ def _speed() -> dict[str, Lore]:
 def _unsteady() -> dict[str, Lore]:
     return {
         "aero.Cm.alphadot": Lore(
-            mistaken_for=("aero.Cm.q", "aero.Cm.memory", "aero.Cm.speed", "sensor.alpha.delay"),
+            mistaken_for=("aero.Cm.speed", "aero.Cm.memory", "aero.Cm.q", "sensor.alpha.delay"),
             separated_by="maneuvers in which q and alpha' differ: slow and quick doublets, and "
             "rolls with elevator held; in short doublets about level flight they hardly part",
             effect_class="A",
