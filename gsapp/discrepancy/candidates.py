@@ -63,6 +63,11 @@ class Competitor:
     plausible : float
         A usual size, as a difference from neutral.
     neutral : float
+    low, high : float
+        Bounds of the size, as differences from neutral.
+    start : callable or None
+        Where a size cannot be had from the column (end stops): takes the linearizations of all
+        maneuvers, returns the parameter to start from.
     make : callable
         Takes a `Linearization`, returns its column, or None where it cannot act.
     """
@@ -73,7 +78,10 @@ class Competitor:
     parameter: str
     plausible: float
     neutral: float
+    low: float = -np.inf
+    high: float = np.inf
     make: Maker
+    start: Callable[[Sequence[Linearization]], float] | None = None
 
 
 def named_competitors(
@@ -96,7 +104,10 @@ def named_competitors(
                 parameter=item.name,
                 plausible=item.default - item.neutral,
                 neutral=item.neutral,
+                low=item.bounds[0] - item.neutral,
+                high=item.bounds[1] - item.neutral,
                 make=maker,
+                start=_start(term),
             )
         )
     return tuple(found)
@@ -180,9 +191,22 @@ def _control_maker(term: Term) -> Maker | None:
     return make
 
 
+def _start(term: Term) -> Callable[[Sequence[Linearization]], float] | None:
+    if not isinstance(term, Saturation | RateLimit) or not term.target.startswith("control."):
+        return None
+    channel = SURFACES[term.target.partition(".")[2]]
+
+    def start(found: Sequence[Linearization]) -> float:
+        row = ("de", "da", "dr", "flap").index(channel)
+        return max(finite_size(term, one.inputs[row], one.record.dt) for one in found)
+
+    return start
+
+
 def finite_size(term: SignalTerm, signal: FloatArray, dt: float) -> float:
     """Return the size at which an effect that is not linear in it is tried."""
     if isinstance(term, Saturation):
+        # The column is then the whole effect: its size is 1.
         return 0.85 * float(np.abs(signal).max())
     if isinstance(term, RateLimit):
         return 0.7 * float(np.abs(np.gradient(signal, dt)).max())

@@ -1,0 +1,114 @@
+"""Which effect is it? Candidates compete; a name needs a margin over everything that looks alike.
+
+Evidence is the probability of a candidate among all that compete, each with its gain in
+log-likelihood and a prior: structure without a name is taken to be rarer than what the catalog
+holds. Candidates whose columns look nearly alike are told apart by fitting each one fully.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from gsapp.discrepancy.candidates import Competitor
+from gsapp.discrepancy.screening import Screening
+from gsapp.quantities import FloatArray
+
+UNNAMED_PRIOR = 0.03
+"""Prior of each product without a name, over that of an effect of the catalog."""
+NAMED_ENOUGH = 0.8
+"""Probability from which a name is said."""
+SET_MASS = 0.95
+"""Probability that the set of alternatives holds together."""
+
+Kind = Literal["nothing", "name", "ambiguous", "unexplained"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Decision:
+    """What the competition came to.
+
+    Attributes
+    ----------
+    kind : str
+    best : Competitor or None
+        The most probable one of the catalog, or without a name where `kind` is unexplained.
+    alternatives : tuple of Competitor
+        The set that these flights cannot tell apart, most probable first.
+    evidence : ndarray, shape (n_competitors,)
+        Probabilities, in the order of the screening's competitors.
+    gain : ndarray, shape (n_competitors,)
+        Gains in the sum of squares that they rest on.
+    """
+
+    kind: Kind
+    best: Competitor | None
+    alternatives: tuple[Competitor, ...]
+    evidence: FloatArray
+    gain: FloatArray
+
+
+def threshold(false_alarm: float, competitors: int) -> float:
+    """Return the gain in the sum of squares that chance reaches in a share `false_alarm`."""
+    from scipy.stats import chi2
+
+    return float(chi2.isf(false_alarm / max(competitors, 1), 1))
+
+
+def decide(screening: Screening, gain: FloatArray, *, least: float, temper: float) -> Decision:
+    """Return what the competition comes to.
+
+    Parameters
+    ----------
+    screening : Screening
+    gain : ndarray, shape (n_competitors,)
+        Gains in the sum of squares, those of full fits put in.
+    least : float
+        Below this nothing is said.
+    temper : float
+        1 where the noise model holds; less where gains are exaggerated.
+    """
+    competitors = screening.competitors
+    evidence = probabilities(competitors, gain * temper)
+    order = np.argsort(-evidence, kind="stable")
+    if not len(order) or float(np.max(gain)) * temper < least:
+        return Decision(kind="nothing", best=None, alternatives=(), evidence=evidence, gain=gain)
+    best = competitors[int(order[0])]
+    alternatives = _set(competitors, evidence, order)
+    named = sum(float(p) for one, p in zip(competitors, evidence, strict=True) if one.named)
+    if named < 0.5:
+        kind: Kind = "unexplained"
+    elif best.named and evidence[order[0]] >= NAMED_ENOUGH:
+        kind = "name"
+    elif named >= NAMED_ENOUGH:
+        kind = "ambiguous"
+        alternatives = tuple(one for one in alternatives if one.named)
+        best = alternatives[0]
+    else:
+        kind = "unexplained"
+    return Decision(kind=kind, best=best, alternatives=alternatives, evidence=evidence, gain=gain)
+
+
+def probabilities(competitors: Sequence[Competitor], gain: FloatArray) -> FloatArray:
+    """Return the probability of each candidate among all, for gains in the sum of squares."""
+    prior = np.array([0.0 if one.named else math.log(UNNAMED_PRIOR) for one in competitors])
+    log = 0.5 * gain + prior
+    weight = np.exp(log - log.max()) if len(log) else log
+    found: FloatArray = weight / weight.sum()
+    return found
+
+
+def _set(
+    competitors: Sequence[Competitor], evidence: FloatArray, order: FloatArray
+) -> tuple[Competitor, ...]:
+    total, chosen = 0.0, []
+    for place in order:
+        chosen.append(competitors[int(place)])
+        total += float(evidence[int(place)])
+        if total >= SET_MASS:
+            break
+    return tuple(chosen)

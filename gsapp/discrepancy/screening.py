@@ -1,0 +1,84 @@
+"""All candidates against the residual at once: what each would gain, and how alike they look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.discrepancy.candidates import Competitor
+from gsapp.discrepancy.filtering.columns import Column
+from gsapp.discrepancy.filtering.fitting import Fit
+from gsapp.discrepancy.filtering.information import Information
+from gsapp.discrepancy.filtering.linearizing import Linearization
+from gsapp.quantities import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Screening:
+    """What single candidates would gain.
+
+    Attributes
+    ----------
+    competitors : tuple of Competitor
+    whole, left : Information
+        Before and after the model's own parameters took what they can.
+    gain : ndarray, shape (n_competitors,)
+        Fall of the sum of squares; 0 for a size that bounds forbid.
+    size, std : ndarray, shape (n_competitors,)
+        Difference from neutral, and its standard deviation.
+    """
+
+    competitors: tuple[Competitor, ...]
+    whole: Information
+    left: Information
+    gain: FloatArray
+    size: FloatArray
+    std: FloatArray
+
+    @property
+    def order(self) -> list[int]:
+        """Return the places of the competitors, best first."""
+        return [int(place) for place in np.argsort(-self.gain, kind="stable")]
+
+    def place(self, effect: str) -> int:
+        """Return where a competitor stands."""
+        return [one.id for one in self.competitors].index(effect)
+
+    def cosines(self, effect: str) -> FloatArray:
+        """Return how alike the competitors look to one of them, -1 to 1."""
+        return self.left.cosines(effect)
+
+
+def candidate_columns(competitors: Sequence[Competitor], found: Linearization) -> list[Column]:
+    """Return the columns of competitors in one maneuver; empty where one cannot act."""
+    return [one.make(found) or () for one in competitors]
+
+
+def screen(fit: Fit, competitors: Sequence[Competitor]) -> Screening:
+    """Return what single candidates would gain; the fit must have made a pass."""
+    names = tuple(one.id for one in competitors)
+    total: Information | None = None
+    for one in fit.maneuvers:
+        found = fit.information_of(
+            one, (names, lambda linearization: candidate_columns(competitors, linearization))
+        )
+        total = found if total is None else total + found
+    if total is None:
+        raise ValueError("no maneuver to screen")
+    whole = total.with_priors(fit.priors())
+    left = whole.projected((*fit.free, *fit.bias_names()))
+    order = left.places(names)
+    gain, size, std = (one[order] for one in left.gains(whole))
+    allowed = np.array(
+        [one.low <= step <= one.high for one, step in zip(competitors, size, strict=True)]
+    )
+    return Screening(
+        competitors=tuple(competitors),
+        whole=whole,
+        left=left,
+        gain=np.where(allowed, gain, 0.0),
+        size=size,
+        std=std,
+    )

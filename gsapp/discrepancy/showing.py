@@ -1,0 +1,301 @@
+"""Before and after: maneuvers kept out of naming and fitting, under every model on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.discrepancy.filtering.fitting import Fit, ManeuverState
+from gsapp.discrepancy.filtering.information import Information
+from gsapp.discrepancy.filtering.record import Record
+from gsapp.discrepancy.missing import MissingPart, missing_part
+from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverView
+from gsapp.discrepancy.screening import Screening, candidate_columns
+from gsapp.identification.statistics import response_fit
+from gsapp.quantities import FloatArray
+
+_SETTLING = 2
+_STILL = 1e-12
+"""Intensity of turbulence with which the filter only simulates."""
+_CONDITIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
+_TOLERANCE = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Simulated:
+    """One maneuver under all models: simulated channels, biases included."""
+
+    record: Record
+    computed: tuple[FloatArray, ...]
+
+
+class HeldOut:
+    """The maneuvers kept out, seen through every model on the way.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Of all maneuvers.
+    ids : sequence of str
+        Of those kept out.
+    fits : sequence of Fit
+        Baseline first, made without them.
+    """
+
+    def __init__(self, records: Sequence[Record], ids: Sequence[str], fits: Sequence[Fit]) -> None:
+        self.ids = tuple(ids)
+        self.fits = tuple(fits)
+        self.warnings: tuple[str, ...] = ()
+        noise = fits[-1].noise
+        known = {one.record.flight for one in fits[-1].maneuvers}
+        strange = [one.id for one in records if one.id in self.ids and one.flight not in known]
+        if strange:
+            self.warnings = (
+                f"maneuvers {', '.join(strange)} are of a flight from which nothing was learned; "
+                "its noise and zero errors are those of the first flight",
+            )
+        own = [one for one in records if one.id in self.ids]
+        self._kept = [_follow(own, fit, noise) for fit in fits]
+        self._information = [one.pass_() if own else None for one in self._kept]
+        still = {
+            flight: replace(one, gusts=(_STILL,) * 3, moments=_STILL)
+            for flight, one in noise.items()
+        }
+        flown = [_follow(records, fit, still) for fit in fits]
+        for fit in flown:
+            fit.pass_()
+        self.simulated = tuple(
+            _Simulated(
+                record=record,
+                computed=tuple(_computed(fit, fit.maneuvers[place]) for fit in flown),
+            )
+            for place, record in enumerate(records)
+        )
+        self.noise = noise
+
+    def floor(self, record: Record, name: str) -> float:
+        """Return the noise of a channel, standard deviation of a sample."""
+        noise = self.noise.get(record.flight, next(iter(self.noise.values())))
+        return float(np.sqrt(noise.variances[name]))
+
+    # --- in innovations -------------------------------------------------------------------------
+
+    def _squares(self, number: int) -> float:
+        information = self._information[number]
+        return 0.0 if information is None else float(information.matrix[-1, -1])
+
+    @property
+    def samples(self) -> float:
+        """Return the number of innovations of the maneuvers kept out."""
+        information = self._information[-1]
+        return 0.0 if information is None else information.samples
+
+    def squares_above_floor(self, number: int) -> float:
+        """Return the sum of squares above what noise alone gives; clearly so, or 0."""
+        above = self._squares(number) - self.samples
+        return above if above > 2.0 * np.sqrt(2.0 * self.samples) else 0.0
+
+    def misfits(self) -> list[float]:
+        """Return the mean square of the whitened innovations under each model; 1 at the floor."""
+        found = []
+        for number, information in enumerate(self._information):
+            samples = 1.0 if information is None else max(information.samples, 1.0)
+            found.append(float(np.sqrt(self._squares(number) / samples)))
+        return found
+
+    def gain(self, before: int, after: int) -> float:
+        """Return the gain in log-likelihood from one model to another."""
+        return 0.5 * (self._squares(before) - self._squares(after))
+
+    def gains_of(
+        self, number: int, screening: Screening, places: Sequence[int]
+    ) -> tuple[float, ...]:
+        """Return the gains that candidates, sized on the naming maneuvers, have here."""
+        fit, kept = self.fits[number], self._kept[number]
+        chosen = [screening.competitors[place] for place in places]
+        names = tuple(one.id for one in chosen)
+        total: Information | None = None
+        for one in kept.maneuvers:
+            found = kept.information_of(
+                one, (names, lambda linearization: candidate_columns(chosen, linearization))
+            )
+            total = found if total is None else total + found
+        if total is None:
+            return tuple(0.0 for _ in names)
+        shared = (*fit.free, *fit.bias_names())
+        gains = []
+        for name in names:
+            own = (*shared, name)
+            values, _ = screening.whole.solution(own)
+            moves = {
+                one: float(value)
+                for one, value in zip(own, values, strict=True)
+                if one in total.names
+            }
+            gains.append(0.5 * float(total.matrix[-1, -1] - total.misfit(moves)))
+        return tuple(gains)
+
+    # --- in simulated channels ------------------------------------------------------------------
+
+    def residuals(self, number: int, name: str) -> FloatArray:
+        """Return measured minus simulated over all maneuvers kept out, in noise floors."""
+        parts = []
+        for one in self.simulated:
+            record = one.record
+            if record.id in self.ids and name in record.channels:
+                column = record.channels.index(name)
+                left = record.measured[:, column] - one.computed[number][:, column]
+                parts.append(left[record.counted[:, column]] / self.floor(record, name))
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the channels of the maneuvers kept out."""
+        own = [one.record for one in self.simulated if one.record.id in self.ids]
+        return tuple(dict.fromkeys(name for record in own for name in record.channels))
+
+    def by_channel(self, number: int) -> dict[str, float]:
+        """Return the RMS over the noise floor by channel."""
+        return {
+            name: float(np.sqrt(np.mean(self.residuals(number, name) ** 2)))
+            for name in self.channels
+        }
+
+
+def _follow(records: Sequence[Record], fit: Fit, noise: object) -> Fit:
+    """Return a fit of other maneuvers with the model, values and biases of one, settled."""
+    if not records:
+        return fit.only(())
+    new = Fit.begin(records, fit.revised_model(), fit.free)
+    new.values = dict(fit.values)
+    first = next(iter(fit.noise.values()))
+    given = noise if isinstance(noise, dict) else fit.noise
+    new.noise = {
+        flight: given.get(flight, next(iter(given.values()), first)) for flight in new.noise
+    }
+    new.biases = {name: fit.biases.get(name, 0.0) for name in new.biases}
+    states = {one.record.id: one for one in fit.maneuvers}
+    for one in new.maneuvers:
+        old = states.get(one.record.id)
+        if old is not None:
+            one.motion = old.motion
+    for _ in range(_SETTLING):
+        new.pass_()
+        new.settle()
+    return new
+
+
+def _computed(fit: Fit, one: ManeuverState) -> FloatArray:
+    if one.filter is None:
+        raise ValueError("the maneuver was not simulated")
+    computed: FloatArray = one.filter.linearization.computed + fit.bias_of(one.record)
+    return computed
+
+
+def gap_of(held: HeldOut, shown: Sequence[ManeuverView], effects: int) -> Gap:
+    """Return the gap before and after on the maneuvers kept out."""
+    del shown
+    last = len(held.fits) - 1
+    channels = {}
+    before_square = after_square = 0.0
+    for name in held.channels:
+        before, after = held.residuals(0, name), held.residuals(last, name)
+        if not before.size:
+            continue
+        before_square += float(np.sum(before**2 - 1.0))
+        after_square += float(np.sum(after**2 - 1.0))
+        channels[name] = _channel_gap(held, name, last)
+    closed, std = _closed(held, last) if effects else (None, None)
+    return Gap(channels=channels, closed=closed, closed_std=std, on=held.ids)
+
+
+def _channel_gap(held: HeldOut, name: str, last: int) -> ChannelGap:
+    measured, computed, floors = [], ([], []), []  # type: ignore[var-annotated]
+    for one in held.simulated:
+        record = one.record
+        if record.id not in held.ids or name not in record.channels:
+            continue
+        column = record.channels.index(name)
+        counted = record.counted[:, column]
+        measured.append(record.measured[counted, column])
+        floors.append(held.floor(record, name))
+        for place, number in enumerate((0, last)):
+            computed[place].append(one.computed[number][counted, column])
+    shown = np.concatenate(measured)
+    floor = float(np.sqrt(np.mean(np.square(floors))))
+    fits = [response_fit(shown, np.concatenate(one)) for one in computed]
+    within = [
+        float(np.mean(np.abs(shown - np.concatenate(one)) < _TOLERANCE * floor)) for one in computed
+    ]
+    return ChannelGap(
+        before=fits[0].rms,
+        after=fits[1].rms,
+        floor=floor,
+        before_pct=fits[0].rms_over_range_pct,
+        after_pct=fits[1].rms_over_range_pct,
+        theil_before=fits[0].theil,
+        theil_after=fits[1].theil,
+        within_before=within[0],
+        within_after=within[1],
+    )
+
+
+def _closed(held: HeldOut, last: int) -> tuple[float | None, float | None]:
+    """Return the share of the reducible gap that was closed, and its standard deviation.
+
+    The gap in whitened innovations: what the last model took off, over that and what is still
+    above the floor. Chance moves the sum of squares of n innovations by the root of 2 n; what is
+    common to both models cancels.
+    """
+    floor_samples = held.samples
+    if not floor_samples:
+        return None, None
+    taken = 2.0 * held.gain(0, last)
+    if taken <= 0.0:
+        return 0.0, None
+    left = max(held.squares_above_floor(last), 0.0)
+    closed = taken / (taken + left)
+    # The gain of a true effect of size T scatters by 2 root T.
+    return float(closed), float(min(1.0, closed * 2.0 / np.sqrt(taken)))
+
+
+def views(held: HeldOut, coefficients: Sequence[str]) -> tuple[ManeuverView, ...]:
+    """Return the histories of all maneuvers under every model."""
+    models = [fit.revised_model() for fit in held.fits]
+    found = []
+    for one in held.simulated:
+        record = one.record
+        noise = held.noise.get(record.flight, next(iter(held.noise.values())))
+        part: MissingPart = missing_part(record, models, noise, coefficients)
+        found.append(
+            ManeuverView(
+                id=record.id,
+                flight=record.flight,
+                kind=record.maneuver.kind,
+                held_out=record.id in held.ids,
+                times=record.motion.times,
+                channels=record.channels,
+                measured=np.where(record.counted, record.measured, np.nan),
+                computed=one.computed,
+                coefficients=tuple(coefficients),
+                missing=part.histories,
+                floor={name: held.floor(record, name) for name in record.channels},
+                coefficient_floor=part.floors,
+                conditions=_conditions(record),
+            )
+        )
+    return tuple(found)
+
+
+def _conditions(record: Record) -> dict[str, FloatArray]:
+    motion = record.motion
+    found = {}
+    for name in _CONDITIONS:
+        if name in motion.measured:
+            if name in ("V", "alpha", "beta"):
+                found[name] = motion.state(name)
+            else:
+                found[name] = motion.input(name)
+    return found

@@ -1,0 +1,119 @@
+"""The answer in plain words, and what else would look the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from gsapp.discrepancy.catalog import record
+from gsapp.discrepancy.naming import Decision
+from gsapp.discrepancy.results import Alternative, ChangedValue, Discrepancy, Verdict
+from gsapp.dynamics.model import Model
+
+
+def alternatives_of(
+    verdict: Verdict,
+    decision: Decision,
+    values: Mapping[str, ChangedValue],
+    model: Model | None,
+) -> tuple[Alternative, ...]:
+    """Return what these flights cannot tell from the answer."""
+    found = []
+    if decision.kind in ("ambiguous", "unexplained"):
+        found += [
+            Alternative(
+                effects=(one.id,),
+                title=one.title,
+                why="explains the same samples about as well",
+                fly=record(one.id).separated_by if one.named else "",
+            )
+            for one in decision.alternatives
+            if one.named or verdict == "unexplained"
+        ]
+    if model is not None and values:
+        found += _rescaled(values)
+    return tuple(found)
+
+
+_RESCALED = (
+    (("Cm_alpha", "Cm_q", "Cm_de"), "mass.inertia.iyy", 1.0),
+    (("Cl_beta", "Cl_p", "Cl_r", "Cl_da"), "mass.inertia.ixx", 1.0),
+    (("Cn_beta", "Cn_r", "Cn_dr"), "mass.inertia.izz", 1.0),
+    (("CN_alpha",), "mass.mass.error", 1.0),
+)
+
+
+def _rescaled(values: Mapping[str, ChangedValue]) -> list[Alternative]:
+    """Return the errors of mass and inertia that would move these values all by one factor."""
+    found = []
+    for names, effect, _ in _RESCALED:
+        moved = [values[name] for name in names if name in values]
+        if len(moved) < max(1, len(names) - 1):
+            continue
+        ratios = [one.after / one.before for one in moved if one.before]
+        spread = [abs(one.std / one.before) for one in moved if one.before]
+        if not ratios:
+            continue
+        mean = sum(ratios) / len(ratios)
+        if all(
+            abs(ratio - mean) < 3.0 * bound for ratio, bound in zip(ratios, spread, strict=True)
+        ):
+            lore = record(effect)
+            found.append(
+                Alternative(
+                    effects=(effect,),
+                    title=lore.title,
+                    why=f"moves {', '.join(names)} by one factor, here {mean:.2f}",
+                    fly=lore.remedy,
+                )
+            )
+    if "Cm_alpha" in values and "CN_alpha" not in values:
+        lore = record("mass.cg.x")
+        found.append(
+            Alternative(
+                effects=("mass.cg.x",),
+                title=lore.title,
+                why="moves Cm_alpha by CN_alpha times the shift over the chord",
+                fly=lore.remedy,
+            )
+        )
+    return found
+
+
+def why(found: Discrepancy, decision: Decision) -> str:
+    """Return the answer in plain words."""
+    sentences = []
+    for one in found.effects:
+        if one.forced:
+            sentences.append(f"{one.title}: put into the model by hand.")
+            continue
+        sentences.append(
+            f"{one.title}: {one.confidence:.0%} sure"
+            + (
+                f"; the next best explanation, {one.runner_up}, is {one.margin:.0f} log units "
+                "behind."
+                if one.runner_up
+                else "."
+            )
+        )
+    if found.verdict == "ambiguous" or (found.effects and decision.kind == "ambiguous"):
+        names = ", ".join(one.id for one in decision.alternatives)
+        sentences.append(f"These flights cannot tell apart: {names}.")
+    if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):
+        best = decision.best
+        sentences.append(
+            "Something is missing that no effect of the catalog explains"
+            + (f"; nearest is: {best.title}." if best is not None else ".")
+        )
+    if found.verdict == "values-wrong":
+        sentences.append(
+            "The structure of the model holds; "
+            f"{', '.join(found.values)} differ from the model by more than their bounds."
+        )
+    if found.verdict == "model-adequate":
+        sentences.append("The model explains these flights down to the noise.")
+    if found.disturbance:
+        sentences.append(
+            f"Turbulence of about {found.disturbance['gust']:.1f} m/s disturbed the flights; it "
+            "is no lack of the model."
+        )
+    return " ".join(sentences)

@@ -1,0 +1,474 @@
+"""The search from first to last: `Investigation` prepares maneuvers, `run` tells the story."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.baseline import Tick, baseline_fit, settle
+from gsapp.discrepancy.candidates import Competitor, named_competitors, unnamed_competitors
+from gsapp.discrepancy.catalog import competitors as catalog_competitors
+from gsapp.discrepancy.catalog import record as catalog_record
+from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
+from gsapp.discrepancy.filtering.fitting import Fit
+from gsapp.discrepancy.filtering.record import Record, record_of
+from gsapp.discrepancy.finding import coefficient_map, disagreements
+from gsapp.discrepancy.naming import Decision, decide, probabilities, threshold
+from gsapp.discrepancy.observing import observability
+from gsapp.discrepancy.results import (
+    Candidate,
+    ChangedValue,
+    Discrepancy,
+    FoundEffect,
+    Step,
+    Verdict,
+)
+from gsapp.discrepancy.screening import Screening, screen
+from gsapp.discrepancy.settings import (
+    Callback,
+    DiscrepancySettings,
+    Progress,
+    SearchStoppedError,
+)
+from gsapp.discrepancy.showing import HeldOut, gap_of, views
+from gsapp.discrepancy.telling import alternatives_of, why
+from gsapp.discrepancy.values import changed_values
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.terms import make_term
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import FloatArray
+
+COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
+_CONTENDERS = 3
+_CLOSE = 16.0
+"""Candidates within this gain of the best are fitted fully before a name is said."""
+_TOLD = 12
+"""Candidates of a ranking that are told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Stage:
+    """One model on the way, with the competition that it faced."""
+
+    fit: Fit
+    added: str
+    screening: Screening
+    decision: Decision
+    forced: bool = False
+
+
+class Investigation:
+    """Maneuvers made ready for any number of searches.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        Of one aircraft; of one or several flights.
+    aircraft : Aircraft
+    model : Model, optional
+        The current model; without it the linear build-up is fitted.
+
+    Raises
+    ------
+    FlightError
+        If there are too few maneuvers to keep any out, or they hold too little.
+    """
+
+    def __init__(
+        self, maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None = None
+    ) -> None:
+        check_maneuvers(maneuvers, aircraft)
+        self._maneuvers = tuple(maneuvers)
+        self._aircraft = aircraft
+        self._model = model
+        self._records = tuple(record_of(one) for one in maneuvers)
+        self._baselines: dict[tuple[str, ...], Fit] = {}
+
+    @property
+    def default_held_out(self) -> tuple[str, ...]:
+        """Return the maneuvers that are kept out unless told otherwise: one of four, of each kind.
+
+        The second of every four with the same inputs, so that none is the only one of its kind.
+        """
+        seen: dict[tuple[str, ...], int] = {}
+        kept = []
+        for one in self._maneuvers:
+            number = seen.get(one.inputs, 0)
+            seen[one.inputs] = number + 1
+            if number % 4 == 1:
+                kept.append(one.id)
+        if not kept:
+            kept = [self._maneuvers[len(self._maneuvers) // 2].id]
+        return tuple(kept)
+
+    def run(
+        self, settings: DiscrepancySettings, *, progress: Callback | None = None
+    ) -> Discrepancy:
+        """Search.
+
+        Raises
+        ------
+        SearchStoppedError
+            If `progress` returned False.
+        FlightError
+            If an effect was forced that these flights or this aircraft cannot have.
+        """
+        return _Search(self, settings, progress).finish()
+
+    def baseline(self, held_out: tuple[str, ...], tick: Tick) -> Fit:
+        """Return the baseline fitted without the maneuvers kept out; fitted once."""
+        if held_out not in self._baselines:
+            records = [one for one in self._records if one.id not in held_out]
+            self._baselines[held_out] = baseline_fit(records, self._model, tick)
+        return self._baselines[held_out]
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """Return the maneuvers made ready."""
+        return self._records
+
+    @property
+    def maneuvers(self) -> tuple[Maneuver, ...]:
+        """Return the maneuvers."""
+        return self._maneuvers
+
+    @property
+    def aircraft(self) -> Aircraft:
+        """Return the aircraft."""
+        return self._aircraft
+
+    @property
+    def model(self) -> Model | None:
+        """Return the current model, where one was given."""
+        return self._model
+
+
+class _Search:
+    """One run: collects stages until nothing more is proven."""
+
+    def __init__(
+        self, of: Investigation, settings: DiscrepancySettings, progress: Callback | None
+    ) -> None:
+        self._of, self._settings, self._progress = of, settings, progress
+        self._done = 0.0
+        held = settings.held_out
+        self._held_out = of.default_held_out if held is None else tuple(held)
+        if len(self._held_out) >= len(of.maneuvers):
+            raise SearchStoppedError("all maneuvers are kept out; leave some to learn from")
+        check_forced(settings.forced, of.aircraft, of.maneuvers)
+
+    def _tick(self, doing: str) -> None:
+        # The share is a guess: how many effects there are shows only at the end.
+        self._done += 0.04 * (1.0 - self._done)
+        self._tell(doing)
+
+    def _tell(self, doing: str) -> None:
+        if self._progress is not None and (
+            self._progress(Progress(share=self._done, doing=doing)) is False
+        ):
+            raise SearchStoppedError("the search was stopped; nothing was changed")
+
+    # --- competitors ----------------------------------------------------------------------------
+
+    def _competitors(self, fit: Fit) -> tuple[Competitor, ...]:
+        of = self._of
+        channels = {name for one in of.maneuvers for name in one.block.channels}
+        moving = moving_inputs(of.maneuvers)
+        present = {effect.id for effect in fit.model.effects}
+        records = [
+            one
+            for one in catalog_competitors(of.aircraft, channels, moving=moving)
+            if one.derivative not in fit.free
+            and one.id not in present
+            and one.id not in self._settings.refused
+        ]
+        named = named_competitors(records, of.aircraft)
+        unnamed = unnamed_competitors(named, throttle="throttle" in moving, flap="flap" in moving)
+        return (*named, *(one for one in unnamed if one.id not in self._settings.refused))
+
+    # --- the loop -------------------------------------------------------------------------------
+
+    def finish(self) -> Discrepancy:
+        stages = self._stages()
+        return self._answer(stages)
+
+    def _stages(self) -> list[_Stage]:
+        fit = self._of.baseline(self._held_out, self._tick)
+        stages = [self._stage(fit, added="")]
+        for effect in self._settings.forced:
+            competitor = next(
+                (one for one in stages[-1].screening.competitors if one.id == effect), None
+            )
+            stages.append(self._with(stages[-1], effect, competitor, forced=True))
+        while len(stages) <= self._settings.most_effects + len(self._settings.forced):
+            last = stages[-1]
+            if last.decision.kind != "name" or last.decision.best is None:
+                break
+            stages.append(self._with(last, last.decision.best.id, last.decision.best))
+        return stages
+
+    def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> _Stage:
+        competitors = self._competitors(fit)
+        self._tick("trying every effect of the catalog")
+        screening = screen(fit, competitors)
+        least = threshold(self._settings.false_alarm, len(competitors))
+        temper = self._temper(screening)
+        decision = decide(screening, screening.gain, least=least, temper=temper)
+        if decision.kind in ("name", "ambiguous", "unexplained"):
+            decision = self._contest(fit, screening, decision, least, temper)
+        return _Stage(fit=fit, added=added, screening=screening, decision=decision, forced=forced)
+
+    @staticmethod
+    def _temper(screening: Screening) -> float:
+        """Return by how much gains count: less where the innovations are larger than believed."""
+        misfit = float(screening.left.matrix[-1, -1]) / max(screening.left.samples, 1.0)
+        return 1.0 / max(1.0, misfit)
+
+    def _contest(
+        self, fit: Fit, screening: Screening, decision: Decision, least: float, temper: float
+    ) -> Decision:
+        """Fit those fully that come near the best, and decide again."""
+        best = float(screening.gain.max())
+        near = [
+            place
+            for place in screening.order
+            if screening.competitors[place].named and screening.gain[place] > best - _CLOSE
+        ][:_CONTENDERS]
+        if len(near) < 2:
+            return decision
+        gain = screening.gain.copy()
+        results = {}
+        for place in near:
+            one = screening.competitors[place]
+            self._tick(f"comparing: {one.title}")
+            results[place] = -self._cost(self._fitted_with(fit, one, screening, passes=1))
+        # The best by columns keeps its gain; the others differ from it as their fits do.
+        for place, value in results.items():
+            gain[place] = screening.gain[near[0]] + value - results[near[0]]
+        return decide(screening, np.maximum(gain, 0.0), least=least, temper=temper)
+
+    @staticmethod
+    def _cost(fit: Fit) -> float:
+        """Return the sum of squares at the fit's own values, initial states fitted."""
+        total = fit.pass_().with_priors(fit.priors())
+        names = (*fit.free, *fit.bias_names())
+        return float(total.projected(names).matrix[-1, -1])
+
+    # --- adding ---------------------------------------------------------------------------------
+
+    def _fitted_with(
+        self, fit: Fit, one: Competitor, screening: Screening | None, passes: int
+    ) -> Fit:
+        term = make_term(one.id, self._of.aircraft)
+        values = dict(term.defaults)
+        if one.parameter:
+            item = next(item for item in term.parameters if item.name == one.parameter)
+            if one.start is not None:
+                start = one.start(
+                    [each.filter.linearization for each in fit.maneuvers if each.filter]
+                )
+            elif screening is not None:
+                start = one.neutral + float(screening.size[screening.place(one.id)])
+            else:
+                start = item.default
+            margin = 1e-3 * (item.bounds[1] - item.bounds[0])
+            values[one.parameter] = float(
+                np.clip(start, item.bounds[0] + margin, item.bounds[1] - margin)
+            )
+        model = fit.revised_model().with_effect(one.id, values)
+        free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
+        new = fit.with_model(model, free)
+        for _ in range(passes):
+            new.step(new.pass_())
+        return new
+
+    def _with(
+        self, last: _Stage, effect: str, competitor: Competitor | None, *, forced: bool = False
+    ) -> _Stage:
+        one = competitor or _as_competitor(effect, self._of.aircraft)
+        self._tick(f"adding: {one.title}")
+        fit = self._fitted_with(last.fit, one, last.screening if competitor else None, passes=1)
+        settle(fit, 3, self._tick, f"fitting the model with: {one.title}")
+        number = len(fit.model.effects)
+        parent = last.fit.model
+        fit.model = fit.model.model_copy(
+            update={"name": f"{_root(parent)} + {number}", "parent": parent.name}
+        )
+        return self._stage(fit, added=effect, forced=forced)
+
+    # --- the answer -----------------------------------------------------------------------------
+
+    def _answer(self, stages: list[_Stage]) -> Discrepancy:
+        of, settings = self._of, self._settings
+        self._tick("looking at the maneuvers kept out")
+        held = HeldOut(of.records, self._held_out, [one.fit for one in stages])
+        effects = tuple(
+            self._found(before, after, held, number)
+            for number, (before, after) in enumerate(zip(stages, stages[1:], strict=False))
+        )
+        self._tick("comparing values")
+        values = changed_values(of.model, stages[-1].fit)
+        verdict = self._verdict(stages, effects, values)
+        self._tick("drawing the maneuvers")
+        shown = views(held, COEFFICIENTS)
+        maps = coefficient_map(shown, COEFFICIENTS)
+        seen = observability(stages[0].screening, of.aircraft, {one.effect for one in effects})
+        misfits = held.misfits()
+        steps = tuple(
+            Step(
+                model=self._model_of(stage, effects[:number]),
+                added=stage.added,
+                ranking=self._ranking(stage, held, number),
+                map=maps[number],
+                gap=held.by_channel(number),
+                misfit=misfits[number],
+            )
+            for number, stage in enumerate(stages)
+        )
+        alternatives = alternatives_of(verdict, stages[-1].decision, values, of.model)
+        disturbance = _disturbance(stages[-1].fit)
+        found = Discrepancy(
+            verdict=verdict,
+            why="",
+            disagreements=disagreements(shown, COEFFICIENTS, settings.false_alarm),
+            observability=seen,
+            steps=steps,
+            effects=effects,
+            values=values,
+            alternatives=alternatives,
+            disturbance=disturbance,
+            gap=gap_of(held, shown, len(effects)),
+            maneuvers=shown,
+            coefficients=COEFFICIENTS,
+            channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
+            warnings=held.warnings,
+        )
+        self._done = 1.0
+        self._tell("done")
+        return replace(found, why=why(found, stages[-1].decision))
+
+    def _model_of(self, stage: _Stage, effects: Sequence[FoundEffect]) -> Model:
+        model = stage.fit.revised_model()
+        if not effects:
+            return model
+        words = "; ".join(
+            f"{one.effect} ({one.title}): "
+            + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")
+            for one in effects
+        )
+        return model.model_copy(update={"evidence": words})
+
+    def _found(self, before: _Stage, after: _Stage, held: HeldOut, number: int) -> FoundEffect:
+        effect = after.added
+        term = make_term(effect, self._of.aircraft)
+        information = after.fit.pass_().with_priors(after.fit.priors())
+        names = (*after.fit.free, *after.fit.bias_names())
+        _, covariance = information.solution(names)
+        stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
+        prefix = f"{effect}."
+        parameters = {
+            name.removeprefix(prefix): (after.fit.values[name], float(stds[name]))
+            for name in after.fit.free
+            if name.startswith(prefix)
+        }
+        evidence = before.decision.evidence
+        competitors = before.screening.competitors
+        own = next((k for k, one in enumerate(competitors) if one.id == effect), None)
+        order = [k for k in np.argsort(-before.decision.gain) if k != own]
+        runner = competitors[order[0]] if order else None
+        margin = (
+            0.5 * float(before.decision.gain[own] - before.decision.gain[order[0]])
+            if own is not None and order
+            else 0.0
+        )
+        return FoundEffect(
+            effect=effect,
+            title=term.title,
+            equation=term.equation,
+            parameters=parameters,
+            confidence=float(evidence[own]) if own is not None and not after.forced else 0.0,
+            runner_up="" if runner is None else runner.id,
+            margin=margin,
+            held_out=held.gain(number, number + 1),
+            forced=after.forced,
+        )
+
+    def _ranking(self, stage: _Stage, held: HeldOut, number: int) -> tuple[Candidate, ...]:
+        screening, decision = stage.screening, stage.decision
+        evidence = (
+            decision.evidence
+            if decision.kind != "nothing"
+            else probabilities(screening.competitors, screening.gain)
+        )
+        order = np.argsort(-decision.gain, kind="stable")[:_TOLD]
+        outside = held.gains_of(number, screening, [int(place) for place in order])
+        return tuple(
+            Candidate(
+                effect=screening.competitors[place].id,
+                title=screening.competitors[place].title,
+                score=0.5 * float(decision.gain[place]),
+                evidence=float(evidence[place]),
+                held_out=gain,
+                sigma=float(np.sqrt(max(decision.gain[place], 0.0))),
+            )
+            for place, gain in zip(order, outside, strict=True)
+        )
+
+    def _verdict(
+        self,
+        stages: Sequence[_Stage],
+        effects: Sequence[FoundEffect],
+        values: dict[str, ChangedValue],
+    ) -> Verdict:
+        last = stages[-1].decision.kind
+        if effects and not all(one.forced for one in effects):
+            return "effects-found"
+        if last == "ambiguous":
+            return "ambiguous"
+        if last == "unexplained":
+            return "unexplained"
+        if effects:
+            return "effects-found"
+        if values:
+            return "values-wrong"
+        return "model-adequate"
+
+
+def _root(model: Model) -> str:
+    return model.name.partition(" + ")[0]
+
+
+def _as_competitor(effect: str, aircraft: Aircraft) -> Competitor:
+    record = catalog_record(effect)
+    term = make_term(effect, aircraft)
+    free = [item for item in term.parameters if item.free]
+    return Competitor(
+        id=effect,
+        title=record.title,
+        named=True,
+        parameter=free[0].name if free else "",
+        plausible=free[0].default - free[0].neutral if free else 1.0,
+        neutral=free[0].neutral if free else 0.0,
+        make=lambda _: None,
+    )
+
+
+def _disturbance(fit: Fit) -> dict[str, float]:
+    """Return the rms of turbulence where it is more than the filter needs in still air."""
+    found = []
+    for one in fit.maneuvers:
+        V = float(np.mean(one.motion.states[0]))
+        rms = fit.noise[one.record.flight].gust_rms(V)
+        found.append(np.sqrt(np.mean([size**2 for size in rms.values()])))
+    gust: FloatArray = np.array(found)
+    mean = float(np.sqrt(np.mean(gust**2)))
+    if mean < _CALM:
+        return {}
+    return {"gust": mean, "gust_std": float(np.std(gust) / np.sqrt(len(gust)))}
+
+
+_CALM = 0.05
+"""Turbulence below this (m/s) is still air."""
