@@ -291,19 +291,21 @@ class Decoder:
 
     def _pull(self, *, final: bool) -> list[Block]:
         for stream, pending in enumerate(self._pending):
-            times, nows, items = pending.times, pending.nows, pending.items
-            if not times:
+            if not pending.times:
                 continue
-            self._pending[stream] = _Pending()
-            read = self._readers[stream]
+            times, nows, items = pending.times, pending.nows, pending.items
             number = self._ids[stream]
             if len(times) <= self._pipeline.streams[stream].few:
-                self._pipeline.push_few(stream, times, nows, [read(item) for item in items])
+                samples = list(map(self._readers[stream], items))
+                self._pipeline.push_few(stream, times, nows, samples)
             elif number is None:
                 self._pipeline.push(stream, times, nows, {"": np.array(items)})
             else:
                 columns = cast(Columns, decode_columns(number, cast(list[bytes], items)))
                 self._pipeline.push(stream, times, nows, columns)
+            times.clear()
+            nows.clear()
+            items.clear()
         return self._pipeline.pull(self.clock.first, self.clock.now, final=final)
 
     def _frame(self, host: int, data: bytes) -> None:

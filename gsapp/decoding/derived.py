@@ -65,6 +65,11 @@ class Derivation:
         """Return all inputs."""
         return self.quick + self.slow
 
+    @property
+    def same(self) -> bool:
+        """Return whether it is its input, under another name."""
+        return self.compute is _same
+
 
 def _mean(left: Number, right: Number) -> Number:
     return 0.5 * (left + right)

@@ -331,7 +331,8 @@ class Gridder:
         for gap in plan.gaps:
             first = begin + gap * width
             starts[first : first + width] = [math.nan] * width
-        return sheet.add(plan.first, count, width, plan.silence())
+        silent = plan.silence() if plan.silent else None
+        return sheet.add(plan.first, count, width, silent)
 
     def _mend(self, sheet: Sheet, begin: int, count: int, width: int) -> None:
         """Replace what is not a straight line between two samples by what it is."""

@@ -133,7 +133,7 @@ class _Group:
     def derive(self, grid: Grid, rows: Rows) -> Rows:
         """Add the derived columns."""
         found = self._derived_singly(grid, rows) if rows.few else None
-        values = np.empty((len(rows), len(self.channels)))
+        values = np.empty((len(rows.values), len(self.channels)))
         values[:, : self.width] = rows.values
         values.T[self.width :] = self._derived(grid, rows) if found is None else found
         return Rows(rows.first, values)
@@ -158,7 +158,7 @@ class _Group:
         try:
             for compute, inputs, slow in self.steps:
                 if compute is not None:
-                    columns.append(list(map(compute, *[columns[place] for place in inputs])))
+                    columns.append(list(map(compute, *map(columns.__getitem__, inputs))))
                 elif slow is not None:
                     micros = grid.micros(rows.first, len(rows)).tolist()
                     columns.append(slow.at_singly(micros))
@@ -168,11 +168,11 @@ class _Group:
 
     def block(self, grid: Grid, rows: Rows) -> Block:
         """Return rows, derived columns included, as a block."""
-        return Block.trusted(
-            self.emitted,
-            grid.times(rows.first, len(rows)),
-            rows.values if self.join is None else rows.values[:, self.width :],
-        )
+        values = rows.values
+        times = grid.times(rows.first, len(values))
+        if self.join is None:
+            return Block.trusted(self.channels, times, values)
+        return Block.trusted(self.emitted, times, values[:, self.width :])
 
 
 @dataclass(slots=True)
@@ -463,7 +463,10 @@ class Pipeline:
             ]
             if derivation.density is not None:
                 slow = [group.add(_Step(derivation.density, tuple(slow)))]
-            group.derived.append(group.add(_Step(derivation.compute, (*quick, *slow))))
+            if derivation.same:
+                group.derived += quick
+            else:
+                group.derived.append(group.add(_Step(derivation.compute, (*quick, *slow))))
             group.channels += (derivation.output,)
             self._inputs[derivation.output] = tuple(derivation.quick)
             used = [self.sources[name] for name in derivation.inputs]

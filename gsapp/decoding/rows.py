@@ -39,7 +39,6 @@ class Rows:
         first: int,
         values: FloatArray,
         silent: BoolArray | None = None,
-        *,
         few: bool = False,
     ) -> None:
         self.first = first
@@ -88,7 +87,7 @@ class Sheet:
 
     def add(self, first: int, count: int, width: int, silent: BoolArray | None) -> Rows:
         """Return the rows whose numbers were added last; they have none before `lay`."""
-        rows = Rows(first, _NONE, silent, few=True)
+        rows = Rows(first, _NONE, silent, True)
         self._pieces.append((rows, count, width))
         return rows
 
