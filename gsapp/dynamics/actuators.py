@@ -16,6 +16,7 @@ from gsapp.dynamics.signals import (
     Backlash,
     Delay,
     Lag,
+    Path,
     RateLimit,
     Saturation,
     Scale,
@@ -25,8 +26,6 @@ from gsapp.dynamics.signals import (
 from gsapp.dynamics.terms import Term, make_term
 
 _NO_LIMIT = 1e6
-Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
-"""Signal terms in the order in which the signal passes them, with their parameters."""
 
 
 class ControlPosition(NamedTuple):

@@ -601,18 +601,21 @@ def _held_from(
     return lambda change: np.asarray(change[places])
 
 
+Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
+"""Signal terms in the order in which the signal passes them, with their parameters."""
+
+
 class SignalPath:
     """Terms one after another, running sample by sample.
 
     Parameters
     ----------
-    terms : sequence of (SignalTerm, tuple of float)
-        In the order in which the signal passes them, each with its parameters.
+    terms : Path
     dt : float
         Sample time, s.
     """
 
-    def __init__(self, terms: tuple[tuple[SignalTerm, tuple[float, ...]], ...], dt: float) -> None:
+    def __init__(self, terms: Path, dt: float) -> None:
         self._terms = terms
         self._dt = dt
         self._memories: list[list[float]] | None = None
@@ -631,9 +634,7 @@ class SignalPath:
         return signal
 
 
-def respond(
-    terms: tuple[tuple[SignalTerm, tuple[float, ...]], ...], signal: FloatArray, dt: float
-) -> Response:
+def respond(terms: Path, signal: FloatArray, dt: float) -> Response:
     """Return a whole history after several terms, with the derivatives by all their parameters.
 
     The columns of `Response.parameters` follow the terms and their parameters in order.
@@ -655,9 +656,7 @@ def respond(
     return Response(values=values, parameters=columns, tangent=through)
 
 
-def undo(
-    terms: tuple[tuple[SignalTerm, tuple[float, ...]], ...], signal: FloatArray, dt: float
-) -> Response:
+def undo(terms: Path, signal: FloatArray, dt: float) -> Response:
     """Return the history before several terms, from what came out of them; as `respond`.
 
     The columns of `Response.parameters` follow the terms in their order on the path.
@@ -681,6 +680,32 @@ def undo(
         return change
 
     return Response(values=values, parameters=columns, tangent=through)
+
+
+def drive(shown: Path, moved: Path, recorded: FloatArray, dt: float) -> Response:
+    """Return how a control acted, from its record: its sensor undone, then its control path.
+
+    Parameters
+    ----------
+    shown, moved : Path
+        Effects on the sensor (``FlightModel.sensor_terms``) and on the control path
+        (``FlightModel.control_terms``).
+    recorded : ndarray, shape (n,)
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    Response
+        Columns of `parameters`: those of `shown`, then those of `moved`.
+    """
+    true = undo(shown, recorded, dt)
+    found = respond(moved, true.values, dt)
+    return Response(
+        values=found.values,
+        parameters=np.hstack((found.tangent(true.parameters), found.parameters)),
+        tangent=lambda change: found.tangent(true.tangent(change)),
+    )
 
 
 def channels_of(name: str) -> tuple[str, ...]:

@@ -17,13 +17,20 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.signals import SURFACES, Response, Saturation, SignalTerm, respond, undo
+from gsapp.dynamics.signals import (
+    SURFACES,
+    Path,
+    Response,
+    Saturation,
+    SignalTerm,
+    respond,
+    undo,
+)
 from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.smoothing import bridge
 from gsapp.quantities import Block, BoolArray, FloatArray
 
-Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
 _OUTSIDE = ("control.", "sensor.")
 _AT_LIMIT = 1e-9
 """Share of a limit within which a sample was cut off by it."""

@@ -14,8 +14,10 @@ from gsapp.dynamics.signals import (
     PAIRS,
     SENSOR_CHANNELS,
     Exchanged,
+    Response,
     SignalTerm,
     channels_of,
+    drive,
     respond,
     undo,
 )
@@ -100,6 +102,35 @@ def test_several_terms_are_undone_last_first() -> None:
     numeric = (
         undo(path, shown + h * change[:, 0], DT).values
         - undo(path, shown - h * change[:, 0], DT).values
+    ) / (2 * h)
+    assert np.allclose(found.tangent(change)[:, 0], numeric, atol=1e-5)
+
+
+def test_a_control_is_driven_by_its_record() -> None:
+    """Recorded late and too large, moved through a lag: values and all derivatives."""
+
+    def driven(values: tuple[float, float, float], signal: np.ndarray) -> Response:
+        shown = (
+            (signal_term("sensor.surfaces.delay"), values[:1]),
+            (signal_term("sensor.de.scale"), values[1:2]),
+        )
+        return drive(shown, ((signal_term("control.elevator.lag"), values[2:]),), signal, DT)
+
+    true = (0.0231, 1.2, 0.06)
+    servo = signal_term("control.elevator.lag")
+    recorded = 1.2 * signal_term("sensor.surfaces.delay").respond(WAVE, DT, true[:1]).values
+    found = driven(true, recorded)
+    acted = servo.respond(WAVE, DT, true[2:]).values
+    assert np.abs(found.values - acted)[BETWEEN].max() < 2e-4
+    h = 1e-7
+    for column in range(3):
+        up, down = (tuple(x + s * h * (k == column) for k, x in enumerate(true)) for s in (1, -1))
+        numeric = (driven(up, recorded).values - driven(down, recorded).values) / (2 * h)
+        assert np.allclose(found.parameters[:, column], numeric, atol=1e-5)
+    change = np.random.default_rng(6).standard_normal((WAVE.size, 1))
+    numeric = (
+        driven(true, recorded + h * change[:, 0]).values
+        - driven(true, recorded - h * change[:, 0]).values
     ) / (2 * h)
     assert np.allclose(found.tangent(change)[:, 0], numeric, atol=1e-5)
 

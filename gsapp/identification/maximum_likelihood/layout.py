@@ -13,7 +13,7 @@ from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import thrust
-from gsapp.dynamics.signals import INPUT_CHANNELS, SignalTerm
+from gsapp.dynamics.signals import INPUT_CHANNELS, Path, SignalTerm
 from gsapp.dynamics.terms import Term
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import (
@@ -32,7 +32,6 @@ from gsapp.identification.maximum_likelihood.lean import lean_kernel
 from gsapp.identification.maximum_likelihood.problem import (
     ManeuverProblem,
     Names,
-    Path,
     Problem,
     Segment,
     path_names,

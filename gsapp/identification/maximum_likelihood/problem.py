@@ -15,7 +15,7 @@ import numpy as np
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.signals import SURFACES as SURFACE_NAMES
-from gsapp.dynamics.signals import SignalTerm, respond, undo
+from gsapp.dynamics.signals import Path, drive, respond
 from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Drives, Engine, drives_of
@@ -80,9 +80,6 @@ class Segment:
     Phi: FloatArray | None = None
     trial: tuple[FloatArray, FloatArray] | None = None
     by_rest: FloatArray | None = None
-
-
-Path = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -175,16 +172,19 @@ class ManeuverProblem:
             if not shown and not moved:
                 continue
             row = INPUTS.index(channel)
-            true = undo(self._path_values(channel, shown, shared), inputs[row], self.dt)
-            found = respond(self._path_values(surface, moved, shared), true.values, self.dt)
+            found = drive(
+                self._path_values(channel, shown, shared),
+                self._path_values(surface, moved, shared),
+                inputs[row],
+                self.dt,
+            )
             inputs[row] = found.values
             if channel not in _PATH_SURFACES:
                 continue
             place = _PATH_SURFACES.index(channel)
-            columns = np.hstack((found.tangent(true.parameters), found.parameters))
             for column, name in enumerate((*path_names(shown), *path_names(moved))):
                 if name in self.names.paths:
-                    by_path[place, self.names.paths.index(name)] = columns[:, column]
+                    by_path[place, self.names.paths.index(name)] = found.parameters[:, column]
         return inputs, by_path
 
     def try_point(
