@@ -20,7 +20,7 @@ A clean case: ``Case(id="clean", group="nothing", verdicts=("model-adequate",))`
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -231,12 +231,12 @@ def fly_motion(
     return engine.fly(condition.mass, trim.state, controls, gusts), shown
 
 
-def fly_case(case: Case) -> FlownCase:
-    """Fly all maneuvers of a case and record them."""
+def fly_case(case: Case, planned_maneuvers: Sequence[Planned] = PLAN) -> FlownCase:
+    """Fly the maneuvers of a case, by default all of the plan, and record them."""
     aircraft, faults = aircraft_of(case), faults_of(case)
     every = RATE // case.rate
     maneuvers, shown, steady = [], {}, {}
-    for planned in PLAN:
+    for planned in planned_maneuvers:
         motion, moved = fly_motion(case, planned)
         seen = with_faults(exposed(aircraft, {**motion, **moved}), faults)
         random = np.random.default_rng([case.plan, case.seed, int(planned.id), 5])

@@ -232,11 +232,18 @@ def hands(planned: Planned, seed: int) -> Handled:
 
 
 def lagged(history: FloatArray, tau: float) -> FloatArray:
-    """Return a history at JSBSim's steps after one lag, settled at the start."""
+    """Return a history at JSBSim's steps after one lag, settled at the start.
+
+    Exact for straight lines between steps: without that, a lag of a few steps is half a step off.
+    """
     if tau <= 0.0:
         return history
-    decay = math.exp(-1.0 / (tau * STEPS_PER_SECOND))
-    out, _ = lfilter([1.0 - decay], [1.0, -decay], history, axis=0, zi=decay * history[:1])
+    ratio = 1.0 / (tau * STEPS_PER_SECOND)
+    decay = math.exp(-ratio)
+    mean = -math.expm1(-ratio) / ratio
+    new, old = 1.0 - mean, mean - decay
+    start = (1.0 - new) * history[:1]
+    out, _ = lfilter([new, old], [1.0, -decay], history, axis=0, zi=start)
     return np.asarray(out)
 
 

@@ -56,7 +56,7 @@ STATE_STEPS = (0.1, 1e-3, 1e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3)
 AIMED = 10.0
 """Sigmas at which the column of an effect is taken."""
 _VERSION = 1
-_WHITENING = 2
+_WHITENING = 3
 """Numbers that make what is kept stale: raised with how columns are flown, or whitened."""
 
 
@@ -121,11 +121,12 @@ def change_by(plan: int, planned: Planned, effect: str, size: float) -> FloatArr
     """
     state, controls, still = _still(plan, planned)
     case = Case(id="", group="hidden", plan=plan, effects={effect: size})
-    if effect in CONTROL:
+    if effect in CONTROL or effect in MISSING:
         engine = engine_for(())
-        engine.set(true_derivatives(plan), {})
+        engine.set(truth_of(case), {})
         trim = engine.trim(planned.condition(engine.aircraft))
         controls, _ = controls_of(case, planned, trim)
+        state = trim.state
     if effect in MISSING:
         # The baseline lacks it altogether: its whole value counts.
         still = respond(replace(case, effects={effect: 0.0}), planned, controls, state)
@@ -171,7 +172,7 @@ def effect_columns(plan: int, effect: str) -> tuple[float, tuple[FloatArray, ...
 
     The columns hold the whole change at that size, which shows about `AIMED` sigmas.
     """
-    xml = aircraft_xml(shipped_aircraft(), (effect,)) if effect in AIR else effect
+    xml = aircraft_xml(shipped_aircraft(), (effect,)) if effect in AIR else f"{effect} 2"
     path = cache_folder() / f"{effect}-{plan}-{_fingerprint(plan, xml, typical(effect))}.npz"
     if not path.exists():
         rest = neutral(effect)
@@ -179,7 +180,7 @@ def effect_columns(plan: int, effect: str) -> tuple[float, tuple[FloatArray, ...
         columns = tuple(change_by(plan, one, effect, rest + away) for one in PLAN)
         if not effect.endswith(WHOLE):
             column = [one[:, :, None] for one in columns]
-            total = gram(plan, PLAN, baseline_columns(plan), column, Recording())
+            total = gram(whitened(plan, PLAN, baseline_columns(plan), column, Recording()))
             shows = math.sqrt(float(remaining(total, (effect,), own=effect)[0, 0]))
             away *= min(AIMED / max(shows, 1e-6), 20.0)
             columns = tuple(change_by(plan, one, effect, rest + away) for one in PLAN)
@@ -346,14 +347,14 @@ def _free(maneuvers: Sequence[Planned]) -> list[str]:
     return [*DERIVATIVES, *offsets]
 
 
-def gram(
+def whitened(
     plan: int,
     maneuvers: Sequence[Planned],
     baseline: Sequence[FloatArray],
     columns: Sequence[FloatArray],
     air: Recording,
-) -> FloatArray:
-    """Return products of whitened columns, initial states of every maneuver projected out.
+) -> list[FloatArray]:
+    """Return whitened columns by maneuver, its initial state projected out.
 
     Parameters
     ----------
@@ -367,12 +368,10 @@ def gram(
 
     Returns
     -------
-    ndarray, shape (k + m, k + m)
+    list of ndarray, shape (samples, k + m)
         k global unknowns, then the effects.
     """
-    names = _free(maneuvers)
-    count = len(names) + columns[0].shape[2]
-    total = np.zeros((count, count))
+    names, found = _free(maneuvers), []
     for planned, own, column in zip(maneuvers, baseline, columns, strict=True):
         zeros = np.zeros((len(column), len(CHANNELS), len(names) - len(DERIVATIVES)))
         for k, name in enumerate(names[len(DERIVATIVES) :]):
@@ -384,9 +383,13 @@ def gram(
         white = _whitened(plan, planned, stacked, air)
         start, rest = white[:, : len(STATE)], white[:, len(STATE) :]
         basis, _ = np.linalg.qr(start)
-        rest = rest - basis @ (basis.T @ rest)
-        total += rest.T @ rest
-    return total
+        found.append(rest - basis @ (basis.T @ rest))
+    return found
+
+
+def gram(parts: Sequence[FloatArray]) -> FloatArray:
+    """Return products of columns summed over maneuvers, shape (k + m, k + m)."""
+    return np.asarray(sum(part.T @ part for part in parts))
 
 
 def remaining(
@@ -411,6 +414,14 @@ def remaining(
     """
     names = _free(maneuvers)
     k = len(names)
+    assert total.shape[0] == k + len(effects)
+    shares = _shares(total, names, own)
+    return total[k:, k:] - total[:k, k:].T @ shares
+
+
+def _shares(total: FloatArray, names: Sequence[str], own: str) -> FloatArray:
+    """Return what global unknowns take of each effect, shape (k, m); zero for the effect's own."""
+    k = len(names)
     kept = [
         place
         for place, name in enumerate(names)
@@ -419,9 +430,9 @@ def remaining(
     known, cross = total[np.ix_(kept, kept)], total[kept, k:]
     scale = np.sqrt(np.maximum(np.diag(known), 1e-30))
     inverse = np.linalg.pinv(known / np.outer(scale, scale), rcond=1e-11)
-    cross = cross / scale[:, None]
-    assert total.shape[0] == k + len(effects)
-    return total[k:, k:] - cross.T @ inverse @ cross
+    found = np.zeros((k, total.shape[0] - k))
+    found[kept] = inverse @ (cross / scale[:, None]) / scale[:, None]
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -434,10 +445,13 @@ class Showing:
         Standard deviations for each unit away from neutral.
     alike : dict of str to dict of str to float
         Cosines between effects, those above a half.
+    where : dict of str to dict of str to float
+        By effect: share of each maneuver in what it shows.
     """
 
     per_size: Mapping[str, float]
     alike: Mapping[str, Mapping[str, float]]
+    where: Mapping[str, Mapping[str, float]]
 
 
 _TABLE = Path(__file__).with_name("sigmas.json")
@@ -451,6 +465,17 @@ def _shipped() -> dict[str, dict[str, object]]:
     return dict(json.loads(_TABLE.read_text("utf-8")))
 
 
+def has_table() -> bool:
+    """Return whether there is a table beside this file."""
+    return _TABLE.exists()
+
+
+def in_table(plan: int, air: Recording) -> bool:
+    """Return whether the table beside this file knows a plan flown and recorded one way."""
+    return showing_key(plan, air) in _shipped()
+
+
+@functools.lru_cache(maxsize=256)
 def showing_key(plan: int, air: Recording) -> str:
     """Return the name under which `showing` is kept."""
     effects = known_effects()
@@ -474,30 +499,38 @@ def showing(plan: int, air: Recording) -> Showing:
     return Showing(**content)  # type: ignore[arg-type]
 
 
-def _show(plan: int, air: Recording) -> dict[str, object]:
+def _show(plan: int, air: Recording) -> dict[str, dict[str, object]]:
     effects = known_effects()
     found = [effect_columns(plan, effect) for effect in effects]
     columns = [
         np.stack([each[number] for _, each in found], axis=-1) for number in range(len(PLAN))
     ]
-    total = gram(plan, PLAN, baseline_columns(plan), columns, air)
-    # Columns that have nothing in common with the unknowns still need their own projection where
-    # they are an unknown themselves.
+    parts = whitened(plan, PLAN, baseline_columns(plan), columns, air)
+    total, names = gram(parts), _free(PLAN)
     plain = remaining(total, effects)
-    per_size, alike = {}, {}
+    # Some effects are among the unknowns that are projected out of the others.
+    unknown = [effect in MISSING or effect.endswith("bias") for effect in effects]
+    found_here: dict[str, dict[str, object]] = {"per_size": {}, "alike": {}, "where": {}}
     for place, (effect, (size, _)) in enumerate(zip(effects, found, strict=True)):
-        own = effect in MISSING or effect.endswith(".bias")
-        info = remaining(total, effects, own=effect) if own else plain
+        own = effect if unknown[place] else ""
+        info = remaining(total, effects, own=own) if own else plain
         shows = math.sqrt(max(float(info[place, place]), 0.0))
-        per_size[effect] = _rounded(shows / abs(size - neutral(effect)))
+        found_here["per_size"][effect] = _rounded(shows / abs(size - neutral(effect)))
         norms = np.sqrt(np.maximum(np.diag(info), 1e-12)) * max(shows, 1e-6)
         cosines = info[place] / norms
-        alike[effect] = {
+        found_here["alike"][effect] = {
             other: _rounded(float(cosines[number]))
             for number, other in enumerate(effects)
-            if number != place and abs(cosines[number]) > 0.5
+            if number != place and not unknown[number] and abs(cosines[number]) > 0.5
         }
-    return {"per_size": per_size, "alike": alike}
+        taken = _shares(total, names, own)[:, place]
+        left = [part[:, len(names) + place] - part[:, : len(names)] @ taken for part in parts]
+        energy = np.array([float(one @ one) for one in left])
+        found_here["where"][effect] = {
+            planned.id: round(float(share), 3)
+            for planned, share in zip(PLAN, energy / energy.sum(), strict=True)
+        }
+    return found_here
 
 
 def _rounded(value: float) -> float:
@@ -511,7 +544,7 @@ def write_table(asked: Iterable[tuple[int, Recording]]) -> None:
 
 
 def _as_dict(found: Showing) -> dict[str, object]:
-    return {"per_size": dict(found.per_size), "alike": dict(found.alike)}
+    return {"per_size": found.per_size, "alike": found.alike, "where": found.where}
 
 
 def size_for(plan: int, effect: str, air: Recording, sigma: float) -> float:
