@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -371,7 +372,9 @@ def _without_derivatives(
             now.append(effect)
         else:
             late.append((term, effect.values(aircraft)))
-    flight_model = FlightModel(aircraft, Model(effects=tuple(now)) if now else _NOTHING)
+    flight_model = (
+        FlightModel(aircraft, Model(effects=tuple(now))) if now else bare_flight_model(aircraft)
+    )
     outside = [
         *flight_model.control_terms,
         *flight_model.sensor_terms,
@@ -384,7 +387,13 @@ def _without_derivatives(
     return flight_model, late, remarks
 
 
-_NOTHING = Model()
+@lru_cache(maxsize=8)
+def bare_flight_model(aircraft: Aircraft) -> FlightModel:
+    """Return the flight model with neither derivatives nor effects.
+
+    Making it takes as long as a step of a fit; a campaign asks for the same one every time.
+    """
+    return FlightModel(aircraft, Model())
 
 
 def _term_states(

@@ -30,6 +30,7 @@ from gsapp.identification.ftr.saving import VERSION, Table, beneath, read_state,
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.ftr.solution import Solution
 from gsapp.identification.ftr.windows import Window
+from gsapp.identification.memory import keep_memory
 from gsapp.quantities import Block, FloatArray
 
 AXES: tuple[FTRAxis, ...] = ("lon", "lat")
@@ -81,6 +82,7 @@ class FTR:
         burning: bool = True,
         aligned: bool = False,
     ) -> None:
+        keep_memory()
         self.aircraft = aircraft
         self.settings = settings or FTRSettings()
         if not rate > 0.0:

@@ -12,11 +12,11 @@ from gsapp.identification import equation_error
 from gsapp.identification.equation_error import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.layout import known_values, lay_out
-from gsapp.identification.maximum_likelihood.memory import keep_memory
 from gsapp.identification.maximum_likelihood.problem import Problem
 from gsapp.identification.maximum_likelihood.settings import Callback, MLSettings
 from gsapp.identification.maximum_likelihood.solution import Solution, conclude
 from gsapp.identification.maximum_likelihood.solver import DivergedError, Solved, Solver
+from gsapp.identification.memory import keep_memory
 from gsapp.identification.results import ResponseHistory
 from gsapp.quantities import FloatArray
 

@@ -24,6 +24,7 @@ from gsapp.identification.axes import (
     axis_derivatives,
     free_derivatives,
 )
+from gsapp.identification.coefficients import bare_flight_model
 from gsapp.identification.instrument_effects import acts_outside, true_record, without_swaps
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Engine, drives_of
@@ -94,7 +95,11 @@ def lay_out(
     for maneuver in maneuvers:
         key = id(maneuver.aircraft)
         if key not in flight_models:
-            flight_models[key] = FlightModel(maneuver.aircraft, model)
+            flight_models[key] = (
+                bare_flight_model(maneuver.aircraft)
+                if settings.model is None
+                else FlightModel(maneuver.aircraft, model)
+            )
     names = _names(
         next(iter(flight_models.values())),
         [name for name in wanted if name not in unmoved],

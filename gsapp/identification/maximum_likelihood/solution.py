@@ -203,7 +203,7 @@ def _estimate(
 ) -> Estimate:
     names = problem.unknowns
     shared = problem.names.all
-    verdicts = identifiability(H, names, covariance=honest)
+    verdicts = identifiability(H, names, covariance=honest, inverted=plain)
     derivatives: dict[str, DerivativeEstimate] = {}
     first = problem.parts[0]
     held = dict(zip(first.model.parameter_names, first.base, strict=True))

@@ -50,6 +50,12 @@ def information(S: FloatArray, W: FloatArray, *, counted: FloatArray | None = No
     """
     kept = S if counted is None else _counted(S, counted)
     flat = kept.reshape(-1, kept.shape[2])
+    diagonal = W.diagonal()
+    if (diagonal >= 0.0).all() and not (W - np.diag(diagonal)).any():
+        # A product with itself takes half of the work, and comes out symmetric.
+        half = (kept * np.sqrt(diagonal)[:, None]).reshape(flat.shape)
+        symmetric: FloatArray = half.T @ half
+        return symmetric
     found: FloatArray = flat.T @ (W @ kept).reshape(flat.shape)
     return 0.5 * (found + found.T)
 
@@ -181,7 +187,7 @@ class _Work:
         self._C = autocovariance(part.v, self._layout)
         self._density = self._layout.spectrum_of_lags(self._C * self._taper)
         rows = (self._layout.length, responses, width)
-        self._row, self._other = np.zeros(rows), np.zeros(rows)
+        self._row, self._other = np.zeros(rows), np.empty(rows)
         self._layout.lay(_counted(part.S, part.v), self._row)
         self._S: ComplexArray = np.fft.rfft(self._row, axis=0)
         self._scratch = np.empty_like(self._S)

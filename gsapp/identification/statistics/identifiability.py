@@ -81,6 +81,7 @@ def identifiability(
     *,
     covariance: FloatArray | None = None,
     plausible: Mapping[str, float] | None = None,
+    inverted: FloatArray | None = None,
 ) -> Identifiability:
     """Judge each parameter of a fit by its information matrix.
 
@@ -95,13 +96,15 @@ def identifiability(
     plausible : mapping of str to float, optional
         Largest plausible sizes for parameters of which `PLAUSIBLE` knows none, or other ones.
         A parameter without such a size is judged by whether the information is singular alone.
+    inverted : ndarray, same shape, optional
+        `gsapp.identification.statistics.inverse` of the information, where it is known already.
     """
     known = dict(plausible or {})
     sizes = [known.get(name, plausible_size(name)) for name in names]
     diagonal = np.maximum(information.diagonal(), 0.0)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information * scale * scale[:, None])
-    raw = inverse(information)
+    raw = inverse(information) if inverted is None else inverted
     spread = np.sqrt(np.maximum((raw if covariance is None else covariance).diagonal(), 0.0))
     # What the bound would be were all other parameters known, widened alike for colored noise.
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -180,13 +183,15 @@ def _confounded(
 def _correlated(
     covariance: FloatArray, names: Sequence[str], chosen: Sequence[int]
 ) -> tuple[tuple[str, str, float], ...]:
-    variance = covariance.diagonal()
-    pairs = []
-    for place, one in enumerate(chosen):
-        for other in chosen[place + 1 :]:
-            product = float(variance[one] * variance[other])
-            if 0.0 < product < np.inf:
-                correlation = float(covariance[one, other]) / product**0.5
-                if abs(correlation) > STRONG_CORRELATION:
-                    pairs.append((names[one], names[other], correlation))
+    own = covariance[np.ix_(chosen, chosen)]
+    variance = own.diagonal()
+    with np.errstate(invalid="ignore"):
+        products = variance * variance[:, None]
+    sound = (products > 0.0) & np.isfinite(products)
+    correlations = np.where(sound, own, 0.0) / np.sqrt(np.where(sound, products, 1.0))
+    strong = np.argwhere(np.triu(np.abs(correlations) > STRONG_CORRELATION, 1)).tolist()
+    pairs = [
+        (names[chosen[one]], names[chosen[other]], float(correlations[one, other]))
+        for one, other in strong
+    ]
     return tuple(sorted(pairs, key=lambda pair: -abs(pair[2])))

@@ -1,4 +1,4 @@
-"""Memory that stays with the process between the many short-lived arrays of a fit."""
+"""Memory that stays with the process between many short-lived arrays."""
 
 from __future__ import annotations
 
