@@ -15,6 +15,7 @@ For the residual the blocks are exact; for the changes histories are taken as th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, solve_discrete_are, solve_discrete_lyapunov
@@ -34,6 +35,24 @@ _ENOUGH = 0.6
 """Share of its samples that must count for a channel to count in a block."""
 _LEAST = 1e-9
 """Process noise that every state has, in units of the scales squared per second."""
+
+
+class Way(NamedTuple):
+    """How process noise at one instant of a block comes through, for the mean dynamics.
+
+    Attributes
+    ----------
+    weight : float
+        s of noise that the instant stands for.
+    state : ndarray, shape (n_x, n_x)
+        To the state at the end of the block.
+    channels : ndarray, shape (n_channels, n_x)
+        To the means of the channels over the block.
+    """
+
+    weight: float
+    state: FloatArray
+    channels: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +84,9 @@ class Filter:
         Logarithm of the determinant of the innovations' covariance.
     covariance : ndarray, shape (n_channels, n_channels)
         Of the innovations.
-    gain : ndarray, shape (n_x, n_channels)
+    mean_injection : ndarray, shape (n_x, n_channels)
+        For the mean dynamics.
+    ways : tuple of Way
     """
 
     linearization: Linearization
@@ -81,7 +102,8 @@ class Filter:
     whitener: FloatArray
     log_size: float
     covariance: FloatArray
-    gain: FloatArray
+    mean_injection: FloatArray
+    ways: tuple[Way, ...]
 
     @property
     def span(self) -> float:
@@ -162,7 +184,7 @@ class Filter:
             found *= self.counted[:, :, None]
         return found, deviations
 
-    def adjoints(self, innovations: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def adjoints(self, innovations: FloatArray) -> tuple[list[FloatArray], FloatArray]:
         """Return what the smoother makes of the innovations (Bryson and Frazier).
 
         Parameters
@@ -171,8 +193,9 @@ class Filter:
 
         Returns
         -------
-        process : ndarray, shape (n_blocks - 1, n_x)
-            Intensity of the process noise times this is its smoothed value, step by step.
+        process : list of ndarray, shape (n_blocks - 1, n_x)
+            For each of `ways`: the intensity of the process noise times this is its smoothed
+            value, block by block.
         measurement : ndarray, shape (n_blocks, n_channels)
             Variance of the measurement noise times this is its smoothed value.
         """
@@ -184,19 +207,25 @@ class Filter:
         adjoint = solve_forward(backward, rows[::-1, :, None].copy())[::-1, :, 0]
         measurement = weighted.copy()
         measurement[:-1] -= np.einsum("kxy,kx->ky", self.injection, adjoint[1:])
-        return adjoint[1:], measurement
+        process = [adjoint[1:] @ way.state + measurement[:-1] @ way.channels for way in self.ways]
+        return process, measurement
 
-    def expected(self) -> tuple[FloatArray, FloatArray]:
-        """Return the covariances of `adjoints` where the noise model holds: (n_x, n_x), (y, y)."""
+    def expected(self) -> tuple[list[FloatArray], FloatArray]:
+        """Return the covariances of `adjoints` where the noise model holds."""
         precision = self.whitener.T @ self.whitener
         M = self.propagation.mean(axis=0)
         C = self.by_state.mean(axis=0)
-        J = self.transition.mean(axis=0) @ self.gain
+        J = self.mean_injection
         scales = self.scales
         C_s, M_s = C * scales, M * scales / scales[:, None]
-        process = solve_discrete_lyapunov(M_s.T, C_s.T @ precision @ C_s, method="direct")
-        process = process / scales[:, None] / scales
-        return process, precision + J.T @ process @ J
+        state = solve_discrete_lyapunov(M_s.T, C_s.T @ precision @ C_s, method="direct")
+        state = state / scales[:, None] / scales
+        measurement = precision + J.T @ state @ J
+        process = []
+        for _, N, O in self.ways:  # noqa: E741
+            crossed = N.T @ state @ J @ O
+            process.append(N.T @ state @ N - crossed - crossed.T + O.T @ measurement @ O)
+        return process, measurement
 
 
 def filter_of(linearization: Linearization, noise: NoiseModel | None, motion: Motion) -> Filter:
@@ -227,13 +256,15 @@ def filter_of(linearization: Linearization, noise: NoiseModel | None, motion: Mo
     counted = record.counted[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _ENOUGH
     transition = np.ascontiguousarray(reach[:-1, block])
     if noise is None:
-        gain = np.zeros((size, len(record.channels)))
+        gain = within = np.zeros((size, len(record.channels)))
         covariance = np.eye(len(record.channels))
+        ways: tuple[Way, ...] = ()
     else:
-        gain, covariance = _gain(
-            transition, by_state, noise, record.channels, block * record.dt, block, V
+        ways = _ways(stepwise.mean(axis=0), linearization.by_state.mean(axis=0), block, record.dt)
+        gain, within, covariance = _gain(
+            transition, by_state, noise, record.channels, ways, block, V
         )
-    injection = transition @ (gain[None] * counted[:-1, None, :])
+    injection = (transition @ gain + within) * counted[:-1, None, :]
     lower = np.linalg.cholesky(covariance)
     return Filter(
         linearization=linearization,
@@ -249,8 +280,25 @@ def filter_of(linearization: Linearization, noise: NoiseModel | None, motion: Mo
         whitener=np.linalg.inv(lower),
         log_size=2.0 * float(np.log(np.diag(lower)).sum()),
         covariance=covariance,
-        gain=gain,
+        ways=ways,
+        mean_injection=transition.mean(axis=0) @ gain + within,
     )
+
+
+def _ways(step: FloatArray, slopes: FloatArray, block: int, dt: float) -> tuple[Way, ...]:
+    """Return how noise at each sample of a block, ends counted half, comes through."""
+    size = len(step)
+    output = np.zeros((len(slopes), size))
+    output[:, : slopes.shape[1]] = slopes
+    powers = [np.eye(size)]
+    for _ in range(block):
+        powers.append(step @ powers[-1])
+    ways = []
+    for k in range(block + 1):
+        seen = sum((output @ powers[later] for later in range(block - k)), np.zeros_like(output))
+        weight = 0.5 * dt if k in (0, block) else dt
+        ways.append(Way(weight=weight, state=powers[block - k], channels=seen / block))
+    return tuple(ways)
 
 
 def _means(history: FloatArray, block: int) -> FloatArray:
@@ -270,31 +318,47 @@ def _gain(
     by_state: FloatArray,
     noise: NoiseModel,
     channels: tuple[str, ...],
-    span: float,
+    ways: tuple[Way, ...],
     block: int,
     V: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the steady gain and the covariance of the innovations for the mean dynamics."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return steady gain, what noise within a block adds to it, and the innovations' covariance.
+
+    Process noise of a block is seen in the means over that block already.
+    """
     scales = _scales(transition.shape[1])
     A = transition.mean(axis=0) / scales[:, None] * scales
     C = by_state.mean(axis=0) * scales
     R = np.diag([noise.variances[name] / block for name in channels])
-    Q = noise.process(V, len(scales) - 3) * span / scales[:, None] / scales
+    Q = noise.process(V, len(scales) - 3) / scales[:, None] / scales
     # Channels in units of their noise: the equation is badly scaled otherwise.
     units = np.sqrt(np.diag(R))
     C, R = C / units[:, None], np.eye(len(channels))
+    scaled = [
+        (way.weight, way.state / scales[:, None] * scales, way.channels * scales / units[:, None])
+        for way in ways
+    ]
     for least in (_LEAST, 1e3 * _LEAST, 1e6 * _LEAST):
+        own = Q + least * np.eye(len(scales))
+        arrived = sum(weight * N @ own @ N.T for weight, N, _ in scaled)
+        shared = sum(weight * N @ own @ O.T for weight, N, O in scaled)  # noqa: E741
+        noise_of_means = R + sum(weight * O @ own @ O.T for weight, _, O in scaled)  # noqa: E741
         try:
-            P = solve_discrete_are(A.T, C.T, Q + least * span * np.eye(len(scales)), R)
+            P = solve_discrete_are(A.T, C.T, arrived, noise_of_means, s=shared)
             break
         except (LinAlgError, ValueError):
             continue
     else:
         raise LinAlgError("the filter of a maneuver has no steady state")
-    covariance = C @ P @ C.T + R
+    covariance = C @ P @ C.T + noise_of_means
     covariance = 0.5 * (covariance + covariance.T)
     gain = np.linalg.solve(covariance, C @ P).T
-    return scales[:, None] * gain / units, covariance * units[:, None] * units
+    within = np.linalg.solve(covariance, shared.T).T
+    return (
+        scales[:, None] * gain / units,
+        scales[:, None] * within / units,
+        covariance * units[:, None] * units,
+    )
 
 
 def solve_forward(propagation: FloatArray, rows: FloatArray) -> FloatArray:

@@ -48,25 +48,25 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
         process, measurement = one.filter.adjoints(fit.residual_innovations(one))
         by_process, by_measurement = one.filter.expected()
         steps = slice(_SKIPPED, None)
-        process, measurement = process[steps], measurement[steps]
         n_states = len(one.motion.states)
         V = float(np.mean(one.motion.states[0]))
         for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
-            column = n_states + place
-            scale = 1.0 if name == "u" else 1.0 / V**2
-            entry = np.zeros(len(by_process))
-            entry[row] = entry[column] = 1.0
-            add(
-                f"gust.{name}",
-                scale * float(((process @ entry) ** 2).sum()),
-                scale * len(process) * float(entry @ by_process @ entry),
-            )
+            entry = np.zeros(n_states + 3)
+            entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
+            for way, seen, usual in zip(one.filter.ways, process, by_process, strict=True):
+                add(
+                    f"gust.{name}",
+                    way.weight * float(((seen[steps] @ entry) ** 2).sum()),
+                    way.weight * len(seen[steps]) * float(entry @ usual @ entry),
+                )
         for row in (3, 4, 5):
-            add(
-                "moments",
-                float((process[:, row] ** 2).sum()),
-                len(process) * float(by_process[row, row]),
-            )
+            for way, seen, usual in zip(one.filter.ways, process, by_process, strict=True):
+                add(
+                    "moments",
+                    way.weight * float((seen[steps, row] ** 2).sum()),
+                    way.weight * len(seen[steps]) * float(usual[row, row]),
+                )
+        measurement = measurement[steps]
         counted = one.filter.counted[steps]
         for column, name in enumerate(one.record.channels):
             add(
