@@ -541,6 +541,100 @@ def linear_models(
     )  # fmt: skip
 
 
+@app.command()
+def discrepancy(
+    flights: Annotated[
+        Optional[list[Path]],  # noqa: UP045
+        typer.Argument(
+            metavar="FLIGHT...",
+            readable=False,
+            help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+        ),
+    ] = None,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(
+            readable=False,
+            metavar="DIR",
+            help="Folder for the revised model, report.html, report.pdf, figures, discrepancy.json",
+        ),
+    ] = None,
+    aircraft: AircraftName = None,
+    model: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FILE",
+            help="The model to be judged: a file, or the name of a shipped one; without it the "
+            "linear build-up is fitted",
+        ),
+    ] = None,
+    catalog: Annotated[
+        bool, typer.Option("--catalog", help="List the effects that can be named, and stop")
+    ] = False,
+    maneuver: ManeuverList = None,
+    every_grade: Annotated[
+        bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
+    ] = False,
+    refuse: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(metavar="ID", help="Never name this effect; repeatable"),
+    ] = None,
+    force: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(metavar="ID", help="Put this effect in, whatever the evidence; repeatable"),
+    ] = None,
+    held_out: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="MANEUVER",
+            help="Keep this maneuver out of naming and fitting; repeatable; by default one of each "
+            "kind, about a quarter",
+        ),
+    ] = None,
+    most_effects: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Stop after so many effects")
+    ] = 4,
+    draw: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(
+            metavar="MANEUVER",
+            help="Draw this maneuver in full in the report; repeatable; by default the worst of "
+            "those kept out",
+        ),
+    ] = None,
+    units: Annotated[
+        Literal["us", "si"], typer.Option(help="Units on the screen and in the report")
+    ] = "us",
+    channel_map: MapName = None,
+    json: JsonFile = None,
+) -> None:
+    """Find where simulation and flight disagree, name the effect, add it, show the gap shrink.
+
+    Examples
+    --------
+    gsapp discrepancy flights/a flights/b --aircraft b777 --model b777 --out missing
+
+    gsapp discrepancy flights/a --out missing --refuse aero.Cm.speed --held-out 3 --held-out 7
+
+    gsapp discrepancy --catalog
+    """
+    if catalog:
+        from gsapp.cli._effects_text import run as list_effects
+
+        list_effects(json=json)
+        return
+    if not flights or out is None:
+        raise typer.BadParameter("give FLIGHT... and --out DIR, or --catalog")
+    from gsapp.cli import discrepancy as command
+
+    command.run(
+        flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
+        every_grade=every_grade, refuse=refuse or (), force=force or (),
+        held_out=held_out or (), most_effects=most_effects, draw=draw or (), units=units,
+        channel_map=channel_map, json=json,
+    )  # fmt: skip
+
+
 TableFile = Annotated[
     Path,
     typer.Option(

@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from gsapp.discrepancy.results import Discrepancy, Gap, ManeuverView, Step
 from gsapp.quantities import FloatArray, channel, from_si
-from gsapp.report.discrepancy_words import coefficient_words
+from gsapp.report.discrepancy_words import coefficient_words, share_words
 from gsapp.report.document import TALLEST, WIDTH, Picture, margins
 from gsapp.report.strip_figure import FAINT, INK, TRACE
 
@@ -26,9 +26,12 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
 
 _BEFORE, _AFTER, _BAND = "#7d8590", "#d55e00", "#dfe3e8"
+_FEW_ROWS = 12
+"""Maneuvers from which the rows of the map stand closer."""
 _POINTS = 1200
 """Of a trace on paper: more cannot be told apart."""
 _REGIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
+_SCALE = (1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 100.0, 200.0, 400.0, 1000.0)
 _BINS, _LEAST = 12, 10
 """Bins of a condition, and the fewest samples that make a median worth drawing."""
 
@@ -37,7 +40,7 @@ def map_picture(found: Discrepancy) -> Picture:
     """Return the map maneuver x coefficient in units of the noise floor, before and after."""
     steps = [found.steps[0]] if len(found.steps) == 1 else [found.steps[0], found.steps[-1]]
     rows = len(found.maneuvers)
-    height = min(TALLEST, 0.75 + 0.26 * max(rows, 4))
+    height = min(TALLEST, 0.75 + (0.26 if rows <= _FEW_ROWS else 0.2) * max(rows, 4))
     most = max(4.0, *(float(_finite(step.map).max(initial=1.0)) for step in steps))
 
     def draw(container: FigureBase) -> None:
@@ -54,8 +57,9 @@ def map_picture(found: Discrepancy) -> Picture:
         last = charts[len(steps) - 1]
         bar = container.colorbar(image, ax=list(charts[: len(steps)]), cax=_beside(last))
         bar.set_label("times the noise", color=INK)
+        bar.set_ticks([value for value in _SCALE if value <= most], minor=False)
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        bar.ax.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+        bar.minorticks_off()
 
     return Picture(
         name="map",
@@ -90,7 +94,7 @@ def _draw_map(chart: Axes, found: Discrepancy, step: Step, most: float) -> AxesI
             dark = np.isfinite(value) and value > most**0.6
             chart.text(
                 column, row, "–" if not np.isfinite(value) else f"{value:.1f}",
-                ha="center", va="center", fontsize=6.5, color="white" if dark else INK,
+                ha="center", va="center", fontsize=6.2, color="white" if dark else INK,
             )  # fmt: skip
     for side in chart.spines.values():
         side.set_visible(False)
@@ -240,7 +244,7 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
-        margins(container, left=2.75, right=1.75, top=0.3)
+        margins(container, left=2.95, right=1.75, top=0.3)
         places = np.arange(len(best))
         chart.barh(places, [one.score for one in best], color=TRACE, height=0.62)
         chart.set_yticks(places, [f"{one.effect}\n{_short(one.title)}" for one in best])
@@ -250,7 +254,7 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
         chart.axvline(0.0, color=INK, linewidth=0.6)
         for place, one in zip(places, best, strict=True):
             chart.annotate(
-                f"{_share(one.evidence)}, left out {one.held_out:+.1f}", (1.02, place),
+                f"{share_words(one.evidence)}, left out {one.held_out:+.1f}", (1.02, place),
                 xycoords=("axes fraction", "data"), va="center", fontsize=7.0, color=INK,
                 annotation_clip=False,
             )  # fmt: skip
@@ -267,12 +271,8 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
     )
 
 
-def _short(title: str, most: int = 46) -> str:
+def _short(title: str, most: int = 50) -> str:
     return title if len(title) <= most else f"{title[: most - 1].rstrip()}…"
-
-
-def _share(evidence: float) -> str:
-    return "< 0.1 %" if evidence < 0.001 else f"{100.0 * min(evidence, 0.999):.1f} %"
 
 
 def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:

@@ -37,6 +37,7 @@ from gsapp.report.discrepancy_words import (
     moved_words,
     parameter_rows,
     rms_rows,
+    sure_words,
     with_spread,
 )
 from gsapp.report.document import (
@@ -53,6 +54,8 @@ from gsapp.report.provenance import Provenance, provenance_section
 
 Units = Literal["US", "SI"]
 
+_NOWHERE = "At no single place do model and flight disagree clearly beyond the noise."
+_OPPOSITE = {"CN": "CZ", "CA": "CX"}
 _CLEAR = 5.0
 """Standard deviations from which an effect cannot be overlooked."""
 _MOST_COEFFICIENTS, _MOST_OVERLAYS, _MOST_OVER_TIME, _MOST_ROWS = 2, 3, 5, 25
@@ -194,13 +197,13 @@ def _find(found: Discrepancy, units: Units) -> Section:
         good = "All instruments agree with one another." if not odd else ""
         parts.append(Paragraph(text=good or "Instruments: " + "; ".join(one.words for one in odd)))
     parts.append(map_picture(found))
-    if not found.disagreements:
-        parts.append(Paragraph(text="Nowhere do model and flight disagree beyond the noise."))
-        return Section(title="1. Find: where do they disagree?", parts=tuple(parts))
-    parts += [
-        Paragraph(text=f"Worst place: {disagreement_words(found.disagreements[0])}"),
-        _disagreements(found),
-    ]
+    if found.disagreements:
+        parts += [
+            Paragraph(text=f"Worst place: {disagreement_words(found.disagreements[0])}"),
+            _disagreements(found),
+        ]
+    else:
+        parts.append(Paragraph(text=_NOWHERE))
     for coefficient in _coefficients(found):
         parts += [
             missing_over_time_picture(found, coefficient, _worst(found, coefficient)),
@@ -258,7 +261,7 @@ def _name(found: Discrepancy) -> Section:
                     (
                         one.effect,
                         one.title,
-                        "put in by hand" if one.forced else f"{100.0 * one.confidence:.0f} %",
+                        sure_words(one),
                         one.runner_up,
                         f"{one.margin:.1f}" if one.runner_up else "",
                         f"{one.held_out:+.1f}",
@@ -333,9 +336,11 @@ def _add(found: Discrepancy) -> Section:
 def _show(found: Discrepancy, units: Units, overlays: Sequence[ManeuverView]) -> Section:
     parts: list[Part] = [Paragraph(text=closed_words(found))]
     if found.gap.channels:
-        parts += [gap_picture(found.gap), _channels(found, units)]
+        parts.append(gap_picture(found.gap))
     if len(found.steps) > 1:
         parts.append(waterfall_picture(found))
+    if found.gap.channels:
+        parts.append(_channels(found, units))
     parts += [overlay_picture(view, units) for view in overlays]
     return Section(title="4. Show: does the gap shrink?", parts=tuple(parts))
 
@@ -440,8 +445,12 @@ def _terms() -> Section:
 
 
 def _coefficients(found: Discrepancy) -> tuple[str, ...]:
-    named = dict.fromkeys(one.coefficient for one in found.disagreements if one.coefficient)
-    return tuple(named)[:_MOST_COEFFICIENTS]
+    """Return the coefficients to draw over time: those of the effects found, then the worst."""
+    targets = [one.effect.split(".")[1] for one in found.effects if "." in one.effect]
+    named = [_OPPOSITE.get(one, one) for one in targets]
+    worst = [one.coefficient for one in found.disagreements]
+    known = [one for one in (*named, *worst) if one in found.coefficients]
+    return tuple(dict.fromkeys(known))[:_MOST_COEFFICIENTS]
 
 
 def _region(found: Discrepancy, coefficient: str) -> str:

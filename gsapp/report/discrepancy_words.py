@@ -103,8 +103,22 @@ def effect_words(one: FoundEffect) -> str:
         " ".join(filter(None, (f"{name} = {size}", unit)))
         for _, name, size, unit in parameter_rows((one,))
     )
-    sure = "put in by hand" if one.forced else f"{100.0 * one.confidence:.0f} % sure"
+    sure = f"confidence {sure_words(one)}" if not one.forced else sure_words(one)
     return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
+
+
+def sure_words(one: FoundEffect) -> str:
+    """Return the confidence in an effect, in percent; never a certainty."""
+    if one.forced:
+        return "put in by hand"
+    return "above 99 %" if one.confidence > 0.99 else f"{100.0 * one.confidence:.0f} %"
+
+
+def share_words(evidence: float) -> str:
+    """Return a probability among candidates, in percent; never none and never all."""
+    if evidence > 0.999:
+        return "> 99.9 %"
+    return "< 0.1 %" if evidence < 0.001 else f"{100.0 * evidence:.1f} %"
 
 
 def with_spread(value: float, std: float | None) -> str:

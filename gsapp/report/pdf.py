@@ -31,8 +31,8 @@ _TOP, _BOTTOM = 0.75, 0.85
 _POINT = 1.0 / 72.0
 _QUIET = "#4a525d"
 _LEADING = 1.38
-_GUTTER = 0.16
-"""Between columns of a table, inches."""
+_GUTTER, _BETWEEN = 0.16, 0.03
+"""Between columns and between rows of a table, inches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ class _Flow:
             self._y += 0.02
         self._table_head(table, widths)
         for row in cells:
-            height = max((len(lines) for lines in row), default=1) * _CELL.line
+            height = max((len(lines) for lines in row), default=1) * _CELL.line + _BETWEEN
             if self._need(height):
                 self._table_head(table, widths)
             self._row(row, widths, table.numeric, _CELL)

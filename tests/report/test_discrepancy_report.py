@@ -126,7 +126,7 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
     ]
     for words in (
         "The model lacks something, and it has a name.",
-        "arm = 0.0493 ± 0.0021 m; 97 % sure",
+        "arm = 0.0493 ± 0.0021 m; confidence 97 %",
         "put in by hand",
         "94 ± 3 % of the gap that a model can close was closed",
         "gusts of 0.31 ± 0.04 m/s",

@@ -1,0 +1,182 @@
+"""The search for a missing effect on the screen: the story in four steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from gsapp.discrepancy.results import Discrepancy, Step
+
+_PLACES, _CANDIDATES = 5, 5
+"""Most places of disagreement and candidates of a round on the screen; all are in the files."""
+
+
+def describe(console: Console, found: Discrepancy, units: Literal["US", "SI"] = "US") -> None:
+    """Tell what was found.
+
+    Parameters
+    ----------
+    console : Console
+    found : Discrepancy
+    units : {"US", "SI"}
+        Of the channels.
+    """
+    from gsapp.report.discrepancy_words import HEADLINES
+
+    _find(console, found)
+    _name(console, found)
+    _add(console, found)
+    _show(console, found, units)
+    _say(console, f"\n{HEADLINES[found.verdict]}", style="bold")
+    _say(console, found.why)
+    for sentence in found.warnings:
+        _say(console, sentence, style="yellow")
+
+
+def _find(console: Console, found: Discrepancy) -> None:
+    from gsapp.report.discrepancy_words import disagreement_words
+
+    _say(console, "1. Find: where do simulation and flight disagree?", style="bold")
+    for remark in found.instruments:
+        if not remark.consistent:
+            _say(console, f"Instrument: {remark.words}", style="yellow")
+    _map(console, found)
+    for one in found.disagreements[:_PLACES]:
+        _say(console, disagreement_words(one))
+    more = len(found.disagreements) - _PLACES
+    if more > 0:
+        _say(console, f"{more} more such places are in the report.")
+    if not found.disagreements:
+        _say(console, "At no single place clearly beyond the noise.")
+
+
+def _map(console: Console, found: Discrepancy) -> None:
+    """Print what each coefficient lacks in each maneuver, in units of the noise."""
+    import math
+
+    from rich.markup import escape
+
+    table = _table("missing part of each coefficient, 1 = noise alone; * kept out")
+    table.add_column("maneuver", no_wrap=True)
+    for name in found.coefficients:
+        table.add_column(name, justify="right", no_wrap=True)
+    for view, row in zip(found.maneuvers, found.steps[0].map, strict=True):
+        cells = (f"{value:.1f}" if math.isfinite(value) else "-" for value in row)
+        table.add_row(escape(f"{view.id} {view.kind}{' *' if view.held_out else ''}"), *cells)
+    console.print(table)
+
+
+def _name(console: Console, found: Discrepancy) -> None:
+    from gsapp.report.discrepancy_words import effect_words, gust_words
+
+    _say(console, "\n2. Name: what is missing?", style="bold")
+    for number, step in enumerate(found.steps, start=1):
+        if step.ranking:
+            last = step is found.steps[-1]
+            title = f"round {number}: " + ("not proven" if last else "candidates, best first")
+            console.print(_ranking(step, title))
+    for effect in found.effects:
+        _say(console, effect_words(effect))
+        if effect.runner_up:
+            _say(
+                console,
+                f"Next best was {effect.runner_up}, {effect.margin:.1f} behind in log-likelihood.",
+            )
+    for other in found.alternatives:
+        _say(console, f"These flights would look the same with {' and '.join(other.effects)}")
+        _say(console, f"  {other.title}: {other.why}")
+        if other.fly:
+            _say(console, f"  What would tell: {other.fly}")
+    if gust_words(found):
+        _say(console, gust_words(found))
+    if not found.effects and not found.alternatives:
+        _say(console, "No effect was named.")
+
+
+def _ranking(step: Step, title: str) -> Table:
+    from rich.markup import escape
+
+    from gsapp.report.discrepancy_words import share_words
+
+    table = _table(title)
+    table.add_column("effect", no_wrap=True)
+    table.add_column("in words", no_wrap=True, overflow="ellipsis")
+    for heading in ("gain", "evidence", "left out"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in step.ranking[:_CANDIDATES]:
+        table.add_row(
+            escape(one.effect),
+            escape(one.title),
+            f"{one.score:.1f}",
+            share_words(one.evidence),
+            f"{one.held_out:+.1f}",
+        )
+    return table
+
+
+def _add(console: Console, found: Discrepancy) -> None:
+    from gsapp.report.discrepancy_words import moved_words, parameter_rows, with_spread
+
+    _say(console, "\n3. Add: the model with the effect", style="bold")
+    for effect in found.effects:
+        _say(console, f"{effect.effect}: {effect.equation}")
+    rows = parameter_rows(found.effects)
+    if rows:
+        console.print(_filled("", ("effect", "parameter", "value", "unit"), rows))
+    if found.values:
+        changed = [
+            (name, f"{one.before:.4g}", with_spread(one.after, one.std), moved_words(one))
+            for name, one in found.values.items()
+        ]
+        headings = ("derivative", "before", "after", "moved, in std")
+        console.print(_filled("values that moved beyond their bounds", headings, changed))
+    if not rows and not found.values:
+        _say(console, "Nothing was added.")
+
+
+def _show(console: Console, found: Discrepancy, units: Literal["US", "SI"]) -> None:
+    from gsapp.report.discrepancy_words import closed_words, rms_rows
+
+    _say(console, "\n4. Show: does the gap shrink?", style="bold")
+    if found.gap.channels:
+        headings = ("channel", "RMS before", "after", "noise")
+        title = f"measured less computed, maneuver {', '.join(found.gap.on)}"
+        console.print(_filled(title, headings, rms_rows(found.gap, units)))
+    if len(found.steps) > 1:
+        falls = ", ".join(
+            f"{step.misfit:.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]
+        )
+        _say(
+            console,
+            f"Misfit of all channels, 1 = noise: {found.steps[0].misfit:.2f} before, {falls}.",
+        )
+    _say(console, closed_words(found))
+
+
+def _filled(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    """Return a table whose first column is a name and whose others are numbers."""
+    from rich.markup import escape
+
+    table = _table(title)
+    for place, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if place else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*map(escape, row))
+    return table
+
+
+def _table(title: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    return Table(
+        title=title or None, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False
+    )  # fmt: skip
+
+
+def _say(console: Console, sentence: str, *, style: str = "") -> None:
+    console.print(sentence, style=style, highlight=False, markup=False, soft_wrap=True)

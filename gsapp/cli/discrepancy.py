@@ -1,0 +1,248 @@
+"""``gsapp discrepancy``: find where model and flight disagree, name it, add it, show it shrink."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.aircraft import Aircraft
+    from gsapp.discrepancy.results import Discrepancy
+    from gsapp.discrepancy.settings import DiscrepancySettings
+    from gsapp.identification.maneuver import Maneuver
+    from gsapp.report.provenance import Provenance
+
+MODEL, ANSWER = "model.toml", "discrepancy.json"
+"""Files in the folder beside the report and its figures."""
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    out: Path,
+    aircraft: str | None = None,
+    model: str | None = None,
+    maneuver: Sequence[str] = (),
+    every_grade: bool = False,
+    refuse: Sequence[str] = (),
+    force: Sequence[str] = (),
+    held_out: Sequence[str] = (),
+    most_effects: int = 4,
+    draw: Sequence[str] = (),
+    units: Literal["us", "si"] = "us",
+    channel_map: str | None = None,
+    json: Path | None = None,
+) -> None:
+    """Search for what a model lacks and write the answer.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+    out : Path
+        Folder for the revised model, the report, its figures and the JSON. Of what stands there
+        already only files of the same names are replaced, all at once when everything is done.
+    aircraft, model, channel_map : str, optional
+        Names or paths.
+    maneuver : sequence of str
+        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
+    every_grade : bool
+        Keep maneuvers that were graded unfit.
+    refuse, force : sequence of str
+        Effects that shall not, or shall, be in the model.
+    held_out : sequence of str
+        Ids of the maneuvers kept out of naming and fitting; by default about a quarter.
+    most_effects : int
+        Stop after so many.
+    draw : sequence of str
+        Ids of the maneuvers that the report draws in full; by default the worst of those kept out.
+    units : {"us", "si"}
+        On the screen and in the report.
+    json : Path, optional
+        Where the answer for programs goes, besides the folder.
+
+    Raises
+    ------
+    GroundStationError
+        If a file or name is wrong, or these maneuvers do not suffice.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._discrepancy_text import describe
+    from gsapp.cli._maneuvers import flown_flights
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.discrepancy.result_json import discrepancy_json
+    from gsapp.discrepancy.settings import DiscrepancySettings
+    from gsapp.dynamics.model import load_model
+    from gsapp.report.discrepancy_inputs import search_provenance
+
+    console = Console(stderr=on_screen(json))
+    _check_place(out)
+    _check_effects((*refuse, *force))
+    settings = DiscrepancySettings(
+        model=None if model is None else load_model(model),
+        held_out=tuple(held_out) or None,
+        refused=tuple(refuse),
+        forced=tuple(force),
+        most_effects=most_effects,
+    )
+    flown = flown_flights(
+        flights, aircraft=aircraft, channel_map=channel_map, given=maneuver,
+        every_grade=every_grade, console=console,
+    )  # fmt: skip
+    own = flown[0].aircraft
+    maneuvers = [one for flight in flown for one in flight.maneuvers]
+    _check_maneuvers(maneuvers, held_out, draw)
+    found = _search(console, maneuvers, own, settings)
+    provenance = search_provenance(
+        flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
+        maneuvers=maneuver,
+    )  # fmt: skip
+    system: Literal["US", "SI"] = "SI" if units == "si" else "US"
+    with console.status("writing the report"), _whole_folder(out) as part:
+        _fill(part, found, out, own, provenance, system, draw)
+    if json is not None:
+        write_result(json, result_text(discrepancy_json(found, model=out / MODEL)))
+    warn_of_aircraft(console, own)
+    for one in flown:
+        for remark in one.remarks:
+            _remark(console, f"{one.flight.name}: {remark}")
+    describe(console, found, system)
+    console.print(
+        f"The model, the report and its figures are in {out}", highlight=False, markup=False,
+        soft_wrap=True,
+    )  # fmt: skip
+
+
+# --- before the search --------------------------------------------------------------------------
+
+
+def _check_place(out: Path) -> None:
+    """Raise unless the folder can be written: said before the search, not after it."""
+    from gsapp.foundation import GroundStationError
+
+    if out.exists() and not out.is_dir():
+        raise GroundStationError(f"{out} is a file; choose a folder for the answer")
+    there = next((one for one in (out, *out.absolute().parents) if one.is_dir()), Path())
+    try:
+        Path(tempfile.mkdtemp(prefix=".gsapp-", dir=there)).rmdir()
+    except OSError as error:
+        raise GroundStationError(
+            f"{out} cannot be written ({error.strerror or error}); choose a folder where you may "
+            "write"
+        ) from error
+
+
+def _check_effects(names: Sequence[str]) -> None:
+    """Raise if an effect that is refused or forced is not in the catalog."""
+    from gsapp.discrepancy.catalog import record
+
+    for name in names:
+        # Structure without a name is found, not listed; it may be refused by what it was called.
+        if not name.startswith("unnamed."):
+            record(name)
+
+
+def _check_maneuvers(
+    maneuvers: Sequence[Maneuver], held_out: Sequence[str], draw: Sequence[str]
+) -> None:
+    """Raise if there is none, or one that was asked for by its id is not among them."""
+    from gsapp.foundation import FlightError, UnknownNameError
+
+    if not maneuvers:
+        raise FlightError(
+            "no maneuver was found in which model and flight could be compared; name stretches of "
+            "flight with --maneuver START:STOP, or fly doublets"
+        )
+    known = [one.id for one in maneuvers]
+    for option, names in (("--held-out", held_out), ("--draw", draw)):
+        for name in names:
+            if name not in known:
+                raise UnknownNameError(
+                    f"{option}: there is no maneuver '{name}'; there are {', '.join(known)}"
+                )
+
+
+# --- the search ---------------------------------------------------------------------------------
+
+
+def _search(
+    console: Console,
+    maneuvers: Sequence[Maneuver],
+    aircraft: Aircraft,
+    settings: DiscrepancySettings,
+) -> Discrepancy:
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+    from rich.progress import TimeRemainingColumn as TimeLeft
+
+    from gsapp.discrepancy.settings import Progress as Done
+    from gsapp.discrepancy.workflow import Investigation
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
+    shown = console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+        task = bar.add_task("preparing", total=1.0)
+
+        def show(done: Done) -> None:
+            bar.update(task, completed=done.share, description=done.doing)
+
+        investigation = Investigation(maneuvers, aircraft, settings.model)
+        return investigation.run(settings, progress=show)
+
+
+# --- what is written ----------------------------------------------------------------------------
+
+
+def _fill(
+    folder: Path,
+    found: Discrepancy,
+    out: Path,
+    aircraft: Aircraft,
+    provenance: Provenance,
+    units: Literal["US", "SI"],
+    draw: Sequence[str],
+) -> None:
+    """Write everything into a folder that will stand at `out`."""
+    from gsapp.cli._results import result_text
+    from gsapp.discrepancy.result_json import discrepancy_json
+    from gsapp.dynamics.model import save_model
+    from gsapp.flight.info import now
+    from gsapp.foundation import write_atomically
+    from gsapp.report.discrepancy_report import write_report
+
+    save_model(found.model, folder / MODEL)
+    write_atomically(folder / ANSWER, result_text(discrepancy_json(found, model=out / MODEL)))
+    write_report(
+        found, folder, aircraft=aircraft.name, provenance=provenance, units=units,
+        overlays=draw or None, written=now(),
+    )  # fmt: skip
+
+
+@contextlib.contextmanager
+def _whole_folder(out: Path) -> Iterator[Path]:
+    """Give a folder to fill; what is in it stands at `out` when all is done, or not at all."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    try:
+        yield part
+        part.chmod(0o755)
+        if not out.exists():
+            part.replace(out)
+            return
+        for new in part.iterdir():
+            old = out / new.name
+            if old.is_dir():
+                shutil.rmtree(old)
+            new.replace(old)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _remark(console: Console, sentence: str) -> None:
+    console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)

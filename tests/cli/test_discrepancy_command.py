@@ -1,0 +1,222 @@
+"""``gsapp discrepancy``: what it prints and writes, and that nothing is left half written.
+
+The search itself is replaced by a ready answer here; tests/discrepancy holds the search.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+
+from discrepancy_kit import adequate, answer
+
+from gsapp.cli.main import app
+from gsapp.discrepancy import workflow
+from gsapp.discrepancy.results import Discrepancy
+from gsapp.discrepancy.settings import DiscrepancySettings, Progress
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.flight import fly
+from gsapp.flight.writers import write_block
+from gsapp.foundation import GroundStationError
+from gsapp.identification.maneuver import Maneuver
+
+Install = Callable[..., list["Asked"]]
+
+
+class Asked:
+    """A call of the search, as the command made it."""
+
+    def __init__(self, maneuvers: Sequence[Maneuver], settings: DiscrepancySettings) -> None:
+        self.maneuvers = maneuvers
+        self.settings = settings
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a flight with two maneuvers."""
+    path = tmp_path_factory.mktemp("flight") / "day.csv"
+    write_block(path, fly("short", seed=5).measured, "csv")
+    return path
+
+
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch) -> Install:
+    """Return a function that puts a ready answer, or an error, in place of the search."""
+
+    def install(found: Discrepancy | BaseException) -> list[Asked]:
+        asked: list[Asked] = []
+
+        class Ready:
+            def __init__(self, maneuvers: Sequence[Maneuver], *_: object) -> None:
+                self._maneuvers = maneuvers
+
+            def run(
+                self, settings: DiscrepancySettings, *, progress: Callable[[Progress], object]
+            ) -> Discrepancy:
+                progress(Progress(share=0.5, doing="naming"))
+                asked.append(Asked(self._maneuvers, settings))
+                if isinstance(found, BaseException):
+                    raise found
+                return found
+
+        monkeypatch.setattr(workflow, "Investigation", Ready)
+        return asked
+
+    return install
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave pictures and paper blank where a test is not about them."""
+    monkeypatch.setattr("gsapp.report.discrepancy_report.picture_png", lambda _: b"\x89PNG")
+    monkeypatch.setattr("gsapp.report.discrepancy_report.pdf_pages", lambda _: b"%PDF")
+
+
+def call(*arguments: object) -> tuple[int, str, BaseException | None]:
+    """Run the command line in this process; return code, output on one line, and what it raised."""
+    done = CliRunner().invoke(app, ["discrepancy", *map(str, arguments)], env={"COLUMNS": "160"})
+    return done.exit_code, " ".join(done.output.split()), done.exception
+
+
+SMALL = answer(maneuvers=3, samples=40)
+
+
+def test_the_story_is_told_and_everything_written(
+    flight: Path, search: Install, tmp_path: Path
+) -> None:
+    """Four steps in order on the screen; model, report, figures and JSON in the folder."""
+    asked = search(SMALL)
+    out = tmp_path / "deep" / "answer"
+    code, said, _ = call(flight, "--aircraft", "b777", "--model", "b777", "--out", out)
+    assert code == 0, said
+    places = [said.index(step) for step in ("1. Find", "2. Name", "3. Add", "4. Show")]
+    assert places == sorted(places)
+    for words in (
+        "throttle above 70 %: the pitching moment (Cm) is off by 8.0 times the noise",
+        "arm = 0.0493 ± 0.0021 m; confidence 97 %",
+        "weigh the aircraft on two scales",
+        "Cm_q -23 -19.40 ± 0.60",
+        "gusts of 0.31",
+        "94 ± 3 % of the gap",
+        "The model lacks something, and it has a name.",
+        "q was clipped",
+    ):
+        assert words in said, words
+    assert asked[0].settings == DiscrepancySettings(model=load_model("b777"))
+    assert [one.id for one in asked[0].maneuvers] == ["1", "2"]
+    names = {path.name for path in out.iterdir()}
+    assert names == {"model.toml", "report.html", "report.pdf", "figures", "discrepancy.json"}
+    assert load_model(out / "model.toml") == SMALL.model
+    content = json.loads((out / "discrepancy.json").read_text(encoding="utf-8"))
+    assert content["model"] == str(out / "model.toml")
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert "SHA-256" in report
+    assert str(flight) in report
+    assert [path for path in out.parent.iterdir() if path != out] == []
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_options_reach_the_search(flight: Path, search: Install, tmp_path: Path) -> None:
+    asked = search(adequate(maneuvers=3, samples=40))
+    code, said, _ = call(
+        flight, "--out", tmp_path / "a", "--refuse", "aero.Cm.speed", "--refuse",
+        "unnamed.Cm.alpha_de2", "--force", "propulsion.Cm.throttle", "--held-out", "2",
+        "--most-effects", "1", "--draw", "1", "--units", "si", "--maneuver", "40:45",
+        "--maneuver", "63.5:68.5",
+    )  # fmt: skip
+    assert code == 0, said
+    settings = asked[0].settings
+    assert settings.model is None
+    assert settings.refused == ("aero.Cm.speed", "unnamed.Cm.alpha_de2")
+    assert settings.forced == ("propulsion.Cm.throttle",)
+    assert settings.held_out == ("2",)
+    assert settings.most_effects == 1
+    assert asked[0].maneuvers[0].t_start == pytest.approx(40.0)
+    figures = [path.name for path in (tmp_path / "a" / "figures").iterdir()]
+    assert any("overlay-1" in name for name in figures)
+    assert not any("overlay-2" in name for name in figures)
+    assert "[m/s]" in said
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_json_on_the_screen_stands_alone(flight: Path, search: Install, tmp_path: Path) -> None:
+    search(SMALL)
+    done = CliRunner().invoke(
+        app, ["discrepancy", str(flight), "--out", str(tmp_path / "a"), "--json", "-"]
+    )
+    assert done.exit_code == 0
+    content = json.loads(done.stdout)
+    assert content == json.loads((tmp_path / "a" / "discrepancy.json").read_text(encoding="utf-8"))
+    assert "4. Show" in done.stderr
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_second_run_replaces_its_own_files_only(
+    flight: Path, search: Install, tmp_path: Path
+) -> None:
+    """Notes of the user stay; figures of the first run that the second does not draw are gone."""
+    out = tmp_path / "answer"
+    search(SMALL)
+    assert call(flight, "--out", out)[0] == 0
+    (out / "notes.txt").write_text("mine", encoding="utf-8")
+    search(adequate(maneuvers=3, samples=40))
+    assert call(flight, "--out", out)[0] == 0
+    assert (out / "notes.txt").read_text(encoding="utf-8") == "mine"
+    assert not list((out / "figures").glob("*ranking*"))
+    assert json.loads((out / "discrepancy.json").read_text())["verdict"] == "model-adequate"
+    assert [path.name for path in tmp_path.iterdir()] == ["answer"]
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), GroundStationError("too few maneuvers")])
+def test_what_stops_the_search_leaves_nothing(
+    flight: Path, search: Install, tmp_path: Path, stop: BaseException
+) -> None:
+    """Ctrl+C or an error in the search: no folder, not even a hidden one."""
+    search(stop)
+    code, _, _ = call(flight, "--out", tmp_path / "answer", "--json", tmp_path / "a.json")
+    assert code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_stops_the_writing_leaves_the_former_answer(
+    flight: Path, search: Install, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disk that fills up while the report is written: every file is still that of before."""
+    out = tmp_path / "answer"
+    search(SMALL)
+    assert call(flight, "--out", out)[0] == 0
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("gsapp.report.discrepancy_report.write_report", full)
+    search(adequate(maneuvers=3, samples=40))
+    code, _, error = call(flight, "--out", out)
+    assert code == 1
+    assert isinstance(error, OSError)
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+    assert [path.name for path in tmp_path.iterdir()] == ["answer"]
+
+
+def test_the_wrong_call_is_told_from_the_failed_one(tmp_path: Path) -> None:
+    code, said, _ = call("--out", tmp_path / "a")
+    assert code == 2
+    assert "--catalog" in said
+
+
+def test_the_catalog_is_listed(tmp_path: Path) -> None:
+    """Without any flight: for people, and for programs."""
+    code, said, _ = call("--catalog")
+    assert code == 0
+    assert "propulsion.Cm.throttle" in said
+    assert call("--catalog", "--json", tmp_path / "effects.json")[0] == 0
+    assert json.loads((tmp_path / "effects.json").read_text(encoding="utf-8"))
