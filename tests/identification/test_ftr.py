@@ -30,7 +30,7 @@ from gsapp.quantities.constants import DEGREE
 
 AIRCRAFT = load_aircraft("b777")
 # Settings were developed on seeds from 5000 on.
-SEEDS = range(8)
+SEEDS = range(300, 308)  # flown by other tests, too
 REPEATS = 25
 
 

@@ -84,7 +84,7 @@ def judged(seed: int, kind: str, *, gust: float = 0.0, color: float = 0.0) -> Tu
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_gusts_are_found_and_calm_air_is_left_alone(kind: str) -> None:
     """Gusts of 0.6 m/s in 4 of 4 maneuvers; no alarm in 4 calm ones, colored noise or not."""
-    for seed in range(900, 904):
+    for seed in range(300, 304):
         gusty = judged(seed, kind, gust=0.6)
         assert gusty.detected
         assert "compare equation error" in gusty.warning

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.signal import lfilter
@@ -159,6 +160,48 @@ def fly(
     still : sequence of str
         Surfaces that are not touched at all.
     """
+    flown = _flown if model is None and aircraft is None else _flown.__wrapped__
+    plane, truth, motion, state = flown(
+        seed, kind, duration, dt, gust, tuple(still), model, aircraft
+    )
+    random = np.random.default_rng(seed)
+    random.bit_generator.state = state
+    measured = _measured(plane, motion, random, color, noise)
+    if not attitude:
+        del measured["phi"], measured["theta"]
+    block = Block(
+        channels=tuple(measured), times=motion["time"], values=np.column_stack([*measured.values()])
+    )
+    inputs = {"lon": ("de",), "lat": ("da", "dr"), "both": ("de", "da", "dr")}[kind]
+    inputs = tuple(name for name in inputs if name not in still)
+    maneuver = Maneuver(
+        id=str(seed),
+        flight="virtual",
+        aircraft=plane,
+        block=block,
+        inputs=inputs,
+        mass=float(motion["mass"].mean()),
+        kind="doublet",
+    )
+    known = {name: truth.derivative(name) for name in axis_derivatives(AXES[kind])}
+    return Virtual(maneuver=maneuver, truth=known, motion=motion)
+
+
+@lru_cache(maxsize=64)
+def _flown(
+    seed: int,
+    kind: str,
+    duration: float,
+    dt: float,
+    gust: float,
+    still: tuple[str, ...],
+    model: Model | None,
+    aircraft: Aircraft | None,
+) -> tuple[Aircraft, Model, dict[str, FloatArray], dict[str, object]]:
+    """Return the motion that `fly` measures, and where its random numbers go on.
+
+    Flying takes 0.3 s, and tests fly the same maneuvers with other noise.
+    """
     random = np.random.default_rng(seed)
     plane = aircraft or load_aircraft("b777")
     truth = model or varied_model(random)
@@ -183,25 +226,7 @@ def fly(
     histories = commands_for(kind, times, random)
     histories.update({name: np.zeros_like(times) for name in still})
     motion = run(simulator, {name: history + resting[name] for name, history in histories.items()})
-    measured = _measured(plane, motion, random, color, noise)
-    if not attitude:
-        del measured["phi"], measured["theta"]
-    block = Block(
-        channels=tuple(measured), times=motion["time"], values=np.column_stack([*measured.values()])
-    )
-    inputs = {"lon": ("de",), "lat": ("da", "dr"), "both": ("de", "da", "dr")}[kind]
-    inputs = tuple(name for name in inputs if name not in still)
-    maneuver = Maneuver(
-        id=str(seed),
-        flight="virtual",
-        aircraft=plane,
-        block=block,
-        inputs=inputs,
-        mass=float(motion["mass"].mean()),
-        kind="doublet",
-    )
-    known = {name: truth.derivative(name) for name in axis_derivatives(AXES[kind])}
-    return Virtual(maneuver=maneuver, truth=known, motion=motion)
+    return plane, truth, motion, dict(random.bit_generator.state)
 
 
 def _measured(
