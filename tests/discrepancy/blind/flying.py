@@ -11,7 +11,7 @@
     flown.case           # what is right
     flown.truth          # true derivatives; flown.effects: true sizes
     flown.shown["3"]     # by maneuver: channels without noise, at the recorder's times
-    flown.steady["3"]    # what the instruments would have shown in still air (a gust is no gap)
+    flown.steady["3"]    # what a perfect model computes: still air, deflections as measured
 
 A clean case: ``Case(id="clean", group="nothing", verdicts=("model-adequate",))``; gusts by
 ``gust=0.3`` and so on.
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
-from blind.engine import CONTROLS, RATE, STEPS_PER_SECOND, Engine, Trim
+from blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Engine, Trim
 from blind.gusts import dryden
 from blind.instruments import AIR_BOX, SURFACES_BOX, Faults, exposed, recorded, with_faults
 from blind.jsbsim_aircraft import AIR, PROPULSION
@@ -178,7 +178,8 @@ class FlownCase:
     shown : dict of str to dict of str to ndarray
         By maneuver: what the instruments would have recorded without noise.
     steady : dict of str to dict of str to ndarray
-        The same controls flown in still air; `shown` itself where the air was still.
+        The same in still air, flown with the deflections that were measured: what a model that
+        lacks nothing computes.
     """
 
     case: Case
@@ -214,9 +215,17 @@ def baseline_of(case: Case) -> Model | None:
 
 
 def fly_motion(
-    case: Case, planned: Planned, *, still: bool = False
+    case: Case, planned: Planned, *, measured: Mapping[str, FloatArray] | None = None
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Fly one maneuver of a case; return its motion and its recorded controls, 100 Hz."""
+    """Fly one maneuver of a case; return its motion and its recorded controls, 100 Hz.
+
+    Parameters
+    ----------
+    case : Case
+    planned : Planned
+    measured : mapping of str to ndarray, optional
+        Errors of measured deflections: these are flown too, in still air.
+    """
     built = tuple(name for name in case.effects if name in AIR or name in PROPULSION)
     engine = engine_for(built)
     engine.set(truth_of(case), {name: case.effects[name] for name in built})
@@ -224,7 +233,11 @@ def fly_motion(
     trim = engine.trim(condition)
     controls, shown = controls_of(case, planned, trim)
     gusts = None
-    if case.gust and not still:
+    for name, error in (measured or {}).items():
+        times = np.arange(len(controls)) / STEPS_PER_SECOND - SETTLING
+        moves = np.interp(times, np.arange(error.size) / case.rate, error)
+        controls[:, CONTROLS.index(name)] += np.where(times < 0.0, 0.0, moves)
+    if case.gust and measured is None:
         gusts = dryden(
             case.gust, condition.V, len(controls), (case.plan, case.seed, int(planned.id), 4)
         )
@@ -265,11 +278,11 @@ def fly_case(case: Case, planned_maneuvers: Sequence[Planned] = PLAN) -> FlownCa
                 kind=planned.kind,
             )
         )
-        shown[planned.id] = steady[planned.id] = clean
-        if case.gust:
-            calm, moved = fly_motion(case, planned, still=True)
-            seen = with_faults(exposed(aircraft, {**calm, **moved}), faults)
-            steady[planned.id] = recorded(seen, random, noise=0.0, rate=case.rate)
+        shown[planned.id] = clean
+        errors = {name: taken[name] - clean[name] for name in ("de", "da", "dr")}
+        calm, moved = fly_motion(case, planned, measured=errors)
+        seen = with_faults(exposed(aircraft, {**calm, **moved}), faults)
+        steady[planned.id] = recorded(seen, random, noise=0.0, rate=case.rate)
     return FlownCase(
         case=case,
         maneuvers=tuple(maneuvers),

@@ -56,7 +56,7 @@ STATE_STEPS = (0.1, 1e-3, 1e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3)
 AIMED = 10.0
 """Sigmas at which the column of an effect is taken."""
 _VERSION = 1
-_WHITENING = 3
+_WHITENING = 4
 """Numbers that make what is kept stale: raised with how columns are flown, or whitened."""
 
 
@@ -167,6 +167,22 @@ def baseline_columns(plan: int) -> tuple[FloatArray, ...]:
         return tuple(kept[planned.id].astype(np.float64) for planned in PLAN)
 
 
+def _aimed(plan: int, effect: str) -> float:
+    """Return the size at which an effect shows about `AIMED` sigmas in calm air."""
+    if effect.endswith(WHOLE):
+        return typical(effect)
+    calm = Recording()
+    if in_table(0, calm):
+        # All plans are of one kind: what holds for the first is near enough.
+        return size_for(0, effect, calm, AIMED)
+    rest = neutral(effect)
+    away = typical(effect) - rest
+    column = [change_by(plan, one, effect, rest + away)[:, :, None] for one in PLAN]
+    total = gram(whitened(plan, PLAN, baseline_columns(plan), column, calm))
+    shows = math.sqrt(float(remaining(total, (effect,), own=effect)[0, 0]))
+    return rest + away * min(AIMED / max(shows, 1e-6), 20.0)
+
+
 def effect_columns(plan: int, effect: str) -> tuple[float, tuple[FloatArray, ...]]:
     """Return the size at which columns of an effect were taken, and its column by maneuver.
 
@@ -175,17 +191,10 @@ def effect_columns(plan: int, effect: str) -> tuple[float, tuple[FloatArray, ...
     xml = aircraft_xml(shipped_aircraft(), (effect,)) if effect in AIR else f"{effect} 2"
     path = cache_folder() / f"{effect}-{plan}-{_fingerprint(plan, xml, typical(effect))}.npz"
     if not path.exists():
-        rest = neutral(effect)
-        away = typical(effect) - rest
-        columns = tuple(change_by(plan, one, effect, rest + away) for one in PLAN)
-        if not effect.endswith(WHOLE):
-            column = [one[:, :, None] for one in columns]
-            total = gram(whitened(plan, PLAN, baseline_columns(plan), column, Recording()))
-            shows = math.sqrt(float(remaining(total, (effect,), own=effect)[0, 0]))
-            away *= min(AIMED / max(shows, 1e-6), 20.0)
-            columns = tuple(change_by(plan, one, effect, rest + away) for one in PLAN)
+        size = _aimed(plan, effect)
+        columns = (change_by(plan, one, effect, size) for one in PLAN)
         found = {one.id: each.astype(np.float32) for one, each in zip(PLAN, columns, strict=True)}
-        _keep(path, {**found, "size": np.array(rest + away)})
+        _keep(path, {**found, "size": np.array(size)})
     with np.load(path) as kept:
         return float(kept["size"]), tuple(kept[one.id].astype(np.float64) for one in PLAN)
 

@@ -1,0 +1,283 @@
+"""Blind cases: what was hidden in flights, and what the program made of them.
+
+Truth is flown by JSBSim (`tests/discrepancy/blind`); the program gets flights, aircraft file and
+baseline model. Sizes are in standard deviations that an effect shows once the baseline's own
+parameters are projected out. Hours of CPU; results are kept by case and taken up again as long as
+neither the program nor the cases change. With ``--quick`` a stratified tenth.
+
+Alone: ``python tests/bench/discrepancy.py [--quick] [--tune] [--only TEXT] [--processes N]``;
+``--tune`` takes the seeds that are never reported. ``GSAPP_BLIND_CACHE`` names the folder. Set
+OPENBLAS_NUM_THREADS=1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "discrepancy"))
+
+from blind.cases import Case, all_cases, tenth
+from blind.flying import fly_case
+from blind.judging import Marks, Named, Outcome, judge, outcome_of
+from blind.sensitivity import cache_folder, with_sizes
+
+ROOT = Path(__file__).parents[2]
+PROCESSES = 2
+STRONG = 10.0
+BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
+
+
+def fingerprint() -> str:
+    """Return a name for the program and the cases as they are."""
+    digest = hashlib.sha256()
+    folders = [ROOT / "gsapp" / one for one in ("discrepancy", "dynamics", "identification")]
+    for folder in (*folders, ROOT / "tests" / "discrepancy" / "blind"):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def answer(case: Case) -> Outcome:
+    """Fly one case and put it to the program."""
+    from gsapp.discrepancy.settings import DiscrepancySettings
+    from gsapp.discrepancy.workflow import investigate
+    from gsapp.foundation import GroundStationError
+
+    sized = with_sizes(case)
+    flown = fly_case(sized)
+    started = time.process_time()
+    try:
+        found = investigate(flown.maneuvers, flown.aircraft, DiscrepancySettings(model=flown.model))
+    except (GroundStationError, ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+        spent = time.process_time() - started
+        words = f"{type(error).__name__}: {error}"
+        return Outcome(id=case.id, verdict="failed", cpu=spent, error=words)
+    return outcome_of(flown, found, time.process_time() - started)
+
+
+def read(path: Path) -> Outcome:
+    """Return a kept outcome."""
+    content = json.loads(path.read_text("utf-8"))
+    content["named"] = tuple(Named(**one) for one in content["named"])
+    for name in ("ranking", "values"):
+        content[name] = tuple(content[name])
+    content["alternatives"] = tuple(tuple(one) for one in content["alternatives"])
+    return Outcome(**content)
+
+
+def kept(case: Case, folder: Path) -> Outcome:
+    """Return the outcome of a case: kept, or found now."""
+    path = folder / f"{case.id}.json"
+    if path.exists():
+        return read(path)
+    found = answer(case)
+    waiting = path.with_suffix(f".{os.getpid()}")
+    waiting.write_text(json.dumps(asdict(found)), "utf-8")
+    waiting.replace(path)
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One case, its answer and the marks for it."""
+
+    case: Case
+    outcome: Outcome
+    marks: Marks
+
+
+def run(cases: Sequence[Case], processes: int) -> list[Row]:
+    """Answer all cases, several at a time."""
+    folder = cache_folder() / "answers" / fingerprint()
+    folder.mkdir(parents=True, exist_ok=True)
+    print(f"{len(cases)} cases; answers in {folder}", flush=True)
+    # Those of one plan and one air after another: what a process knows of them it keeps.
+    ordered = sorted(cases, key=lambda one: (one.plan, str(one.recording), one.id))
+    outcomes: dict[str, Outcome] = {}
+    started = time.monotonic()
+    with ProcessPoolExecutor(max_workers=processes) as pool:
+        waiting = {pool.submit(kept, case, folder): case for case in ordered}
+        for count, done in enumerate(as_completed(waiting), start=1):
+            outcomes[waiting[done].id] = done.result()
+            if count % 25 == 0:
+                spent = time.monotonic() - started
+                print(f"  {count} of {len(cases)}, {spent:.0f} s", flush=True)
+    rows = []
+    for case in cases:
+        sized = with_sizes(case)
+        outcome = outcomes[case.id]
+        rows.append(Row(case=sized, outcome=outcome, marks=judge(sized, outcome)))
+    return rows
+
+
+# --- what is printed -----------------------------------------------------------------------------
+
+
+def share(values: Iterable[bool | None]) -> str:
+    """Return a percentage and of how many."""
+    known = [value for value in values if value is not None]
+    return f"{100.0 * sum(known) / len(known):5.1f} %/{len(known):<4}" if known else "     -     "
+
+
+def middle(values: Iterable[float | None], scale: float = 100.0) -> str:
+    """Return the median."""
+    known = [value for value in values if value is not None]
+    return f"{scale * float(np.median(known)):7.1f}" if known else "      -"
+
+
+COLUMNS: Mapping[str, Callable[[Sequence[Row]], str]] = {
+    "first": lambda rows: share(row.marks.first for row in rows),
+    "first or": lambda rows: share(row.marks.first_or_ambiguous for row in rows),
+    "in three": lambda rows: share(row.marks.three for row in rows),
+    "false name": lambda rows: share(row.marks.false_name for row in rows),
+    "coefficient": lambda rows: share(row.marks.coefficient for row in rows),
+    "maneuver": lambda rows: share(row.marks.maneuver for row in rows),
+    "covered": lambda rows: share(row.marks.covered for row in rows),
+    "closed %": lambda rows: middle(row.marks.closed for row in rows),
+    "size off %": lambda rows: middle(row.marks.size_error for row in rows),
+}
+
+
+def table(title: str, rows: Sequence[Row], key: Callable[[Row], str]) -> None:
+    """Print the columns for groups of rows."""
+    print(f"\n{title}")
+    print(f"{'':30}" + "".join(f"{name:>13}" for name in COLUMNS))
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(key(row), []).append(row)
+    for name, group in groups.items():
+        print(f"{name:30}" + "".join(f"{words(group):>13}" for words in COLUMNS.values()))
+
+
+def print_hidden(rows: Sequence[Row]) -> None:
+    """Print how effects were named: overall, by effect, size and air."""
+    strong = [row for row in rows if row.case.sigma >= STRONG]
+    if not strong:
+        return
+    print("\n'first or': named first, or listed among effects said not to be told apart")
+    table("one effect of 10 sigma and more (asked: first 95, three 99 %)", strong, lambda _: "all")
+    table("by size", rows, lambda row: f"{row.case.sigma:g} sigma")
+    table("by air, 10 sigma and more", strong, lambda row: row.case.air)
+    table("by baseline, 10 sigma and more", strong, lambda row: row.case.baseline)
+    table(
+        "by recorder, 10 sigma and more",
+        strong,
+        lambda row: (
+            f"noise x{row.case.noise:g} {'colored' if row.case.colored else 'white'} "
+            f"{row.case.rate} Hz"
+        ),
+    )
+    table("by effect, 10 sigma and more", strong, lambda row: row.case.kind)
+    said = [row for row in rows if row.marks.ambiguity is not None]
+    print(f"\nsaid not to be told apart: {len(said)} of {len(rows)}")
+    print(f"  the truth among them   {share(row.marks.ambiguity for row in said)}")
+    print(f"  truly not to be told   {share(row.marks.deserved for row in said)}")
+
+
+def print_nothing(rows: Sequence[Row]) -> None:
+    """Print false names where nothing is hidden."""
+    if not rows:
+        return
+    print("\nnothing hidden (asked: false names at most 0.5 %)")
+    print(f"{'':30}{'right verdict':>15}{'false name':>13}   verdicts")
+    groups: dict[str, list[Row]] = {"all": list(rows)}
+    for row in rows:
+        groups.setdefault(row.case.kind, []).append(row)
+    for name, group in groups.items():
+        verdicts: dict[str, int] = {}
+        for row in group:
+            verdicts[row.outcome.verdict] = verdicts.get(row.outcome.verdict, 0) + 1
+        right = share(row.marks.verdict for row in group)
+        false = share(row.marks.false_name for row in group)
+        words = ", ".join(f"{key} {count}" for key, count in sorted(verdicts.items()))
+        print(f"{name:30}{right:>15}{false:>13}   {words}")
+    for gust in (0.1, 0.3, 1.0):
+        said = [row.outcome.gust for row in rows if row.case.gust == gust]
+        if said:
+            print(f"  gusts of {gust:g} m/s: said {np.median(said):.2f} m/s (median)")
+
+
+def print_outside(rows: Sequence[Row]) -> None:
+    """Print abstention on effects that the catalog does not have."""
+    if not rows:
+        return
+    print("\noutside the catalog (asked: abstention 95 %)")
+    groups: dict[str, list[Row]] = {"all": list(rows)}
+    for row in rows:
+        groups.setdefault(row.case.kind, []).append(row)
+    for name, group in groups.items():
+        taken: dict[str, int] = {}
+        for row in group:
+            for one in row.outcome.named:
+                taken[one.effect] = taken.get(one.effect, 0) + 1
+        words = ", ".join(f"{key} {count}" for key, count in taken.items()) or "nothing"
+        print(f"{name:30}{share(row.marks.abstained for row in group):>13}   named: {words}")
+
+
+def print_confidence(rows: Sequence[Row]) -> None:
+    """Print how often names are right, by how sure the program said it was."""
+    said = [pair for row in rows for pair in row.marks.confidences]
+    print("\nconfidence: said, right, names")
+    for low, high in pairwise(BINS):
+        inside = [
+            pair for pair in said if low <= pair[0] < high or (high == 1.0 and pair[0] == 1.0)
+        ]
+        if inside:
+            mean = float(np.mean([pair[0] for pair in inside]))
+            right = float(np.mean([pair[1] for pair in inside]))
+            print(f"  {100.0 * mean:5.1f} %  {100.0 * right:5.1f} %  {len(inside)}")
+
+
+def report(rows: Sequence[Row]) -> None:
+    """Print everything."""
+    of = {
+        group: [row for row in rows if row.case.group == group]
+        for group in ("hidden", "nothing", "outside", "pair")
+    }
+    print_hidden(of["hidden"])
+    print_nothing(of["nothing"])
+    print_outside(of["outside"])
+    if of["pair"]:
+        table("two effects, both named", of["pair"], lambda row: row.case.kind)
+        table("two effects, all", of["pair"], lambda _: "all")
+    print_confidence(rows)
+    spent = [row.outcome.cpu for row in rows]
+    print(f"\nCPU s a case: median {np.median(spent):.1f}, worst {max(spent):.1f} (asked: 10)")
+    failed = [row.outcome for row in rows if row.outcome.verdict == "failed"]
+    for outcome in failed:
+        print(f"failed: {outcome.id}: {outcome.error}")
+
+
+def main(*arguments: str) -> None:
+    """Run and print."""
+    parser = argparse.ArgumentParser(prog="discrepancy")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--tune", action="store_true", help="seeds that are never reported")
+    parser.add_argument("--only", default="", help="cases whose id holds this")
+    parser.add_argument("--processes", type=int, default=PROCESSES)
+    chosen = parser.parse_args(arguments)
+    cases = all_cases("tune" if chosen.tune else "report")
+    if chosen.quick:
+        cases = tenth(cases)
+    cases = tuple(case for case in cases if chosen.only in case.id)
+    if not cases:
+        print(f"no case has '{chosen.only}' in its id")
+        return
+    print("truth flown by JSBSim" + (", seeds to tune on" if chosen.tune else ""))
+    report(run(cases, chosen.processes))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
