@@ -6,6 +6,7 @@ import contextlib
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -77,6 +78,8 @@ def run(
     from gsapp.cli._discrepancy_text import describe
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.discrepancy.belonging import check_model
+    from gsapp.discrepancy.remarks import record_remarks
     from gsapp.discrepancy.result_json import discrepancy_json
     from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.dynamics.model import load_model
@@ -99,7 +102,11 @@ def run(
     own = flown[0].aircraft
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     _check_maneuvers(maneuvers, held_out, draw)
+    if settings.model is not None:
+        check_model(settings.model, maneuvers)
     found = _search(console, maneuvers, own, settings)
+    remarks = record_remarks(maneuvers, own)
+    found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
     provenance = search_provenance(
         flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
         maneuvers=maneuver,

@@ -1,0 +1,62 @@
+"""Whether a model belongs to the flights at all: a missing effect is small beside the lift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import measured_motion
+from gsapp.quantities.constants import GRAVITY
+
+_TOLERANCE = 0.5
+"""Share of the measured normal force by which a model of this aircraft may be off."""
+
+
+def check_model(model: Model, maneuvers: Sequence[Maneuver]) -> None:
+    """Raise if a model gives quite another normal force than these maneuvers show.
+
+    Values that are 10 to 20 % wrong pass, and so does any single effect of the catalog; a model,
+    an aircraft file or a speed that is of another aircraft does not.
+
+    Parameters
+    ----------
+    model : Model
+        The one that was given.
+    maneuvers : sequence of Maneuver
+        Those that hold a normal acceleration.
+
+    Raises
+    ------
+    FlightError
+        Saying by how much, and what to check.
+    """
+    measured, modeled = [], []
+    for one in maneuvers:
+        samples = one.samples("an")
+        good = np.isfinite(samples)
+        if not good.any():
+            continue
+        flight_model = FlightModel(one.aircraft, model)
+        motion = measured_motion(one)
+        state, inputs = tuple(motion.states.T), tuple(motion.inputs.T)
+        settled = flight_model.resting_states(state, inputs)
+        upward = -np.asarray(flight_model.totals((*state, *settled), inputs).loads[2])
+        measured.append(samples[good])
+        modeled.append((np.broadcast_to(upward, samples.shape) / one.mass)[good])
+    if not measured:
+        return
+    flown, given = np.concatenate(measured), np.concatenate(modeled)
+    off = float(np.median(np.abs(given - flown)))
+    usual = float(np.median(np.abs(flown)))
+    if not off <= _TOLERANCE * usual:
+        raise FlightError(
+            f"the model '{model.name}' seems to be of another aircraft: in these maneuvers it "
+            f"gives {np.median(given) / GRAVITY:.2g} g where {np.median(flown) / GRAVITY:.2g} g "
+            "were measured; check model and aircraft file (mass, wing area), or leave the model "
+            "out and the linear build-up is fitted"
+        )
