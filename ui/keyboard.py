@@ -33,6 +33,8 @@ class ArrowKeys:
     """Marks a control of one's own that moves by the arrows, as a list does."""
 
 
+_MOVES = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down})
+"""With Alt a list moves its line."""
 _PRESS = frozenset({Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter})
 _ALLOWED = Qt.KeyboardModifier.KeypadModifier
 _KEPT: tuple[tuple[type, frozenset[Qt.Key]], ...] = (
@@ -62,8 +64,10 @@ class KeyKeeper(QObject):
             plain = not (event.modifiers() & ~_ALLOWED)
             for kind, keys in _KEPT:
                 if isinstance(watched, kind):
-                    list_move = moving and kind is QAbstractItemView
-                    if (plain or list_move) and Qt.Key(event.key()) in keys:
+                    list_move = (
+                        moving and kind is QAbstractItemView and Qt.Key(event.key()) in _MOVES
+                    )
+                    if list_move or (plain and Qt.Key(event.key()) in keys):
                         event.accept()
                         return True
                     break

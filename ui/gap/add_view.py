@@ -44,7 +44,7 @@ class AddView(ChapterView):
             look, "Effects: in the model, next, refused", ("Step", "Effect", "State"),
             stretch=1, widths={0: 52, 2: 150}, least=3,
         )  # fmt: skip
-        pair.left.addWidget(self.effects, 1)
+        pair.left.addWidget(self.effects, 30)
         self.none = label("", "muted", wrap=True)
         pair.left.addWidget(self.none)
         pair.left.addWidget(button_row(look, *self.buttons.values()))
@@ -55,7 +55,7 @@ class AddView(ChapterView):
             look, "Values that moved", ("Derivative", "Before", "After", "Moved by"),
             stretch=2, widths={0: 100, 1: 100, 3: 76}, right=frozenset({1, 2, 3}), least=2,
         )  # fmt: skip
-        pair.left.addWidget(self.values, 1)
+        pair.left.addWidget(self.values, 30)
         self.settled = label("", "muted", wrap=True)
         pair.left.addWidget(self.settled)
         pair.left.addStretch(1)

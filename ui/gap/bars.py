@@ -165,7 +165,10 @@ class Waterfall(_Painted):
             painter.drawText(at, _LEFT, times_floor_text(one.after))
         bottom = len(self._falls) * step
         x = room / largest
-        self._floor_line(painter, x, 0, bottom)
+        for row in range(len(self._falls)):
+            # Beside the bars only, not through the words.
+            top = row * step + look.px(18)
+            self._floor_line(painter, x, top, top + thick + look.px(4))
         painter.setFont(look.font("label"))
         painter.setPen(look.color("muted"))
         words = "1 = noise floor"

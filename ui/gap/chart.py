@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyqtgraph
 from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import QFrame, QSizePolicy, QVBoxLayout, QWidget
 
 from gsapp.quantities import FloatArray
@@ -17,6 +17,7 @@ from ui.keyboard import ArrowKeys
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
+from ui.words import MINUS
 
 _HIGH = 168
 """Points of height below which a plot says too little."""
@@ -209,11 +210,23 @@ class Chart(QFrame):
         self._redraw()
 
 
+class _Axis(pyqtgraph.AxisItem):
+    """An axis whose numbers have a true minus sign, and no factor hidden in its label."""
+
+    def __init__(self, **options: object) -> None:
+        super().__init__(**options)
+        self.enableAutoSIPrefix(False)
+
+    def tickStrings(self, values: object, scale: float, spacing: float) -> list[str]:
+        """Return the numbers as they are shown."""
+        return [text.replace("-", MINUS) for text in super().tickStrings(values, scale, spacing)]
+
+
 class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
     """The plot itself."""
 
     def __init__(self, look: Look, name: str) -> None:
-        super().__init__()
+        super().__init__(axisItems={side: _Axis(orientation=side) for side in ("left", "bottom")})
         self._look = look
         self.setAccessibleName(f"Chart: {name}")
         self.setToolTip("Left and Right move, Up and Down zoom in time, Home shows everything")
@@ -245,7 +258,8 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
             axis.setStyle(tickTextOffset=look.px(4), tickLength=-look.px(4))
             axis.label.setFont(font)
         item.getAxis("left").setWidth(look.px(64))
-        item.getAxis("bottom").setHeight(look.px(38))
+        # Ticks and label below each other, with the margin that rich text brings.
+        item.getAxis("bottom").setHeight(2 * QFontMetrics(font).height() + 12 + look.px(6))
         item.showGrid(x=True, y=True, alpha=0.18)
 
     def show_items(
@@ -286,7 +300,7 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
             return pyqtgraph.ScatterPlotItem(
                 curve.x[::every],
                 curve.y[::every],
-                size=look.px(4 if curve.name.startswith("maneuver") else 3),
+                size=look.px(5 if curve.name.startswith("maneuver") else 4),
                 pen=None,
                 brush=pyqtgraph.mkBrush(color),
             )

@@ -33,7 +33,7 @@ class FindView(ChapterView):
         self.column.addWidget(pair, 1)
         pair.left.addWidget(label("Times the noise floor", "heading"))
         self.map = MapView(look)
-        pair.left.addWidget(self.map, 3)
+        pair.left.addWidget(self.map, 30)
         pair.left.addWidget(MapLegend(look))
         pair.left.addWidget(label("A corner marks what is more than chance.", "hint", wrap=True))
         self.heading = label("Disagreements", "heading")
@@ -42,14 +42,15 @@ class FindView(ChapterView):
             look, "Disagreements, most significant first", ("Maneuver", "What and where"),
             stretch=1, widths={0: 76}, least=3,
         )  # fmt: skip
-        pair.left.addWidget(self.lines, 2)
+        pair.left.addWidget(self.lines, 20)
         self.none = label("", "muted", wrap=True)
         pair.left.addWidget(self.none)
         self.detail = label("", "hint", wrap=True)
         pair.left.addWidget(self.detail)
+        pair.left.addStretch(1)
         self.trace = Chart(look, "Missing coefficient over time")
         pair.right.addWidget(self.trace, 1)
-        self.variable = Choice(look, "Against")
+        self.variable = Choice(look, "Against", letters=18)
         pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
         self.cloud = Chart(look, "Missing coefficient against the region")
         pair.right.addWidget(self.cloud, 1)

@@ -33,7 +33,7 @@ class NameView(ChapterView):
         self.margin = label("", "muted", wrap=True)
         pair.left.addWidget(self.margin)
         self.ranking = RankingView(look)
-        pair.left.addWidget(self.ranking, 3)
+        pair.left.addWidget(self.ranking, 30)
         pair.left.addWidget(label("What these flights could show", "heading"))
         self.hidden_only = QCheckBox("Only what they could not show")
         self.hidden_only.setAccessibleName("Only the effects that these flights could not show")
@@ -43,7 +43,8 @@ class NameView(ChapterView):
             ("Effect", "A plausible size shows", "To see it, fly"),
             stretch=2, widths={0: 190, 1: 150}, least=3,
         )  # fmt: skip
-        pair.left.addWidget(self.observability, 3)
+        pair.left.addWidget(self.observability, 30)
+        pair.left.addStretch(1)
         self.effect = label("", "heading", wrap=True)
         pair.right.addWidget(self.effect)
         self.equation = label("", "muted", wrap=True)

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
     QGridLayout,
     QHBoxLayout,
     QSizePolicy,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
     QVBoxLayout,
     QWidget,
 )
 
-from ui.flight.tables import Line, LinesModel, LinesView
+from ui.flight.tables import Index, Line, LinesModel, LinesView
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
@@ -103,19 +106,21 @@ class Lines(LinesView):
         most: int = 8,
     ) -> None:
         self._rows = (least, most)
+        self._wish = 0
         super().__init__(LinesModel(look, titles, right), look, name, stretch, widths)
+        self.setItemDelegate(_Wrapping(look, self))
         self.horizontalHeader().setVisible(any(titles))
         self.horizontalHeader().setSectionsClickable(False)
         policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.setSizePolicy(policy)
-        look.changed.connect(self._fit)
-        self._fit()
+        self.horizontalHeader().sectionResized.connect(lambda *_: self._rewrap())
+        look.changed.connect(self._rewrap)
+        self._rewrap()
 
     def show_lines(self, lines: Sequence[Line]) -> None:
         """Show other lines."""
         self.lines.show(lines)
-        self._fit()
-        self.updateGeometry()
+        self._rewrap()
 
     def choose(self, key: object) -> None:
         """Put the keyboard's line on a key, if it is there."""
@@ -124,26 +129,47 @@ class Lines(LinesView):
                 self.setCurrentIndex(self.lines.index(row, 0))
                 return
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Let wrapped rows take the height they need."""
-        super().resizeEvent(event)
+    def _rewrap(self) -> None:
+        """Give wrapped rows the height they need at the width they have."""
+        self.resizeRowsToContents()
         self._fit()
+        self.updateGeometry()
 
     def _fit(self) -> None:
-        head = self.horizontalHeader().sizeHint().height() if self.horizontalHeader().isVisibleTo(
-            self
-        ) else 0  # fmt: skip
-        row = self._look.px(34)
-        least = min(max(len(self.lines.lines), 1), self._rows[0])
-        high = head + least * row + 4
-        if high != self.minimumHeight():
-            self.setMinimumHeight(high)
+        rows = range(len(self.lines.lines))
+        heights = [self.rowHeight(row) for row in rows] or [self._look.px(34)]
+        head = self.horizontalHeader()
+        top = (0 if head.isHidden() else head.sizeHint().height()) + 4
+        least, most = self._rows
+        # Never higher than its lines: an empty half of a table says nothing.
+        bounds = (top + sum(heights[:least]), top + sum(heights))
+        self._wish = top + sum(heights[:most])
+        if bounds != (self.minimumHeight(), self.maximumHeight()):
+            self.setMinimumHeight(bounds[0])
+            self.setMaximumHeight(bounds[1])
 
     def sizeHint(self) -> QSize:
         """Return the size of the lines, within reason."""
-        head = self.horizontalHeader().sizeHint().height()
-        high = sum(self.rowHeight(row) for row in range(min(len(self.lines.lines), self._rows[1])))
-        return QSize(self._look.px(320), head + max(high, self._look.px(34)) + 4)
+        return QSize(self._look.px(320), self._wish)
+
+
+class _Wrapping(QStyledItemDelegate):
+    """Rows as high as their words need, with room to spare for the padding of the style."""
+
+    def __init__(self, look: Look, parent: QTableView) -> None:
+        super().__init__(parent)
+        self._look = look
+        self._table = parent
+
+    def sizeHint(self, _option: QStyleOptionViewItem, index: Index) -> QSize:
+        """Return the size of a cell at the width of its column."""
+        look = self._look
+        font = index.data(Qt.ItemDataRole.FontRole) or look.font("body")
+        wide = max(self._table.columnWidth(index.column()) - look.px(20), 16)
+        box = QFontMetrics(font).boundingRect(
+            QRect(0, 0, wide, 10_000), Qt.TextFlag.TextWordWrap, str(index.data() or "")
+        )
+        return QSize(wide, box.height() + look.px(14))
 
 
 class Choice(QWidget):
@@ -155,9 +181,11 @@ class Choice(QWidget):
         Sizes.
     name : str
         Beside the list.
+    letters : int
+        That the list shows at least.
     """
 
-    def __init__(self, look: Look, name: str) -> None:
+    def __init__(self, look: Look, name: str, *, letters: int = 12) -> None:
         super().__init__()
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -169,7 +197,7 @@ class Choice(QWidget):
         self.box.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
-        self.box.setMinimumContentsLength(10)
+        self.box.setMinimumContentsLength(letters)
         row.addWidget(self.box, 1)
         self.setFocusProxy(self.box)
         self._shown: tuple[tuple[str, str], ...] = ()

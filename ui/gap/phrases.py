@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 
 from gsapp.discrepancy.results import Discrepancy, ManeuverView, Region
@@ -38,7 +39,7 @@ _CONFIDENCE = (
     (0.50, "more likely than not"),
     (0.0, "a guess"),
 )
-_SEEN = ((10.0, "clearly"), (5.0, "well enough"), (3.0, "barely"), (-math.inf, "not"))
+_SEEN = ((10.0, "clearly"), (5.0, "well enough"), (3.0, "barely"), (-math.inf, "too little"))
 NOT_SEEN = 3.0
 """Standard deviations below which these flights could not have shown an effect."""
 
@@ -184,16 +185,18 @@ def shown(name: str, values: FloatArray, system: str) -> FloatArray:
 
 def inputs_text(kind: str) -> str:
     """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
-    return " ".join(_SURFACES.get(word, word) for word in kind.split()) or "maneuver"
+    words = re.split(r"(\W+)", kind.strip())
+    return "".join(_SURFACES.get(word, word) for word in words) or "maneuver"
 
 
-def maneuver_text(view: ManeuverView) -> str:
+def maneuver_text(view: ManeuverView, *, clock: bool = True) -> str:
     """Return one maneuver in a list: ``3 · doublet · 02:18 · kept out``."""
     parts = [view.id, inputs_text(view.kind)]
-    if view.times.size:
+    if clock and view.times.size:
         parts.append(clock_text(float(view.times[0])))
     if view.held_out:
-        parts.append("kept out")
+        # Where there is no room for everything, this matters more than the kind.
+        parts.insert(len(parts) if clock else 1, "kept out")
     return " · ".join(parts)
 
 

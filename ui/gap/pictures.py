@@ -43,7 +43,7 @@ LEVELS = (1.5, 2.5, 5.0, 10.0)
 """Times the noise floor at which a cell of the map takes the next color."""
 
 _VARIABLES = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
-_OVER_FLOOR = 1.5
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +104,20 @@ def held(answer: Answer, wish: Selection) -> Selection:
         variable=variable,
         channel=channel,
     )
+
+
+def kept_out(answer: Answer, selection: Selection) -> str:
+    """Return the maneuver kept out in which the baseline lacks most; empty if there is none."""
+    found = answer.discrepancy
+    if not found.steps or selection.coefficient not in found.coefficients:
+        return ""
+    column = found.coefficients.index(selection.coefficient)
+    kept = [
+        (float(found.steps[0].map[row, column]), view.id)
+        for row, view in enumerate(found.maneuvers)
+        if view.held_out
+    ]
+    return max(kept)[1] if kept else ""
 
 
 def view_of(answer: Answer, maneuver: str) -> ManeuverView | None:
@@ -189,7 +203,9 @@ def map_picture(answer: Answer, step: int) -> MapPicture:
         )
         for row, view in enumerate(found.maneuvers)
     )
-    rows = tuple((view.id, maneuver_text(view), view.held_out) for view in found.maneuvers)
+    rows = tuple(
+        (view.id, maneuver_text(view, clock=False), view.held_out) for view in found.maneuvers
+    )
     return MapPicture(rows=rows, columns=found.coefficients, cells=cells)
 
 
@@ -378,9 +394,7 @@ def competition_text(answer: Answer, step: int) -> str:
             f"Nothing more is proven. The best of the rest is “{best.title}” with "
             f"{percent_text(best.evidence)} of the evidence."
         )
-    return (
-        f"“{effect.title}” – {confidence_text(effect.confidence)}. {runner_up_text(answer, effect)}"
-    )
+    return f"“{effect.title}” – {confidence_text(effect.confidence)}."
 
 
 def runner_up_text(answer: Answer, effect: FoundEffect) -> str:
@@ -672,18 +686,15 @@ def _gap_cells(name: str, one: ChannelGap, system: str) -> tuple[str, ...]:
     def rms(value: float) -> str:
         return number_text(value - zero, min(decimals, 5))
 
-    return (
+    cells = (
         f"{rms(before)} → {rms(after)} {axis_unit(name, system)}".rstrip(),
         rms(floor),
         f"{number_text(one.before_pct, 1)} → {number_text(one.after_pct, 1)} %",
         f"{number_text(one.theil_before, 3)} → {number_text(one.theil_after, 3)}",
         f"{percent_text(one.within_before)} → {percent_text(one.within_after)}",
     )
-
-
-def over_floor(ratio: float) -> bool:
-    """Return whether a gap stands out of the noise."""
-    return ratio >= _OVER_FLOOR
+    # Numbers that belong together stay on one line.
+    return tuple(cell.replace(" ", NO_BREAK) for cell in cells)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

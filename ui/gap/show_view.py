@@ -31,8 +31,8 @@ class ShowView(ChapterView):
         super().__init__(look)
         pair = Pair(look, (7, 5))
         self.column.addWidget(pair, 1)
-        self.maneuver = Choice(look, "Maneuver")
-        self.channel = Choice(look, "Channel")
+        self.maneuver = Choice(look, "Maneuver", letters=32)
+        self.channel = Choice(look, "Channel", letters=16)
         self.buttons = {
             "gap_report": ActionButton(actions["gap_report"], "Write the report…", look),
             "gap_save": ActionButton(actions["gap_save"], "Save the model…", look),
@@ -58,8 +58,8 @@ class ShowView(ChapterView):
         self.column.addWidget(self.numbers_heading)
         self.numbers = Lines(
             look, "Numbers of each channel",
-            ("Channel", "RMS", "Noise", "RMS over range", "Theil", "Within 3 floors"),
-            stretch=1, widths={0: 72, 2: 72, 3: 124, 4: 128, 5: 124},
+            ("Channel", "RMS", "Noise", "Of range", "Theil", "In 3 floors"),
+            stretch=0, widths={1: 128, 2: 60, 3: 104, 4: 112, 5: 104},
             right=frozenset({1, 2, 3, 4, 5}), least=5, most=12,
         )  # fmt: skip
         self.column.addWidget(self.numbers)
@@ -89,13 +89,14 @@ class ShowView(ChapterView):
         self._draw_overlay()
         gap = found.gap
         self.closed.setText(f"{closed_text(gap.closed, gap.closed_std)}.")
-        kept = f"Judged on {joined(gap.on)}, kept out of naming and fitting." if gap.on else (
-            "No maneuver could be kept out: fly one more of each kind."
-        )  # fmt: skip
+        kept = "No maneuver could be kept out: fly one more of each kind."
+        if gap.on:
+            kept = f"Judged on maneuvers {joined(gap.on)}, kept out of naming and fitting."
         self.on.setText(f"From the baseline to the last effect. {kept}")
         self.bars.show_pairs(bar_pairs(answer, selection.step))
         self.falls.show_falls(waterfall(answer, selection.step))
         lines = gap_lines(answer, self.look.units)
+        self.numbers.setMaximumWidth(self.look.px(760))
         self.numbers.show_lines(lines)
         self.numbers.setVisible(bool(lines))
         self.numbers_heading.setText("Baseline → last effect, on the maneuvers kept out")

@@ -27,7 +27,7 @@ from ui.gap.chapters import ChapterView
 from ui.gap.find_view import FindView
 from ui.gap.name_view import NameView
 from ui.gap.phrases import verdict_state, verdict_text
-from ui.gap.pictures import Selection, beginning, effect_of_step, held, step_names
+from ui.gap.pictures import Selection, beginning, effect_of_step, held, kept_out, step_names
 from ui.gap.request import Answer
 from ui.gap.show_view import ShowView
 from ui.gap.steps import CHAPTERS
@@ -60,6 +60,26 @@ class _Sign(QWidget):
         painter.end()
 
 
+class _Page(QWidget):
+    """The page that scrolls: side by side it asks for what it needs, stacked for what it likes."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.setObjectName("page")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+
+    def heightForWidth(self, width: int) -> int:
+        """Return the height at a width; what the window has beyond goes to the charts."""
+        layout = self.layout()
+        if layout is None:
+            return -1
+        if width < self._look.px(_ONE_ROW):
+            # It scrolls anyway: tables within it need not.
+            return layout.totalHeightForWidth(width)
+        return layout.minimumHeightForWidth(width)
+
+
 class StoryView(QScrollArea):
     """Verdict, the way through the models, and one of the four steps.
 
@@ -87,13 +107,12 @@ class StoryView(QScrollArea):
         self._actions = actions
         self.answer: Answer | None = None
         self.selection = Selection()
-        self._moved = False
+        self._moved = self._chose = False
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setAccessibleName("The search's answer")
-        page = QWidget()
-        page.setObjectName("page")
+        page = _Page(look)
         self.setWidget(page)
         self._column = QVBoxLayout(page)
         self._column.addLayout(self._head())
@@ -106,7 +125,7 @@ class StoryView(QScrollArea):
         }
         for name, view in self.chapters.items():
             view.setAccessibleName(name)
-            view.selected.connect(self.select)
+            view.selected.connect(self._choose)
             self._column.addWidget(view, 1)
             view.hide()
         self.chapter = ""
@@ -174,7 +193,7 @@ class StoryView(QScrollArea):
             self.selection = beginning(
                 answer, variable=settings.gap_variable, channel=settings.gap_channel
             )
-            self._moved = False
+            self._moved = self._chose = False
             self.go("find", focus=False)
         self._tell()
         self.select(self.selection)
@@ -187,6 +206,11 @@ class StoryView(QScrollArea):
         self._sign.show_state(verdict_state(answer.discrepancy))
         self.why.setText(answer.discrepancy.why)
         self.about.setText(answer.request.words)
+
+    def _choose(self, selection: Selection) -> None:
+        """Look at what the crew chose."""
+        self._chose |= selection.maneuver != self.selection.maneuver
+        self.select(selection)
 
     def select(self, selection: Selection) -> None:
         """Look at something else."""
@@ -206,9 +230,12 @@ class StoryView(QScrollArea):
         if self.answer is None:
             return
         last = len(self.answer.discrepancy.steps) - 1
-        if chapter == "show" and not self._moved and self.selection.step == 0:
-            # The story's end shows what was won, unless the crew chose a model itself.
-            self.selection = replace(self.selection, step=last)
+        if chapter == "show":
+            # The story's end shows what was won, unless the crew chose something itself.
+            if not self._moved and self.selection.step == 0:
+                self.selection = replace(self.selection, step=last)
+            if not self._chose and (kept := kept_out(self.answer, self.selection)):
+                self.selection = replace(self.selection, maneuver=kept)
         self.chapter = chapter
         for name, view in self.chapters.items():
             view.setVisible(name == chapter)
@@ -239,6 +266,7 @@ class StoryView(QScrollArea):
         if self.answer is None or not self.answer.discrepancy.maneuvers:
             return
         ids = [view.id for view in self.answer.discrepancy.maneuvers]
+        self._chose = True
         place = ids.index(self.selection.maneuver) + steps
         self.select(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
 

@@ -15,7 +15,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QPainter
+from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -35,7 +35,8 @@ from ui.words import percent_text
 Index = QModelIndex | QPersistentModelIndex
 _ROLE = Qt.ItemDataRole.UserRole
 _ROW = 30
-_MOST_ROWS = 12
+_CELL = 44
+_MOST_ROWS = 16
 _LEAST_ROWS = 4
 
 
@@ -155,6 +156,7 @@ class MapView(QTableView):
         self.horizontalHeader().setSectionsClickable(False)
         self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         self.verticalHeader().setSectionsClickable(False)
+        self.verticalHeader().setTextElideMode(Qt.TextElideMode.ElideRight)
         self.selectionModel().currentChanged.connect(self._moved)
         look.changed.connect(self._resized)
         self._resized()
@@ -162,6 +164,17 @@ class MapView(QTableView):
     def _resized(self) -> None:
         self.verticalHeader().setDefaultSectionSize(self._look.px(_ROW))
         self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the cells the room that their numbers need, and the rest to the maneuvers."""
+        super().resizeEvent(event)
+        self._share()
+
+    def _share(self) -> None:
+        cells = self.map.columnCount() * self._look.px(_CELL)
+        wanted = self.verticalHeader().sizeHint().width()
+        room = max(self.width() - cells - self._look.px(12), self._look.px(_CELL))
+        self.verticalHeader().setFixedWidth(min(wanted, room))
 
     def _fit(self) -> None:
         rows = min(max(self.map.rowCount(), 1), _MOST_ROWS)
@@ -189,6 +202,7 @@ class MapView(QTableView):
             self.scrollTo(index)
         self._quiet = False
         self._fit()
+        self._share()
         self.updateGeometry()
 
     def _moved(self, current: QModelIndex, _former: QModelIndex) -> None:
@@ -362,9 +376,22 @@ class RankingView(QTableView):
 
     def _resized(self) -> None:
         look = self._look
-        self.setMinimumHeight(look.px(148))
         self.verticalHeader().setDefaultSectionSize(look.px(_ROW))
         self._fit_columns()
+        self._fit()
+
+    def _fit(self) -> None:
+        head = self.horizontalHeader().sizeHint().height() + 2
+        rows, row = max(len(self.ranks.rows), 1), self._look.px(_ROW)
+        self.setMinimumHeight(head + min(rows, _LEAST_ROWS) * row)
+        self.setMaximumHeight(head + rows * row)
+        self.updateGeometry()
+
+    def sizeHint(self) -> QSize:
+        """Return the size of the whole competition, within reason."""
+        rows = min(max(len(self.ranks.rows), 1), _MOST_ROWS)
+        head = self.horizontalHeader().sizeHint().height()
+        return QSize(self._look.px(420), head + rows * self._look.px(_ROW) + 2)
 
     def resizeEvent(self, event: object) -> None:
         """Give the titles the room where the table is narrow."""
@@ -374,10 +401,10 @@ class RankingView(QTableView):
     def _fit_columns(self) -> None:
         look = self._look
         room = self.viewport().width() / look.sizes.scale
-        self.setColumnWidth(1, look.px(150 if room >= 560 else 96))
+        self.setColumnWidth(1, look.px(150 if room >= 720 else 116))
         for column in (2, 3, 4):
-            self.setColumnWidth(column, look.px(68))
-            self.setColumnHidden(column, room < (430 if column != 4 else 340))
+            self.setColumnWidth(column, look.px(74 if column < 4 else 60))
+            self.setColumnHidden(column, room < (480 if column != 4 else 340))
 
     def show_rows(self, rows: Sequence[RankRow]) -> None:
         """Show another competition; the chosen candidate stays chosen where it competes still."""
@@ -385,6 +412,7 @@ class RankingView(QTableView):
         if tuple(rows) == self.ranks.rows:
             return
         self.ranks.show(rows)
+        self._fit()
         names = [row.effect for row in rows]
         if names:
             place = names.index(former) if former in names else 0
