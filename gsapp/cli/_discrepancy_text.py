@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
     from gsapp.discrepancy.results import Discrepancy, Step
 
+_NUMBERS = 42
+"""Characters that the numbers of a ranking take, with what is between columns."""
 _PLACES, _CANDIDATES = 5, 5
 """Most places of disagreement and candidates of a round on the screen; all are in the files."""
 
@@ -60,7 +62,8 @@ def _map(console: Console, found: Discrepancy) -> None:
 
     from rich.markup import escape
 
-    table = _table("missing part of each coefficient, 1 = noise alone; * kept out")
+    _say(console, "missing part of each coefficient, 1 = noise alone; * kept out", style="italic")
+    table = _table()
     table.add_column("maneuver", no_wrap=True)
     for name in found.coefficients:
         table.add_column(name, justify="right", no_wrap=True)
@@ -78,7 +81,8 @@ def _name(console: Console, found: Discrepancy) -> None:
         if step.ranking:
             last = step is found.steps[-1]
             title = f"round {number}: " + ("not proven" if last else "candidates, best first")
-            console.print(_ranking(step, title))
+            _say(console, title, style="italic")
+            console.print(_ranking(step, console.width))
     for effect in found.effects:
         _say(console, effect_words(effect))
         if effect.runner_up:
@@ -97,17 +101,20 @@ def _name(console: Console, found: Discrepancy) -> None:
         _say(console, "No effect was named.")
 
 
-def _ranking(step: Step, title: str) -> Table:
+def _ranking(step: Step, width: int) -> Table:
     from rich.markup import escape
 
     from gsapp.report.discrepancy_words import share_words
 
-    table = _table(title)
+    shown = step.ranking[:_CANDIDATES]
+    names = max((len(one.effect) for one in shown), default=0)
+    table = _table()
     table.add_column("effect", no_wrap=True)
-    table.add_column("in words", no_wrap=True, overflow="ellipsis")
+    # What stands in words gives way; the numbers do not.
+    table.add_column("in words", no_wrap=True, max_width=max(10, width - names - _NUMBERS))
     for heading in ("gain", "evidence", "left out"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for one in step.ranking[:_CANDIDATES]:
+    for one in shown:
         table.add_row(
             escape(one.effect),
             escape(one.title),
@@ -126,14 +133,15 @@ def _add(console: Console, found: Discrepancy) -> None:
         _say(console, f"{effect.effect}: {effect.equation}")
     rows = parameter_rows(found.effects)
     if rows:
-        console.print(_filled("", ("effect", "parameter", "value", "unit"), rows))
+        console.print(_filled(("effect", "parameter", "value", "unit"), rows))
     if found.values:
         changed = [
             (name, f"{one.before:.4g}", with_spread(one.after, one.std), moved_words(one))
             for name, one in found.values.items()
         ]
         headings = ("derivative", "before", "after", "moved, in std")
-        console.print(_filled("values that moved beyond their bounds", headings, changed))
+        _say(console, "values that moved beyond their bounds", style="italic")
+        console.print(_filled(headings, changed))
     if not rows and not found.values:
         _say(console, "Nothing was added.")
 
@@ -144,8 +152,9 @@ def _show(console: Console, found: Discrepancy, units: Literal["US", "SI"]) -> N
     _say(console, "\n4. Show: does the gap shrink?", style="bold")
     if found.gap.channels:
         headings = ("channel", "RMS before", "after", "noise")
-        title = f"measured less computed, maneuver {', '.join(found.gap.on)}"
-        console.print(_filled(title, headings, rms_rows(found.gap, units)))
+        where = f"maneuver{'s' if len(found.gap.on) != 1 else ''} {', '.join(found.gap.on)}"
+        _say(console, f"measured less computed, {where}", style="italic")
+        console.print(_filled(headings, rms_rows(found.gap, units)))
     if len(found.steps) > 1:
         falls = ", ".join(
             f"{step.misfit:.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]
@@ -157,11 +166,11 @@ def _show(console: Console, found: Discrepancy, units: Literal["US", "SI"]) -> N
     _say(console, closed_words(found))
 
 
-def _filled(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+def _filled(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
     """Return a table whose first column is a name and whose others are numbers."""
     from rich.markup import escape
 
-    table = _table(title)
+    table = _table()
     for place, heading in enumerate(headings):
         table.add_column(heading, justify="right" if place else "left", no_wrap=True)
     for row in rows:
@@ -169,13 +178,11 @@ def _filled(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) 
     return table
 
 
-def _table(title: str) -> Table:
+def _table() -> Table:
     from rich import box
     from rich.table import Table
 
-    return Table(
-        title=title or None, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False
-    )  # fmt: skip
+    return Table(box=box.SIMPLE_HEAD, pad_edge=False)
 
 
 def _say(console: Console, sentence: str, *, style: str = "") -> None:

@@ -170,8 +170,8 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
     (throttle,) = (one for one in lacking if "needs throttle" in one)
     assert throttle.startswith("propulsion.")
     assert "which is not recorded" in throttle
-    # As it was flown nothing is clipped, and throttle was recorded and moved.
+    # As it was flown q is not clipped, and throttle was recorded and moved.
     whole = flown_flights([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
     said = " ".join(record_remarks(whole, aircraft))
-    assert "clipped in" not in said
+    assert "q is clipped" not in said
     assert "needs throttle" not in said
