@@ -52,14 +52,15 @@ def fingerprint() -> str:
 def answer(case: Case) -> Outcome:
     """Fly one case and put it to the program."""
     from gsapp.discrepancy.settings import DiscrepancySettings
-    from gsapp.discrepancy.workflow import investigate
+    from gsapp.discrepancy.workflow import Investigation
     from gsapp.foundation import GroundStationError
 
     sized = with_sizes(case)
     flown = fly_case(sized)
     started = time.process_time()
     try:
-        found = investigate(flown.maneuvers, flown.aircraft, DiscrepancySettings(model=flown.model))
+        search = Investigation(flown.maneuvers, flown.aircraft, flown.model)
+        found = search.run(DiscrepancySettings(model=flown.model))
     except (GroundStationError, ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
         spent = time.process_time() - started
         words = f"{type(error).__name__}: {error}"
