@@ -70,7 +70,7 @@ def _view(place: int, count: int, steps: int) -> ManeuverView:
     measured = truth + noise
     measured[10:14, 1] = np.nan
     return ManeuverView(
-        id=str(place + 1), flight="trial", kind=_KINDS[place % len(_KINDS)],
+        id=str(place + 1), flight="trial", kind=_KINDS[place % len(_KINDS)].split()[-1],
         held_out=place in (1, 5), times=times, channels=CHANNELS, measured=measured,
         computed=tuple(truth - share * off for share in left),
         coefficients=COEFFICIENTS, missing=tuple(share * missing + noise_c for share in left),
@@ -249,5 +249,6 @@ def make_answer(
             verdict="effects-found" if proven or decisions.forced else "model-adequate",
         ),
         notes=NOTES,
+        kinds={str(place + 1): kind for place, kind in enumerate(_KINDS)},
         remarks=("maneuver 9 is left out: too little excitation",),
     )

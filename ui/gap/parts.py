@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
+    QHeaderView,
     QSizePolicy,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -107,8 +108,11 @@ class Lines(LinesView):
     ) -> None:
         self._rows = (least, most)
         self._wish = 0
+        self._wrapped: object = None
         super().__init__(LinesModel(look, titles, right), look, name, stretch, widths)
         self.setItemDelegate(_Wrapping(look, self))
+        # Left to itself the header measures all rows again with every change of style.
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.horizontalHeader().setVisible(any(titles))
         self.horizontalHeader().setSectionsClickable(False)
         policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -131,6 +135,15 @@ class Lines(LinesView):
 
     def _rewrap(self) -> None:
         """Give wrapped rows the height they need at the width they have."""
+        columns = range(self.lines.columnCount())
+        state = (
+            tuple(line.cells for line in self.lines.lines),
+            tuple(self.columnWidth(column) for column in columns),
+            self._look.scale,
+        )
+        if state == self._wrapped:
+            return
+        self._wrapped = state
         self.resizeRowsToContents()
         self._fit()
         self.updateGeometry()
@@ -142,7 +155,8 @@ class Lines(LinesView):
         top = (0 if head.isHidden() else head.sizeHint().height()) + 4
         least, most = self._rows
         # Never higher than its lines: an empty half of a table says nothing.
-        bounds = (top + sum(heights[:least]), top + sum(heights))
+        enough = min(sum(heights[:least]), self._look.px(44 * least))
+        bounds = (top + enough, top + sum(heights))
         self._wish = top + sum(heights[:most])
         if bounds != (self.minimumHeight(), self.maximumHeight()):
             self.setMinimumHeight(bounds[0])

@@ -11,7 +11,16 @@ from gsapp.foundation import UnknownNameError
 from gsapp.quantities import ChannelSpec, FloatArray, channel, from_si
 from ui.gap.request import Answer
 from ui.glyphs import State
-from ui.words import DASH, clock_text, count_text, number_text, percent_text, symbol_text, unit_text
+from ui.words import (
+    DASH,
+    MINUS,
+    clock_text,
+    count_text,
+    number_text,
+    percent_text,
+    symbol_text,
+    unit_text,
+)
 
 COEFFICIENTS: Mapping[str, str] = {
     "CX": "force along x",
@@ -111,8 +120,12 @@ def times_floor_text(ratio: float) -> str:
 
 def signed(value: float, decimals: int) -> str:
     """Return a number with its sign."""
+    if math.isfinite(value) and abs(value) >= 99.95:
+        # Who has hundreds does not look at tenths.
+        text = f"{abs(value):,.0f}"
+        return f"+{text}" if value > 0 else f"{MINUS}{text}"
     text = number_text(value, decimals)
-    return f"+{text}" if value > 0 and text not in ("0", DASH) and set(text) - set("0.") else text
+    return f"+{text}" if value > 0 and set(text) - set("0.") else text
 
 
 def with_std(value: float, std: float) -> str:
@@ -189,9 +202,9 @@ def inputs_text(kind: str) -> str:
     return "".join(_SURFACES.get(word, word) for word in words) or "maneuver"
 
 
-def maneuver_text(view: ManeuverView, *, clock: bool = True) -> str:
-    """Return one maneuver in a list: ``3 · doublet · 02:18 · kept out``."""
-    parts = [view.id, inputs_text(view.kind)]
+def maneuver_text(answer: Answer, view: ManeuverView, *, clock: bool = True) -> str:
+    """Return one maneuver in a list: ``3 · elevator doublet · 02:18 · kept out``."""
+    parts = [view.id, inputs_text(answer.kinds.get(view.id, view.kind))]
     if clock and view.times.size:
         parts.append(clock_text(float(view.times[0])))
     if view.held_out:

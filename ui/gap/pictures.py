@@ -120,6 +120,17 @@ def kept_out(answer: Answer, selection: Selection) -> str:
     return max(kept)[1] if kept else ""
 
 
+def closed_most(answer: Answer) -> str:
+    """Return the channel whose gap shrank most from the baseline to the last effect."""
+    steps = answer.discrepancy.steps
+    if len(steps) < 2:
+        return ""
+    shrunk = {
+        name: before - steps[-1].gap.get(name, before) for name, before in steps[0].gap.items()
+    }
+    return max(shrunk, key=lambda name: shrunk[name]) if shrunk else ""
+
+
 def view_of(answer: Answer, maneuver: str) -> ManeuverView | None:
     """Return the histories of a maneuver."""
     return next((one for one in answer.discrepancy.maneuvers if one.id == maneuver), None)
@@ -204,7 +215,8 @@ def map_picture(answer: Answer, step: int) -> MapPicture:
         for row, view in enumerate(found.maneuvers)
     )
     rows = tuple(
-        (view.id, maneuver_text(view, clock=False), view.held_out) for view in found.maneuvers
+        (view.id, maneuver_text(answer, view, clock=False), view.held_out)
+        for view in found.maneuvers
     )
     return MapPicture(rows=rows, columns=found.coefficients, cells=cells)
 

@@ -368,7 +368,7 @@ class GapPlace(QWidget):
         start = Path(self._store.current.folder) / f"{name} model gap.html"
         path, _kind = QFileDialog.getSaveFileName(self, "Write the report", str(start), _REPORTS)
         if path:
-            self.search.write_report(Path(path))
+            self.search.write_report(Path(path), self._look.units)
 
     def _written(self, path: Path) -> None:
         from PySide6.QtCore import QUrl

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -116,6 +116,10 @@ class Answer:
         The catalog, by id.
     remarks : tuple of str
         About the flights: maneuvers left out, channels missing.
+    kinds : mapping of str to str
+        Surfaces and shape of each maneuver, ``de doublet``, by its id.
+    aircraft : str
+        Name of the one that flew.
     """
 
     request: GapRequest
@@ -123,6 +127,8 @@ class Answer:
     discrepancy: Discrepancy
     notes: Mapping[str, EffectNote]
     remarks: tuple[str, ...] = ()
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    aircraft: str = ""
 
     def title(self, effect: str) -> str:
         """Return an effect in a field engineer's words; its id where nobody knows any."""

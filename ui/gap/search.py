@@ -234,12 +234,12 @@ class GapSearch(QObject):
             self.answer = self._future.pop()
             self.changed.emit()
 
-    def write_report(self, path: Path) -> None:
-        """Write the report of the answer in the background."""
+    def write_report(self, path: Path, units: str) -> None:
+        """Write the report of the answer in the background, in ``US`` or ``SI`` units."""
         answer = self.answer
         if answer is None or self.running:
             return
-        job = ReportJob(answer=answer, path=path)
+        job = ReportJob(answer=answer, path=path, units=units)
         self._start(f"Writing {path.name}", job, self._report_done)
 
     def cancel(self) -> None:

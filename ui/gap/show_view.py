@@ -81,7 +81,7 @@ class ShowView(ChapterView):
             return
         found = answer.discrepancy
         self.maneuver.show_choices(
-            [(view.id, maneuver_text(view)) for view in found.maneuvers], selection.maneuver
+            [(view.id, maneuver_text(answer, view)) for view in found.maneuvers], selection.maneuver
         )
         self.channel.show_choices(
             [(name, channel_text(name)) for name in found.channels], selection.channel

@@ -27,7 +27,15 @@ from ui.gap.chapters import ChapterView
 from ui.gap.find_view import FindView
 from ui.gap.name_view import NameView
 from ui.gap.phrases import verdict_state, verdict_text
-from ui.gap.pictures import Selection, beginning, effect_of_step, held, kept_out, step_names
+from ui.gap.pictures import (
+    Selection,
+    beginning,
+    closed_most,
+    effect_of_step,
+    held,
+    kept_out,
+    step_names,
+)
 from ui.gap.request import Answer
 from ui.gap.show_view import ShowView
 from ui.gap.steps import CHAPTERS
@@ -107,7 +115,7 @@ class StoryView(QScrollArea):
         self._actions = actions
         self.answer: Answer | None = None
         self.selection = Selection()
-        self._moved = self._chose = False
+        self._moved = self._chose = self._tuned = False
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -193,7 +201,7 @@ class StoryView(QScrollArea):
             self.selection = beginning(
                 answer, variable=settings.gap_variable, channel=settings.gap_channel
             )
-            self._moved = self._chose = False
+            self._moved = self._chose = self._tuned = False
             self.go("find", focus=False)
         self._tell()
         self.select(self.selection)
@@ -209,7 +217,13 @@ class StoryView(QScrollArea):
 
     def _choose(self, selection: Selection) -> None:
         """Look at what the crew chose."""
-        self._chose |= selection.maneuver != self.selection.maneuver
+        former = self.selection
+        self._chose |= selection.maneuver != former.maneuver
+        if self.chapter == "show" and selection.channel != former.channel:
+            self._tuned = True
+            self._store.change(gap_channel=selection.channel)
+        if selection.variable != former.variable:
+            self._store.change(gap_variable=selection.variable)
         self.select(selection)
 
     def select(self, selection: Selection) -> None:
@@ -219,10 +233,6 @@ class StoryView(QScrollArea):
         self.selection = held(self.answer, selection)
         self.track.show_steps(step_names(self.answer), self.selection.step)
         self.chapters[self.chapter].show_answer(self.answer, self.selection)
-        settings = self._store.current
-        wish = (self.selection.variable, self.selection.channel)
-        if wish != (settings.gap_variable, settings.gap_channel):
-            self._store.change(gap_variable=wish[0], gap_channel=wish[1])
         self.stepped.emit()
 
     def go(self, chapter: str, *, focus: bool = True) -> None:
@@ -236,6 +246,8 @@ class StoryView(QScrollArea):
                 self.selection = replace(self.selection, step=last)
             if not self._chose and (kept := kept_out(self.answer, self.selection)):
                 self.selection = replace(self.selection, maneuver=kept)
+            if not self._tuned and (name := closed_most(self.answer)):
+                self.selection = replace(self.selection, channel=name)
         self.chapter = chapter
         for name, view in self.chapters.items():
             view.setVisible(name == chapter)

@@ -322,7 +322,7 @@ class _EvidencePainter(QStyledItemDelegate):
         painter.save()
         if option.state & QStyle.StateFlag.State_Selected:
             painter.fillRect(option.rect, look.color("chosen"))
-        number = look.px(48)
+        number = look.px(56)
         box = option.rect.adjusted(look.px(6), 0, -look.px(2), 0)
         track = QRectF(box.left(), box.center().y() - look.px(4), box.width() - number, look.px(9))
         painter.fillRect(track, look.color("pressed"))

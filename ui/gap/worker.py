@@ -7,7 +7,6 @@ event that both share; a process that does not obey is ended by the window.
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
 import traceback
 from collections.abc import Callable, Mapping, Sequence
@@ -29,9 +28,6 @@ if TYPE_CHECKING:
 _READING = 0.15
 """Share of the bar that reading the flights takes."""
 
-REPORT = "gsapp.report.discrepancy_report"
-"""Module whose ``write_report(discrepancy, path)`` writes the report."""
-
 
 class Stop(Protocol):
     """An event of another process."""
@@ -43,7 +39,9 @@ class Stop(Protocol):
 class Search(Protocol):
     """A prepared search; see `gsapp.discrepancy.workflow.Investigation`."""
 
-    def run(self, settings: DiscrepancySettings, progress: Callback | None = None) -> Discrepancy:
+    def run(
+        self, settings: DiscrepancySettings, *, progress: Callback | None = None
+    ) -> Discrepancy:
         """Search, and return the answer."""
 
 
@@ -60,10 +58,11 @@ class SearchJob:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportJob:
-    """Write the report of the answer that was given last."""
+    """Write the report of an answer, its channels in ``US`` or ``SI`` units."""
 
     answer: Answer
     path: Path
+    units: str = "US"
 
 
 Job = SearchJob | ReportJob
@@ -143,9 +142,9 @@ def _investigation(
     maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None
 ) -> Search:
     """Return the program's own search."""
-    workflow = importlib.import_module("gsapp.discrepancy.workflow")
-    made: Search = workflow.Investigation(maneuvers, aircraft, model)
-    return made
+    from gsapp.discrepancy.workflow import Investigation
+
+    return Investigation(maneuvers, aircraft, model)
 
 
 class Bench:
@@ -169,6 +168,8 @@ class Bench:
         self._search: Search | None = None
         self._remarks: tuple[str, ...] = ()
         self._notes: Mapping[str, EffectNote] = {}
+        self._kinds: Mapping[str, str] = {}
+        self._aircraft = ""
 
     def tell(self, share: float | None, words: str) -> None:
         """Say how far the job is; raises if the window does not want it any more."""
@@ -208,6 +209,8 @@ class Bench:
             discrepancy=found,
             notes=self._notes,
             remarks=self._remarks,
+            kinds=self._kinds,
+            aircraft=self._aircraft,
         )
 
     def _read(self, request: GapRequest) -> Search:
@@ -242,6 +245,10 @@ class Bench:
             for one in flown
             for remark in one.remarks
         )
+        self._kinds = {
+            one.id: " ".join(filter(None, ("+".join(one.inputs), one.kind))) for one in maneuvers
+        }
+        self._aircraft = flown[0].aircraft.name
         doing("preparing the maneuvers")
         model = _model(request.model) if request.model else None
         search = self._prepare(maneuvers, flown[0].aircraft, model)
@@ -250,7 +257,7 @@ class Bench:
 
     def _write(self, job: ReportJob) -> Path:
         self.tell(None, "drawing the figures")
-        return write_report(job.answer, job.path)
+        return write_report(job)
 
 
 def _model(name: str) -> Model:
@@ -259,31 +266,44 @@ def _model(name: str) -> Model:
     return load_model(name)
 
 
-def write_report(answer: Answer, path: Path) -> Path:
-    """Write the report of an answer.
+def write_report(job: ReportJob) -> Path:
+    """Write the report of an answer, with the files that it was made from.
 
     Raises
     ------
     GroundStationError
-        If this installation cannot write reports, or the file cannot be written.
+        If the file's ending is none that a report can have.
+    OSError
+        If the file cannot be written.
     """
-    try:
-        module = importlib.import_module(REPORT)
-    except ModuleNotFoundError as error:
-        raise GroundStationError(
-            f"reports of a search cannot be written by this installation ({error}); "
-            "save the revised model instead, it holds the evidence"
-        ) from error
-    written = module.write_report(answer.discrepancy, path)
-    return Path(written) if isinstance(written, (str, Path)) else path
+    from gsapp.discrepancy.settings import DiscrepancySettings
+    from gsapp.flight.info import now
+    from gsapp.report import discrepancy_report
+    from gsapp.report.discrepancy_inputs import search_provenance
+
+    answer, request = job.answer, job.answer.request
+    provenance = search_provenance(
+        request.flights,
+        DiscrepancySettings(refused=answer.decisions.refused, forced=answer.decisions.forced),
+        aircraft=request.aircraft or None,
+        model=request.model or None,
+        channel_map=request.channel_map or None,
+    )
+    written = discrepancy_report.write_report(
+        answer.discrepancy,
+        job.path,
+        aircraft=answer.aircraft,
+        provenance=provenance,
+        units="SI" if job.units == "SI" else "US",
+        written=now(),
+    )
+    return written[0] if written else job.path
 
 
 def effect_notes() -> dict[str, EffectNote]:
-    """Return what the catalog says of every effect, by id; empty without a catalog."""
-    try:
-        catalog = importlib.import_module("gsapp.discrepancy.catalog")
-    except ModuleNotFoundError:
-        return {}
+    """Return what the catalog says of every effect, by id."""
+    from gsapp.discrepancy.catalog import catalog
+
     return {
         record.id: EffectNote(
             effect=record.id,
@@ -294,6 +314,6 @@ def effect_notes() -> dict[str, EffectNote]:
             remedy=record.remedy,
             units={one.name: one.unit for one in record.parameters},
         )
-        for record in catalog.catalog()
+        for record in catalog()
         if not record.disturbance
     }

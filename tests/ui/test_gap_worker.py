@@ -1,0 +1,264 @@
+"""The process behind the page Model gap: jobs, progress, stopping, and what goes wrong."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
+
+import gsapp.identification.flights
+from gsapp.discrepancy.results import Discrepancy
+from gsapp.discrepancy.settings import (
+    Callback,
+    DiscrepancySettings,
+    Progress,
+    SearchStoppedError,
+)
+from gsapp.foundation import FlightError
+from ui.gap.phrases import (
+    chance_text,
+    closed_text,
+    confidence_text,
+    inputs_text,
+    parameter_text,
+    signed,
+    with_std,
+)
+from ui.gap.request import Answer, Decisions, GapRequest, SearchError
+from ui.gap.search import ProcessEngine
+from ui.gap.trial import fly_trial, trial_folder
+from ui.gap.worker import ReportJob, SearchJob, Told, serve
+from ui.work import CancelledError
+
+
+class FakeSearch:
+    """Stands for a prepared search and remembers what it was told."""
+
+    def __init__(self) -> None:
+        self.settings: list[DiscrepancySettings] = []
+        self.endless = False
+
+    def run(
+        self, settings: DiscrepancySettings, *, progress: Callback | None = None
+    ) -> Discrepancy:
+        self.settings.append(settings)
+        assert progress is not None
+        step = 0
+        while step < 3 or self.endless:
+            if progress(Progress(share=min(step / 3, 0.9), doing=f"step {step}")) is False:
+                raise SearchStoppedError("stopped")
+            step += 1
+            time.sleep(0.002)
+        return make_discrepancy(maneuvers=4)
+
+
+class Bench:
+    """`serve` in a thread, with the pipe that the window would hold."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.search = FakeSearch()
+        self.prepared: list[tuple[object, ...]] = []
+        self.read: list[tuple[Path, ...]] = []
+        self.maneuvers = [SimpleNamespace(id="1", inputs=("de",), kind="doublet")]
+        self.stop = threading.Event()
+        self.connection: Connection
+        self.connection, theirs = Pipe()
+        monkeypatch.setattr(gsapp.identification.flights, "flown_flights", self._flown)
+        monkeypatch.setattr("os.nice", lambda _step: 0)
+        self.thread = threading.Thread(target=serve, args=(theirs, self.stop, self._prepare))
+        self.thread.start()
+
+    def _flown(
+        self, paths: tuple[Path, ...], *, doing: Callable[[str], object], **_: object
+    ) -> tuple[object, ...]:
+        self.read.append(paths)
+        doing("reading flight 3")
+        if "missing" in str(paths[0]):
+            raise FlightError("there is no flight 'missing'")
+        return (
+            SimpleNamespace(
+                flight=SimpleNamespace(name="flight 3"),
+                aircraft=SimpleNamespace(name="B777"),
+                maneuvers=tuple(self.maneuvers),
+                remarks=("p clipped",),
+            ),
+        )
+
+    def _prepare(self, *parts: object) -> FakeSearch:
+        self.prepared.append(parts)
+        return self.search
+
+    def do(self, job: SearchJob | ReportJob) -> list[Told]:
+        self.connection.send(job)
+        told = []
+        while not told or told[-1].kind == "doing":
+            assert self.connection.poll(20.0), "no word from the bench"
+            told.append(self.connection.recv())
+        return told
+
+    def close(self) -> None:
+        self.connection.close()
+        self.thread.join(5.0)
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    made = Bench(monkeypatch)
+    yield made
+    made.close()
+
+
+def job(*, flight: str = "flight 3", decisions: Decisions | None = None) -> SearchJob:
+    return SearchJob(
+        request=GapRequest(flights=(Path(flight),), model="b777"),
+        decisions=decisions or Decisions(),
+    )
+
+
+def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> None:
+    """A second look at the same flights is quick; another request begins anew."""
+    told = bench.do(job())
+    answer = told[-1].result
+    assert isinstance(answer, Answer)
+    assert answer.kinds == {"1": "de doublet"}
+    assert (answer.remarks, answer.aircraft) == (("p clipped",), "B777")
+    assert answer.notes[THROTTLE].mistaken_for
+    shares = [one.share for one in told if one.kind == "doing"]
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < shares[-1] <= 1.0
+    assert "reading flight 3" in [one.words for one in told]
+    bench.do(job(decisions=Decisions().refuse(THROTTLE).force(ALPHA2)))
+    assert len(bench.read) == len(bench.prepared) == 1
+    assert (bench.search.settings[1].refused, bench.search.settings[1].forced) == (
+        (THROTTLE,),
+        (ALPHA2,),
+    )
+    bench.do(job(flight="flight 4"))
+    assert len(bench.read) == 2
+
+
+def test_a_stop_is_obeyed_and_what_was_prepared_is_kept(bench: Bench) -> None:
+    bench.search.endless = True
+    bench.connection.send(job())
+    while bench.connection.recv().words != "step 4":
+        pass
+    bench.stop.set()
+    while (told := bench.connection.recv()).kind == "doing":
+        pass
+    assert told.kind == "stopped"
+    bench.stop.clear()
+    bench.search.endless = False
+    assert bench.do(job())[-1].kind == "done"
+    assert len(bench.read) == 1
+
+
+def test_what_fails_is_told_with_its_reason(bench: Bench) -> None:
+    told = bench.do(job(flight="missing"))[-1]
+    assert (told.kind, told.expected, told.words) == (
+        "failed", True, "there is no flight 'missing'"
+    )  # fmt: skip
+    bench.maneuvers.clear()
+    told = bench.do(job(flight="flight 5"))[-1]
+    assert told.expected
+    assert "fly doublets of elevator" in told.words
+    bench.maneuvers.append(None)
+    told = bench.do(job(flight="flight 6"))[-1]
+    assert not told.expected
+    assert "Traceback" in told.details
+
+
+def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_path: Path) -> None:
+    flight = tmp_path / "flight.csv"
+    flight.write_text("time [s],alpha [deg]\n0,1\n", encoding="utf-8")
+    answer = make_answer(GapRequest(flights=(flight,), model="b777"))
+    told = bench.do(ReportJob(answer=answer, path=tmp_path / "gap.html", units="SI"))
+    assert told[-1].result == tmp_path / "gap.html", told[-1].words
+    text = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    assert "flight.csv" in text
+    assert "Throttle pitches" in text
+
+
+def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> None:
+    """One real process: a flight that is not there, a stop, a kill from outside, the end."""
+    engine = ProcessEngine()
+    assert engine.pid is None
+    heard: list[str] = []
+    with pytest.raises(SearchError, match="nowhere"):
+        engine.do(job(flight=str(tmp_path / "nowhere")), lambda _share, words: heard.append(words))
+    first = engine.pid
+    assert first is not None
+    assert heard[0] == "starting"
+
+    def stop(_share: float | None, _words: str) -> None:
+        raise CancelledError
+
+    with pytest.raises(CancelledError):
+        engine.do(job(flight=str(tmp_path / "nowhere")), stop)
+    if hasattr(signal, "SIGKILL"):
+
+        def kill(_share: float | None, _words: str) -> None:
+            if engine.pid is not None:
+                os.kill(engine.pid, signal.SIGKILL)
+
+        with pytest.raises(SearchError, match="ended without a word"):
+            engine.do(job(flight=str(tmp_path / "nowhere")), kill)
+        assert engine.pid is None
+    engine.close()
+
+
+def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> None:
+    from datetime import date
+
+    folder = trial_folder(tmp_path, date(2026, 5, 12))
+    assert folder.name == "2026-05-12 trial 1"
+    folder.mkdir()
+    assert trial_folder(tmp_path, date(2026, 5, 12)).name == "2026-05-12 trial 2"
+
+    def tell(_share: float | None, _words: str) -> None:
+        raise CancelledError
+
+    begun = time.monotonic()
+    with pytest.raises(CancelledError):
+        fly_trial(tmp_path / "never", tell)
+    assert time.monotonic() - begun < 10.0
+
+
+# Words
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [(-0.0412, 0.0013, "−0.0412 ± 0.0013"), (-22.6, 0.42, "−22.60 ± 0.42"),
+     (1234.5, 120.0, "1234 ± 120"), (0.5, 0.0, "0.500"), (float("nan"), 1.0, "–")],
+)  # fmt: skip
+def test_a_value_has_the_digits_that_its_bound_earns(value: float, std: float, text: str) -> None:
+    assert with_std(value, std) == text
+
+
+def test_numbers_in_words() -> None:
+    assert parameter_text(0.0105, 0.0006, "rad") == "0.602 ± 0.034 °"
+    assert signed(5053.6, 1) == "+5,054"
+    assert signed(-0.04, 1) == "0.0"
+    assert chance_text(1e-9) == "chance below 1 in a million"
+    assert chance_text(0.00033) == "chance 1 in 3,000"
+    assert closed_text(0.943, 0.031) == "94 ± 3 % of the gap is closed"
+    assert closed_text(None, None) == "There was no gap to close"
+    assert inputs_text("da+dr doublet") == "aileron+rudder doublet"
+
+
+def test_nothing_is_ever_called_certain() -> None:
+    assert confidence_text(1.0) == "as good as certain: right in 99 of 100 such cases"
+    assert confidence_text(0.62) == "more likely than not: right in 62 of 100 such cases"
