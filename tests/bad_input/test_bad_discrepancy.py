@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
 from bad_input_kit import everything_in, refused
+from discrepancy_kit import short_flight
 
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.reading import SHIPPED
@@ -21,7 +23,6 @@ from gsapp.cli.discrepancy import run
 from gsapp.discrepancy.belonging import check_model
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import fly
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.flights import flown_flights
@@ -35,7 +36,7 @@ Write = Callable[..., Path]
 @pytest.fixture(scope="module")
 def flown() -> Block:
     """Return what the instruments of a short flight showed, its middle."""
-    whole = fly("short", seed=5).measured
+    whole = short_flight()
     kept = (whole.times >= 25.0) & (whole.times <= 80.0)
     return Block(channels=whole.channels, times=whole.times[kept], values=whole.values[kept])
 

@@ -6,6 +6,10 @@ The search itself is replaced by a ready answer here; tests/discrepancy holds th
 from __future__ import annotations
 
 import json
+import os
+import re
+import signal
+import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -15,14 +19,13 @@ from typer.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
-from discrepancy_kit import adequate, answer
+from discrepancy_kit import adequate, answer, short_flight
 
 from gsapp.cli.main import app
 from gsapp.discrepancy import workflow
 from gsapp.discrepancy.results import Discrepancy
 from gsapp.discrepancy.settings import DiscrepancySettings, Progress
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import fly
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
@@ -42,7 +45,7 @@ class Asked:
 def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a flight with two maneuvers."""
     path = tmp_path_factory.mktemp("flight") / "day.csv"
-    write_block(path, fly("short", seed=5).measured, "csv")
+    write_block(path, short_flight(), "csv")
     return path
 
 
@@ -88,6 +91,7 @@ def call(*arguments: object) -> tuple[int, str, BaseException | None]:
 SMALL = answer(maneuvers=3, samples=40)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_story_is_told_and_everything_written(
     flight: Path, search: Install, tmp_path: Path
 ) -> None:
@@ -182,6 +186,36 @@ def test_what_stops_the_search_leaves_nothing(
     search(stop)
     code, _, _ = call(flight, "--out", tmp_path / "answer", "--json", tmp_path / "a.json")
     assert code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals there")
+def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
+    """The real search in a terminal: share, time left and what it does are shown, then it stops."""
+    import pty
+
+    windows = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
+    named = [word for window in windows for word in ("--maneuver", window)]
+    terminal, end = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gsapp.cli", "discrepancy", str(flight), "--out", "answer", *named],
+        cwd=tmp_path, stdin=end, stdout=end, stderr=end, start_new_session=True,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+    )  # fmt: skip
+    os.close(end)
+    shown = ""
+    try:
+        while not re.search(r"trying every effect.* [1-9]\d?%.*\d:\d\d", shown):
+            shown += os.read(terminal, 4096).decode(errors="replace")
+        process.send_signal(signal.SIGINT)
+        while True:
+            shown += os.read(terminal, 4096).decode(errors="replace")
+    except OSError:  # the other end was closed: it ended
+        pass
+    finally:
+        os.close(terminal)
+    assert process.wait(timeout=30) == 130, shown
+    assert "Traceback" not in shown
     assert list(tmp_path.iterdir()) == []
 
 
