@@ -28,7 +28,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "discrepancy"))
 
-from blind.cases import Case, all_cases, tenth
+from blind.cases import Case, Series, all_cases, tenth, virtual_cases
 from blind.flying import fly_case
 from blind.judging import Marks, Named, Outcome, judge, outcome_of
 from blind.sensitivity import cache_folder, with_sizes
@@ -36,6 +36,7 @@ from blind.sensitivity import cache_folder, with_sizes
 ROOT = Path(__file__).parents[2]
 PROCESSES = 2
 STRONG = 10.0
+FEW = 100
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
 
 
@@ -269,15 +270,17 @@ def main(*arguments: str) -> None:
     parser.add_argument("--only", default="", help="cases whose id holds this")
     parser.add_argument("--processes", type=int, default=PROCESSES)
     chosen = parser.parse_args(arguments)
-    cases = all_cases("tune" if chosen.tune else "report")
-    if chosen.quick:
-        cases = tenth(cases)
-    cases = tuple(case for case in cases if chosen.only in case.id)
-    if not cases:
-        print(f"no case has '{chosen.only}' in its id")
-        return
-    print("truth flown by JSBSim" + (", seeds to tune on" if chosen.tune else ""))
-    report(run(cases, chosen.processes))
+    series: Series = "tune" if chosen.tune else "report"
+    flown = {
+        "truth flown by JSBSim: these rows decide": all_cases(series),
+        "truth flown by the program's own equations": virtual_cases(series),
+    }
+    for title, cases in flown.items():
+        taken = tenth(cases) if chosen.quick and len(cases) > FEW else cases
+        taken = tuple(case for case in taken if chosen.only in case.id)
+        if taken:
+            print(f"\n{title}{', seeds to tune on' if chosen.tune else ''}")
+            report(run(taken, chosen.processes))
 
 
 if __name__ == "__main__":

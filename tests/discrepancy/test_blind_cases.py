@@ -278,6 +278,17 @@ def test_the_benchmark_holds_what_was_asked_for() -> None:
     assert len(quick) < 0.12 * len(found)
 
 
+@pytest.mark.parametrize("effect", ["aero.Cm.alphadot", "propulsion.Cm.throttle"])
+def test_the_virtual_aircraft_flies_the_same_cases(effect: str) -> None:
+    """Flown by our equations, a case is the one that JSBSim flies, within a tenth of the noise."""
+    theirs, _ = flying.fly_motion(hidden(effect), THROTTLE)
+    ours, _ = flying.fly_motion(hidden(effect, by="virtual"), THROTTLE)
+    for name in ("alpha", "q", "theta", "fz"):
+        gap = ours[name] - theirs[name]
+        size = instruments.NOISE.get(name, 0.05)
+        assert np.sqrt(np.mean(gap * gap)) < 0.1 * size, name
+
+
 PAIR = (ELEVATOR, THROTTLE)
 
 

@@ -184,6 +184,8 @@ class Case:
         ``air`` or ``surfaces``: the box whose clock is late.
     sigma : float
         Standard deviations that each effect is to show; 0 where sizes are as given.
+    by : {"jsbsim", "virtual"}
+        Who flies the truth. The virtual aircraft flies in still air only.
     """
 
     id: str
@@ -202,6 +204,7 @@ class Case:
     seed: int = 0
     clock: str = ""
     sigma: float = 0.0
+    by: Literal["jsbsim", "virtual"] = "jsbsim"
 
     @property
     def recorded(self) -> Mapping[str, Recorded]:
@@ -334,6 +337,30 @@ def all_cases(series: Series = "report") -> tuple[Case, ...]:
     plans = range(first, first + SEEDS)
     makers = (_hidden_cases, _nothing_cases, _outside_cases, _pair_cases)
     return tuple(case for make in makers for case in make(plans))
+
+
+def virtual_cases(series: Series = "report") -> tuple[Case, ...]:
+    """Return cases flown by the program's own equations: every kind at 10 sigma, and clean ones."""
+    first = FIRST_PLAN[series]
+    found = []
+    for number, kind in enumerate(KINDS):
+        plan = first + number % SEEDS
+        found.append(
+            hidden(
+                kind, id=f"virtual-{kind}-{plan}", plan=plan, seed=plan, sigma=10.0, by="virtual"
+            )
+        )
+        if kind in MISSING:
+            found[-1] = replace(
+                found[-1], baseline="given", verdicts=("effects-found", "values-wrong")
+            )
+    for k in range(4 * SEEDS):
+        clean = Case(
+            id=f"virtual-clean-{k}", group="nothing", kind="clean", plan=first + k % SEEDS,
+            seed=2000 + k, verdicts=("model-adequate",), by="virtual",
+        )  # fmt: skip
+        found.append(clean)
+    return tuple(found)
 
 
 def tenth(cases: tuple[Case, ...]) -> tuple[Case, ...]:

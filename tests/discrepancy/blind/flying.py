@@ -30,6 +30,7 @@ from blind.gusts import dryden
 from blind.instruments import AIR_BOX, SURFACES_BOX, Faults, exposed, recorded, with_faults
 from blind.jsbsim_aircraft import AIR, PROPULSION
 from blind.plan import PLAN, SERVO_LAG, SERVO_ORDER, Planned, hands, lagged, sampled
+from blind.virtual import flight_model, fly_equations
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.model import Model, load_model
@@ -241,6 +242,12 @@ def fly_motion(
         gusts = dryden(
             case.gust, condition.V, len(controls), (case.plan, case.seed, int(planned.id), 4)
         )
+    if case.by == "virtual":
+        sizes = {name: case.effects[name] for name in built}
+        model = flight_model(engine.aircraft, truth_of(case), sizes)
+        _, now = engine.look(condition.mass, trim.state, trim.controls)
+        density = float(now["density"][0])
+        return fly_equations(model, condition.mass, density, trim.state, controls), shown
     return engine.fly(condition.mass, trim.state, controls, gusts), shown
 
 

@@ -463,6 +463,7 @@ class Showing:
     where: Mapping[str, Mapping[str, float]]
 
 
+_LEAST_SHARE = 0.04
 _TABLE = Path(__file__).with_name("sigmas.json")
 
 
@@ -549,11 +550,18 @@ def _rounded(value: float) -> float:
 def write_table(asked: Iterable[tuple[int, Recording]]) -> None:
     """Write `showing` of these plans and recordings into the table beside this file."""
     content = {showing_key(plan, air): _as_dict(showing(plan, air)) for plan, air in asked}
-    _TABLE.write_text(json.dumps(content, indent=0, sort_keys=True) + "\n", "utf-8")
+    rows = ",\n".join(
+        f"{json.dumps(key)}: {json.dumps(content[key], sort_keys=True)}" for key in sorted(content)
+    )
+    _TABLE.write_text("{\n" + rows + "\n}\n", "utf-8")
 
 
 def _as_dict(found: Showing) -> dict[str, object]:
-    return {"per_size": found.per_size, "alike": found.alike, "where": found.where}
+    where = {
+        effect: {one: share for one, share in shares.items() if share >= _LEAST_SHARE}
+        for effect, shares in found.where.items()
+    }
+    return {"per_size": found.per_size, "alike": found.alike, "where": where}
 
 
 def size_for(plan: int, effect: str, air: Recording, sigma: float) -> float:

@@ -1,0 +1,173 @@
+"""Proves the marks of the benchmark: right and wrong answers to blind cases are told apart."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from blind import flying, judging, sensitivity
+from blind.cases import CLOCKS, Case, hidden
+from blind.judging import Named, Outcome, judge
+from blind.plan import PLAN
+from blind.sensitivity import Showing
+
+from gsapp.quantities import FloatArray
+
+
+@pytest.fixture(autouse=True)
+def _what_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let effects show as the tests need it; nothing is flown for it."""
+    found = Showing(
+        per_size={"aero.Cm.alpha2": 200.0, "aero.Cl.dr": 1000.0, "sensor.alpha.lag": 4000.0},
+        alike={
+            "aero.Cm.alpha2": {"aero.Cm.alpha_q": 0.8},
+            "aero.Cl.dr": {},
+            "sensor.alpha.lag": {"sensor.alpha.delay": 0.9999},
+        },
+        where={"aero.Cm.alpha2": {"3": 0.6, "4": 0.35, "1": 0.05}},
+    )
+    for module in (judging, sensitivity):
+        monkeypatch.setattr(module, "showing", lambda *_: found)
+
+
+CURVED = hidden("aero.Cm.alpha2", -0.05)
+
+
+def told(effect: str, size: float = -0.05, std: float = 0.005, **how: object) -> Outcome:
+    named = (Named(effect=effect, confidence=0.9, size=size, std=std),)
+    content: dict[str, Any] = {"id": "x", "verdict": "effects-found", "named": named, **how}
+    return Outcome(**content)
+
+
+def test_the_right_name_first_earns_all_marks() -> None:
+    """Name, size, interval, coefficient and maneuver are each judged."""
+    answer = told("aero.Cm.alpha2", -0.047, 0.005, coefficient="Cm", maneuver="B:3")
+    marks = judge(CURVED, answer)
+    assert marks.verdict
+    assert marks.first
+    assert marks.three
+    assert not marks.false_name
+    assert marks.coefficient
+    assert marks.maneuver
+    assert marks.size_error == pytest.approx(0.06)
+    assert marks.covered
+    assert marks.confidences == ((0.9, True),)
+    assert not judge(CURVED, replace(answer, maneuver="1")).maneuver
+    assert not judge(CURVED, replace(answer, coefficient="CZ")).coefficient
+    assert not judge(CURVED, told("aero.Cm.alpha2", -0.03, 0.005)).covered
+
+
+def test_a_wrong_name_is_false_even_if_the_truth_ranks_second() -> None:
+    """The truth among the first three counts there, not as named."""
+    marks = judge(CURVED, told("aero.Cm.alpha_q", ranking=("aero.Cm.alpha_q", "aero.Cm.alpha2")))
+    assert marks.first is False
+    assert marks.three
+    assert marks.false_name
+    assert marks.confidences == ((0.9, False),)
+    nothing = judge(CURVED, Outcome(id="x", verdict="model-adequate"))
+    assert (nothing.first, nothing.three, nothing.false_name) == (False, False, False)
+
+
+def test_a_false_name_beside_the_right_one_is_seen() -> None:
+    """One right and one invented name: named first, yet with a false name."""
+    both = (Named(effect="aero.Cm.alpha2", confidence=1.0), Named(effect="aero.Cl.p", confidence=1))
+    marks = judge(CURVED, Outcome(id="x", verdict="effects-found", named=both))
+    assert marks.first
+    assert marks.false_name
+
+
+def test_not_to_be_told_apart_is_right_with_the_truth_in_the_set() -> None:
+    """A lag of some milliseconds and a delay are alike; a curved moment and damping are not."""
+    late = hidden("sensor.alpha.lag", 0.003)
+    answer = Outcome(
+        id="x", verdict="ambiguous", alternatives=(("sensor.alpha.delay",), ("sensor.alpha.lag",))
+    )
+    marks = judge(late, answer)
+    assert (marks.first, marks.ambiguity, marks.deserved) == (False, True, True)
+    assert marks.first_or_ambiguous
+    marks = judge(CURVED, answer)
+    assert (marks.ambiguity, marks.deserved) == (False, False)
+
+
+def test_nothing_hidden_allows_no_name_but_a_late_clock_allows_a_delay() -> None:
+    """On clean flights every name is false; unnamed structure and decoys are not names."""
+    clean = Case(id="clean", group="nothing", verdicts=("model-adequate",))
+    assert judge(clean, Outcome(id="x", verdict="model-adequate")).verdict
+    assert judge(clean, told("sensor.airdata.delay")).false_name
+    assert not judge(clean, told("unnamed.Cm.alpha_de2")).false_name
+    assert not judge(clean, told("aero.Cm.memory")).false_name
+    clock = replace(clean, clock="air", accepted=(CLOCKS["air"],))
+    assert not judge(clock, told("sensor.airdata.delay")).false_name
+    assert judge(clock, told("aero.Cm.alphadot")).false_name
+
+
+def test_outside_the_catalog_abstaining_is_right() -> None:
+    """A name of the catalog is wrong there, however near."""
+    outside = Case(
+        id="o", group="outside", effects={"outside.Cm.alpha3": -0.3}, verdicts=("unexplained",)
+    )
+    assert judge(outside, Outcome(id="x", verdict="unexplained")).abstained
+    assert judge(outside, told("unnamed.Cm.alpha3")).abstained
+    assert not judge(outside, told("aero.Cm.alpha2")).abstained
+
+
+def test_two_effects_need_both_names_and_a_missing_derivative_may_be_a_value() -> None:
+    """Half of a pair is not enough; a derivative of zero may be called a wrong value."""
+    pair = Case(
+        id="p", group="pair", effects={"aero.Cm.flap": -0.01, "aero.Cl.da3": -1.0},
+        verdicts=("effects-found",), accepted=(("aero.Cm.flap",), ("aero.Cl.da3",)),
+    )  # fmt: skip
+    one = Named(effect="aero.Cl.da3", confidence=0.9)
+    two = Named(effect="aero.Cm.flap", confidence=0.9)
+    assert not judge(pair, Outcome(id="x", verdict="effects-found", named=(one,))).first
+    assert judge(pair, Outcome(id="x", verdict="effects-found", named=(one, two))).first
+    lacking = replace(hidden("aero.Cl.dr", 0.01), verdicts=("effects-found", "values-wrong"))
+    assert judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_dr",))).first
+    assert not judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_da",))).first
+
+
+@pytest.fixture
+def two_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Columns of the baseline for two maneuvers; the others are not looked at."""
+    short = {one.id: sensitivity.baseline_change(0, one) for one in (PLAN[2],)}
+    empty: FloatArray = np.zeros((0, 0, 0))
+    columns = tuple(short.get(one.id, empty) for one in PLAN)
+    monkeypatch.setattr(judging, "baseline_columns", lambda _: columns)
+
+
+def test_the_closed_gap_is_that_of_structure(two_columns: None) -> None:
+    """A perfect model closes all of it, the baseline none, half the effect three quarters.
+
+    What another derivative or a zero offset would change does not count.
+    """
+    case = hidden("propulsion.Cm.throttle", 0.004)
+    flown = flying.fly_case(case, PLAN[2:3])
+    maneuver, truth = flown.maneuvers[0], flown.steady["3"]
+    change = sensitivity.change_by(0, PLAN[2], "propulsion.Cm.throttle", 0.004)
+    derivative = 0.01 * sensitivity.baseline_change(0, PLAN[2])[:, :, 1]
+    names = [name for name in sensitivity.CHANNELS if name != "dynamic_pressure"]
+    places = [sensitivity.CHANNELS.index(name) for name in names]
+    scale = np.array([judging.NOISE[name] for name in names])
+    true = np.column_stack([truth[name] for name in names])
+
+    def closed(share: float, other: float) -> float | None:
+        first = true - change[:, places] * scale
+        last = true - (share * change + other * derivative)[:, places] * scale
+        view = SimpleNamespace(
+            id="3", held_out=True, times=maneuver.block.times, channels=names,
+            computed=(first, last + 0.01),
+        )  # fmt: skip
+        return judging.closed_gap(flown, cast("Any", [view]))
+
+    assert closed(0.0, 0.0) == pytest.approx(1.0, abs=1e-6)
+    assert closed(0.0, 3.0) == pytest.approx(1.0, abs=1e-3)
+    assert closed(1.0, 0.0) == pytest.approx(0.0, abs=1e-6)
+    assert closed(0.5, -1.0) == pytest.approx(0.75, abs=0.01)
