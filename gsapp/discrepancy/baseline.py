@@ -10,7 +10,8 @@ from gsapp.discrepancy.filtering.tuning import tune
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
 
-_PASSES = 4
+_PASSES = 5
+_ROUNDS = 3
 _SETTLED = 0.3
 """A move of every parameter below this share of its deviation ends the fit."""
 
@@ -35,22 +36,23 @@ def start_model(records: Sequence[Record]) -> Model:
     return Model(name="linear build-up", derivatives=shipped.derivatives)
 
 
-def settle(fit: Fit, passes: int, tick: Tick, doing: str, *, tuned: bool = True) -> None:
-    """Fit a model, and its noise with it, in place."""
+def settle(fit: Fit, passes: int, tick: Tick, doing: str, *, fresh: bool = False) -> None:
+    """Fit a model, and its noise with it, in place; what is fresh is moved once before."""
     for number in range(passes):
         tick(doing)
-        move = fit.step(fit.pass_())
-        fit.pass_()
-        if tuned:
-            tune(fit)
-        if number and move < _SETTLED:
+        fit.linearize()
+        if number or not fresh:
+            tune(fit, rounds=_ROUNDS)
+        move = fit.step(fit.information())
+        if number > 1 and move < _SETTLED:
             break
-    fit.pass_()
+    fit.linearize()
+    tune(fit, rounds=_ROUNDS)
 
 
 def baseline_fit(records: Sequence[Record], model: Model | None, tick: Tick) -> Fit:
     """Return the baseline fitted to maneuvers."""
     start = start_model(records) if model is None else model
     fit = Fit.begin(records, start, free_of(start, model is None))
-    settle(fit, _PASSES, tick, "fitting the current model")
+    settle(fit, _PASSES, tick, "fitting the current model", fresh=True)
     return fit

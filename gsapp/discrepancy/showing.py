@@ -65,7 +65,7 @@ class HeldOut:
         }
         flown = [_follow(records, fit, still) for fit in fits]
         for fit in flown:
-            fit.pass_()
+            fit.linearize()
         self.simulated = tuple(
             _Simulated(
                 record=record,
@@ -182,7 +182,7 @@ def _follow(records: Sequence[Record], fit: Fit, noise: object) -> Fit:
         if old is not None:
             one.motion = old.motion
     for _ in range(_SETTLING):
-        new.pass_()
+        new.linearize()
         new.settle()
     return new
 

@@ -23,7 +23,7 @@ def changed_values(model: Model | None, fit: Fit) -> dict[str, ChangedValue]:
     if model is None:
         return {}
     names = [name for name in fit.free if name in derivative_names()]
-    information = fit.pass_().with_priors(fit.priors())
+    information = fit.information().with_priors(fit.priors())
     every = (*fit.free, *fit.bias_names())
     _, covariance = information.solution(every)
     places = [every.index(name) for name in names]

@@ -38,10 +38,14 @@ from gsapp.discrepancy.telling import alternatives_of, why
 from gsapp.discrepancy.values import changed_values
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import make_term
+from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
+_REVERSED = 0.15
+"""A scale this near to -1 is a reversed axis."""
+_PASSES = 4
 _CONTENDERS = 3
 _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
@@ -154,6 +158,8 @@ class _Search:
     ) -> None:
         self._of, self._settings, self._progress = of, settings, progress
         self._done = 0.0
+        self._failed: set[str] = set()
+        self._trials: dict[str, Fit] = {}
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
         if len(self._held_out) >= len(of.maneuvers):
@@ -184,6 +190,7 @@ class _Search:
             if one.derivative not in fit.free
             and one.id not in present
             and one.id not in self._settings.refused
+            and one.id not in self._failed
         ]
         named = named_competitors(records, of.aircraft)
         unnamed = unnamed_competitors(named, throttle="throttle" in moving, flap="flap" in moving)
@@ -207,7 +214,12 @@ class _Search:
             last = stages[-1]
             if last.decision.kind != "name" or last.decision.best is None:
                 break
-            stages.append(self._with(last, last.decision.best.id, last.decision.best))
+            try:
+                stages.append(self._with(last, last.decision.best.id, last.decision.best))
+            except FlightError:
+                # A fit that runs away is no explanation; the others go on competing.
+                self._failed.add(last.decision.best.id)
+                stages[-1] = self._stage(last.fit, added=last.added, forced=last.forced)
         return stages
 
     def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> _Stage:
@@ -240,27 +252,27 @@ class _Search:
         if len(near) < 2:
             return decision
         gain = screening.gain.copy()
-        results = {}
+        costs: dict[int, float] = {}
         for place in near:
             one = screening.competitors[place]
-            self._tick(f"comparing: {one.title}")
-            results[place] = -self._cost(self._fitted_with(fit, one, screening, passes=1))
+            try:
+                trial = self._fitted_with(fit, one, screening, f"comparing: {one.title}")
+            except FlightError:
+                gain[place] = 0.0
+                continue
+            self._trials[one.id] = trial
+            costs[place] = trial.cost()
+        if near[0] not in costs:
+            return decide(screening, gain, least=least, temper=temper)
         # The best by columns keeps its gain; the others differ from it as their fits do.
-        for place, value in results.items():
-            gain[place] = screening.gain[near[0]] + value - results[near[0]]
+        for place, cost in costs.items():
+            gain[place] = screening.gain[near[0]] - (cost - costs[near[0]])
         return decide(screening, np.maximum(gain, 0.0), least=least, temper=temper)
-
-    @staticmethod
-    def _cost(fit: Fit) -> float:
-        """Return the sum of squares at the fit's own values, initial states fitted."""
-        total = fit.pass_().with_priors(fit.priors())
-        names = (*fit.free, *fit.bias_names())
-        return float(total.projected(names).matrix[-1, -1])
 
     # --- adding ---------------------------------------------------------------------------------
 
     def _fitted_with(
-        self, fit: Fit, one: Competitor, screening: Screening | None, passes: int
+        self, fit: Fit, one: Competitor, screening: Screening | None, doing: str
     ) -> Fit:
         term = make_term(one.id, self._of.aircraft)
         values = dict(term.defaults)
@@ -281,17 +293,26 @@ class _Search:
         model = fit.revised_model().with_effect(one.id, values)
         free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
         new = fit.with_model(model, free)
-        for _ in range(passes):
-            new.step(new.pass_())
+        settle(new, _PASSES, self._tick, doing, fresh=True)
         return new
 
     def _with(
         self, last: _Stage, effect: str, competitor: Competitor | None, *, forced: bool = False
     ) -> _Stage:
         one = competitor or _as_competitor(effect, self._of.aircraft)
-        self._tick(f"adding: {one.title}")
-        fit = self._fitted_with(last.fit, one, last.screening if competitor else None, passes=1)
-        settle(fit, 3, self._tick, f"fitting the model with: {one.title}")
+        fit = self._trials.pop(effect, None) or self._fitted_with(
+            last.fit,
+            one,
+            last.screening if competitor else None,
+            f"fitting the model with: {one.title}",
+        )
+        self._trials.clear()
+        if one.id.endswith(".scale") and abs(fit.values[f"{one.id}.scale"] + 1.0) < _REVERSED:
+            effect = one.id.removesuffix(".scale") + ".reversed"
+            model = fit.revised_model().without_effect(one.id).with_effect(effect)
+            one = _as_competitor(effect, self._of.aircraft)
+            fit = fit.with_model(model, last.fit.free)
+            settle(fit, _PASSES, self._tick, f"fitting the model with: {one.title}")
         number = len(fit.model.effects)
         parent = last.fit.model
         fit.model = fit.model.model_copy(
@@ -364,7 +385,7 @@ class _Search:
     def _found(self, before: _Stage, after: _Stage, held: HeldOut, number: int) -> FoundEffect:
         effect = after.added
         term = make_term(effect, self._of.aircraft)
-        information = after.fit.pass_().with_priors(after.fit.priors())
+        information = after.fit.information().with_priors(after.fit.priors())
         names = (*after.fit.free, *after.fit.bias_names())
         _, covariance = information.solution(names)
         stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
@@ -376,7 +397,8 @@ class _Search:
         }
         evidence = before.decision.evidence
         competitors = before.screening.competitors
-        own = next((k for k, one in enumerate(competitors) if one.id == effect), None)
+        stood_for = effect.replace(".reversed", ".scale")
+        own = next((k for k, one in enumerate(competitors) if one.id in (effect, stood_for)), None)
         order = [k for k in np.argsort(-before.decision.gain) if k != own]
         runner = competitors[order[0]] if order else None
         margin = (

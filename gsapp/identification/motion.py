@@ -283,9 +283,13 @@ class _Completion:
         """Return what the engines make of a lever: first order, settled at the start."""
         if lag <= 0.0 or not np.ptp(lever):
             return lever
-        decay = float(np.exp(-self.maneuver.dt / lag))
-        followed, _ = lfilter([1.0 - decay], [1.0, -decay], lever[1:], zi=[decay * lever[0]])
-        return np.concatenate((lever[:1], followed))
+        # Exact for levers that move in straight lines between samples.
+        ratio = self.maneuver.dt / lag
+        decay = float(np.exp(-ratio))
+        mean = (1.0 - decay) / ratio
+        new, old = 1.0 - mean, mean - decay
+        followed, _ = lfilter([new, old], [1.0, -decay], lever, zi=[(1.0 - new) * lever[0]])
+        return np.asarray(followed)
 
 
 def turned_attitude(

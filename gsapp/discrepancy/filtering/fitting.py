@@ -28,6 +28,7 @@ from gsapp.discrepancy.filtering.record import Record
 from gsapp.dynamics.buildup import derivative_names, reads_of
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -56,7 +57,7 @@ class ManeuverState:
     flight_model: FlightModel
     motion: Motion
     filter: Filter | None = None
-    information: Information | None = None
+    seen: tuple[FloatArray, FloatArray] | None = None
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -150,6 +151,15 @@ class Fit:
                 for item, value in zip(term.parameters, values, strict=True):
                     table[f"{term.id}.{item.name}"] = value
         return {name: table[name] for name in self.free}
+
+    def _bounds(self) -> dict[str, tuple[float, float]]:
+        """Return within what the parameters of effects make sense."""
+        aircraft = self.maneuvers[0].record.maneuver.aircraft
+        return {
+            f"{effect.id}.{item.name}": item.bounds
+            for effect in self.model.effects
+            for item in effect.term(aircraft).parameters
+        }
 
     def revised_model(self) -> Model:
         """Return the model with the values of the fit."""
@@ -261,32 +271,52 @@ class Fit:
         innovations, deviations = one.filter.innovations(all_z, all_b, start)
         return one.filter.whitener @ innovations, deviations, n_x
 
-    def pass_(self, extra: tuple[tuple[str, ...], ColumnsOf] | None = None) -> Information:
-        """Linearize, filter, and return the information of all maneuvers.
-
-        Parameters
-        ----------
-        extra : tuple of names and function, optional
-            Columns of candidates.
-        """
-        total: Information | None = None
+    def linearize(self) -> None:
+        """Linearize along all motions as they stand, and filter with the noise as it stands."""
         for one in self.maneuvers:
             noise = self.noise[one.record.flight]
             one.filter = filter_of(self.linearized(one), noise, one.motion)
-            one.information = self.information_of(one, extra)
-            total = one.information if total is None else total + one.information
-        assert total is not None
+
+    def refilter(self) -> None:
+        """Filter anew where only the noise changed."""
+        for one in self.maneuvers:
+            if one.filter is not None:
+                noise = self.noise[one.record.flight]
+                one.filter = filter_of(one.filter.linearization, noise, one.motion)
+
+    def information(self) -> Information:
+        """Return the information of all maneuvers, as last filtered."""
+        total: Information | None = None
+        for one in self.maneuvers:
+            found = self.information_of(one, keep=True)
+            total = found if total is None else total + found
+        if total is None:
+            return Information(
+                names=self.free, matrix=np.zeros((len(self.free) + 1,) * 2), samples=0.0
+            )
         return total
+
+    def pass_(self) -> Information:
+        """Linearize, filter, and return the information of all maneuvers."""
+        self.linearize()
+        return self.information()
 
     def information_of(
         self,
         one: ManeuverState,
         extra: tuple[tuple[str, ...], ColumnsOf] | None = None,
+        *,
+        keep: bool = False,
     ) -> Information:
-        """Return the information of one maneuver; its filter must be up to date."""
+        """Return the information of one maneuver; its filter must be up to date.
+
+        With `keep` what was seen of it stays, for `step`.
+        """
         names, columns_of = ((), None) if extra is None else extra
         assert one.filter is not None
-        innovations, _, n_local = self.whitened(one, columns_of)
+        innovations, deviations, n_local = self.whitened(one, columns_of)
+        if keep:
+            one.seen = innovations, deviations
         rows = innovations.reshape(-1, innovations.shape[2])
         local = rows[:, -1 - n_local : -1]
         rest = np.hstack((rows[:, : -1 - n_local], rows[:, -1:]))
@@ -300,6 +330,17 @@ class Fit:
             samples=float(one.filter.counted.sum()) - n_local,
         )
 
+    def cost(self) -> float:
+        """Return minus two log likelihoods of all innovations, as last filtered."""
+        left = self.information().with_priors(self.priors())
+        left = left.projected((*self.free, *self.bias_names()))
+        sizes = sum(
+            len(one.filter.by_state) * one.filter.log_size
+            for one in self.maneuvers
+            if one.filter is not None
+        )
+        return float(left.matrix[-1, -1]) + sizes
+
     # --- going on -------------------------------------------------------------------------------
 
     def step(self, information: Information) -> float:
@@ -309,8 +350,13 @@ class Fit:
         by_name = dict(zip(names, moves, strict=True))
         for one in self.maneuvers:
             self._follow(one, by_name)
+        bounds = self._bounds()
         for name in self.free:
-            self.values[name] += by_name[name]
+            moved = self.values[name] + by_name[name]
+            low, high = bounds.get(name, (-np.inf, np.inf))
+            self.values[name] = float(min(max(moved, low), high))
+        if not np.isfinite(moves).all():
+            raise FlightError("the fit of a model with an effect ran away; refuse the effect")
         for name in self.bias_names():
             self.biases[name] += by_name[name]
         self._take(self.revised_model())
@@ -324,7 +370,11 @@ class Fit:
 
     def _follow(self, one: ManeuverState, moves: Mapping[str, float]) -> None:
         """Move the motion of a maneuver to what the filter predicts with the moved parameters."""
-        innovations, deviations, n_local = self.whitened(one)
+        if one.seen is None:
+            innovations, deviations, _ = self.whitened(one)
+        else:
+            innovations, deviations = one.seen
+            one.seen = None
         record = one.record
         names = [*self.free, *(bias_name(record.flight, name) for name in record.channels)]
         shared = np.array([moves.get(name, 0.0) for name in names])

@@ -23,6 +23,7 @@ from scipy.linalg.lapack import dtbtrs
 
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
 from gsapp.discrepancy.filtering.noise import GUST_ROWS, NoiseModel
+from gsapp.foundation import FlightError
 from gsapp.quantities import BoolArray, FloatArray
 
 _BLOCK = 0.04
@@ -349,7 +350,7 @@ def _gain(
         except (LinAlgError, ValueError):
             continue
     else:
-        raise LinAlgError("the filter of a maneuver has no steady state")
+        raise FlightError("the fit of a model ran away; refuse the effect, or check the data")
     covariance = C @ P @ C.T + noise_of_means
     covariance = 0.5 * (covariance + covariance.T)
     gain = np.linalg.solve(covariance, C @ P).T

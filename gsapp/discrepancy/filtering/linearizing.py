@@ -13,7 +13,7 @@ import numpy as np
 from gsapp.discrepancy.filtering.record import STATES, Record
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.signals import SURFACES, SignalTerm, respond
+from gsapp.dynamics.signals import SURFACES, SignalTerm, Straight, respond, undo
 from gsapp.dynamics.terms import COEFFICIENTS, VARIABLES
 from gsapp.identification.maximum_likelihood.engine import Engine, drives_of
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel
@@ -137,6 +137,11 @@ def linearize(
     output_rates = np.einsum("nyi,in->ny", by_state, own_rates) + np.einsum(
         "nyj,jn->ny", by_control, np.gradient(moved, record.dt, axis=1)
     )
+    # What an instrument scales, it scales all through.
+    scale = _scales(record, model, outputs)
+    output_rates *= scale
+    by_state *= scale[:, :, None]
+    by_control *= scale[:, :, None]
     return Linearization(
         record=record,
         states=x,
@@ -145,7 +150,7 @@ def linearize(
         exposed=outputs,
         computed=_shown(record, model, outputs),
         by_state=by_state,
-        output_by_coefficient=np.ascontiguousarray(slopes[:, :, levels]),
+        output_by_coefficient=slopes[:, :, levels] * scale[:, :, None],
         rate_by_coefficient=np.ascontiguousarray(rates[:, :, levels]),
         output_by_control=by_control,
         rate_by_control=np.ascontiguousarray(rates[:, :, controls]),
@@ -154,7 +159,7 @@ def linearize(
         inputs=inputs,
         free=free,
         rate_by_free=np.ascontiguousarray(rates[:, :, others]),
-        output_by_free=np.ascontiguousarray(slopes[:, :, others]),
+        output_by_free=slopes[:, :, others] * scale[:, :, None],
     )
 
 
@@ -184,6 +189,10 @@ def _signal_path(
 def _driven(record: Record, model: FlightModel) -> FloatArray:
     """Return the inputs after the model's control paths, (8, n)."""
     inputs = record.motion.inputs.T.copy()
+    for channel, terms in model.sensor_terms.items():
+        if channel in CONTROLS:
+            row = INPUTS.index(channel)
+            inputs[row] = undo(_signal_path(terms), inputs[row], record.dt).values
     for surface, terms in model.control_terms.items():
         row = INPUTS.index(SURFACES[surface])
         inputs[row] = respond(_signal_path(terms), inputs[row], record.dt).values
@@ -198,3 +207,16 @@ def _shown(record: Record, model: FlightModel, outputs: FloatArray) -> FloatArra
             column = record.channels.index(name)
             shown[:, column] = respond(_signal_path(terms), shown[:, column], record.dt).values
     return shown
+
+
+def _scales(record: Record, model: FlightModel, outputs: FloatArray) -> FloatArray:
+    """Return by how much the instruments without memory multiply changes, (n, n_channels)."""
+    scale = np.ones(outputs.shape)
+    for name, terms in model.sensor_terms.items():
+        if name in record.channels:
+            column = record.channels.index(name)
+            for term, values in _signal_path(terms):
+                if isinstance(term, Straight):
+                    slope = term.jacobian((outputs[:, column],), (), values).reads[0]
+                    scale[:, column] = scale[:, column] * slope
+    return scale

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from gsapp.discrepancy.filtering.columns import Column, Entry
-from gsapp.discrepancy.filtering.linearizing import Linearization
+from gsapp.discrepancy.filtering.linearizing import CONTROLS, Linearization
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
-from gsapp.dynamics.signals import SURFACES, SignalTerm, respond
+from gsapp.dynamics.signals import SURFACES, Response, SignalTerm, respond, undo
 from gsapp.quantities import FloatArray
 
 _SHARE = 1e-3
@@ -24,19 +24,26 @@ def path_columns(model: FlightModel, found: Linearization) -> dict[str, Column]:
     for surface, terms in model.control_terms.items():
         name = SURFACES[surface]
         signal = record.motion.inputs.T[INPUTS.index(name)]
-        for key, slope in _slopes(terms, signal, record.dt).items():
+        for key, slope in _slopes(terms, signal, record.dt, respond).items():
             columns[key] = (Entry(place=name, history=slope),)
     for channel, terms in model.sensor_terms.items():
+        if channel in CONTROLS:
+            signal = record.motion.inputs.T[INPUTS.index(channel)]
+            for key, slope in _slopes(terms, signal, record.dt, undo).items():
+                columns[key] = (*columns.get(key, ()), Entry(place=channel, history=slope))
         if channel in record.channels:
             signal = found.shown_before(channel)
-            for key, slope in _slopes(terms, signal, record.dt).items():
+            for key, slope in _slopes(terms, signal, record.dt, respond).items():
                 old = columns.get(key, ())
                 columns[key] = (*old, Entry(place=f"channel.{channel}", history=slope))
     return columns
 
 
 def _slopes(
-    terms: Sequence[tuple[object, tuple[float, ...]]], signal: FloatArray, dt: float
+    terms: Sequence[tuple[object, tuple[float, ...]]],
+    signal: FloatArray,
+    dt: float,
+    through: Callable[..., Response],
 ) -> dict[str, FloatArray]:
     """Return the derivatives of a signal after its path by the parameters, by differences."""
     path = [(term, values) for term, values in terms if isinstance(term, SignalTerm)]
@@ -53,7 +60,7 @@ def _slopes(
                     )
                     for k, (one, own) in enumerate(path)
                 ]
-                return respond(tuple(changed), signal, dt).values
+                return through(tuple(changed), signal, dt).values
 
             slopes[f"{term.id}.{item.name}"] = np.asarray(
                 (moved(step) - moved(-step)) / (2.0 * step)

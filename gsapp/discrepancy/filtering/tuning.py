@@ -24,7 +24,10 @@ _SKIPPED = 5
 
 
 def tune(fit: Fit, rounds: int = 4) -> None:
-    """Tune the noise of every flight of a fit, in place; the fit must have made a pass."""
+    """Tune the noise of every flight of a fit, in place, and filter with it.
+
+    The fit must have been linearized.
+    """
     for flight in fit.noise:
         own = [one for one in fit.maneuvers if one.record.flight == flight]
         if own:
@@ -32,6 +35,7 @@ def tune(fit: Fit, rounds: int = 4) -> None:
             for _ in range(rounds):
                 noise = _round(fit, own, noise)
             fit.noise[flight] = noise
+    fit.refilter()
 
 
 def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> NoiseModel:
