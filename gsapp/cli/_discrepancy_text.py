@@ -58,17 +58,23 @@ def _find(console: Console, found: Discrepancy) -> None:
 
 def _map(console: Console, found: Discrepancy) -> None:
     """Print what each coefficient lacks in each maneuver, in units of the noise."""
-    import math
-
+    import numpy as np
     from rich.markup import escape
+
+    from gsapp.quantities import channel
+    from gsapp.report.discrepancy_words import channel_map
 
     _say(console, "missing part of each coefficient, 1 = noise alone; * kept out", style="italic")
     table = _table()
     table.add_column("maneuver", no_wrap=True)
-    for name in found.coefficients:
+    for name in (*found.coefficients, "worst channel"):
         table.add_column(name, justify="right", no_wrap=True)
-    for view, row in zip(found.maneuvers, found.steps[0].map, strict=True):
-        cells = (f"{value:.1f}" if math.isfinite(value) else "-" for value in row)
+    channels = np.nan_to_num(channel_map(found, 0), nan=-1.0)
+    for place, view in enumerate(found.maneuvers):
+        row = found.steps[0].map[place]
+        cells = [f"{value:.1f}" if np.isfinite(value) else "-" for value in row]
+        worst = int(np.argmax(channels[place]))
+        cells.append(f"{channel(found.channels[worst]).symbol} {channels[place, worst]:.1f}")
         table.add_row(escape(f"{view.id} {view.kind}{' *' if view.held_out else ''}"), *cells)
     console.print(table)
 

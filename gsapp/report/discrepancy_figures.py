@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from gsapp.discrepancy.results import Discrepancy, Gap, ManeuverView, Step
 from gsapp.quantities import FloatArray, channel, from_si
-from gsapp.report.discrepancy_words import coefficient_words, share_words
+from gsapp.report.discrepancy_words import channel_map, coefficient_words, share_words
 from gsapp.report.document import TALLEST, WIDTH, Picture, margins
 from gsapp.report.strip_figure import FAINT, INK, TRACE
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
 
 _BEFORE, _AFTER, _BAND = "#7d8590", "#d55e00", "#dfe3e8"
-_FEW_ROWS = 12
-"""Maneuvers from which the rows of the map stand closer."""
+_FEW_ROWS, _FEW_COLUMNS = 12, 8
+"""Maneuvers and columns from which those of a map stand closer."""
 _POINTS = 1200
 """Of a trace on paper: more cannot be told apart."""
 _REGIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
@@ -38,36 +38,58 @@ _BINS, _LEAST = 12, 10
 
 def map_picture(found: Discrepancy) -> Picture:
     """Return the map maneuver x coefficient in units of the noise floor, before and after."""
-    steps = [found.steps[0]] if len(found.steps) == 1 else [found.steps[0], found.steps[-1]]
+    return _maps(
+        found,
+        "map",
+        found.coefficients,
+        (found.steps[0].map, found.steps[-1].map),
+        "Missing part of each coefficient in each maneuver, in units of the noise floor: 1 is "
+        "nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
+    )
+
+
+def channel_map_picture(found: Discrepancy) -> Picture:
+    """Return the map maneuver x channel in units of the noise floor, before and after."""
+    return _maps(
+        found,
+        "map-channels",
+        tuple(channel(name).symbol for name in found.channels),
+        (channel_map(found, 0), channel_map(found, -1)),
+        "Measured less computed of each channel when the model is flown through each maneuver "
+        "from its first sample, in units of that channel's noise.",
+    )
+
+
+def _maps(
+    found: Discrepancy,
+    name: str,
+    columns: tuple[str, ...],
+    maps: tuple[FloatArray, FloatArray],
+    caption: str,
+) -> Picture:
+    """Return two maps beside each other, or one where nothing was added."""
+    shown = maps[:1] if len(found.steps) == 1 else maps
     rows = len(found.maneuvers)
     height = min(TALLEST, 0.75 + (0.26 if rows <= _FEW_ROWS else 0.2) * max(rows, 4))
-    most = max(4.0, *(float(_finite(step.map).max(initial=1.0)) for step in steps))
+    most = max(4.0, *(float(_finite(values).max(initial=1.0)) for values in shown))
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(1, 2, sharey=True)
         margins(container, left=1.15, right=0.75, top=0.62, bottom=0.08, wspace=0.08)
-        for chart in charts[len(steps) :]:
+        for chart in charts[len(shown) :]:
             chart.set_visible(False)
-        for chart, step in zip(charts, steps, strict=False):
-            image = _draw_map(chart, found, step, most)
-            chart.set_title(
-                "before" if step is steps[0] else "after", loc="left", color=INK, pad=16
-            )
+        for chart, values, title in zip(charts, shown, ("before", "after"), strict=False):
+            image = _draw_map(chart, columns, values, most)
+            chart.set_title(title, loc="left", color=INK, pad=16)
         charts[0].set_yticks(range(rows), [_row_label(one) for one in found.maneuvers])
-        last = charts[len(steps) - 1]
-        bar = container.colorbar(image, ax=list(charts[: len(steps)]), cax=_beside(last))
+        last = charts[len(shown) - 1]
+        bar = container.colorbar(image, ax=list(charts[: len(shown)]), cax=_beside(last))
         bar.set_label("times the noise", color=INK)
         bar.set_ticks([value for value in _SCALE if value <= most], minor=False)
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         bar.minorticks_off()
 
-    return Picture(
-        name="map",
-        caption="Missing part of each coefficient in each maneuver, in units of the noise floor: "
-        "1 is nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
-        height=height,
-        draw=draw,
-    )
+    return Picture(name=name, caption=caption, height=height, draw=draw)
 
 
 def _finite(values: FloatArray) -> FloatArray:
@@ -82,19 +104,20 @@ def _beside(chart: Axes) -> Axes:
     return chart.inset_axes((1.04, 0.0, 0.05, 1.0))
 
 
-def _draw_map(chart: Axes, found: Discrepancy, step: Step, most: float) -> AxesImage:
+def _draw_map(chart: Axes, columns: tuple[str, ...], values: FloatArray, most: float) -> AxesImage:
     image = chart.imshow(
-        np.maximum(step.map, 1.0), norm=LogNorm(1.0, most), cmap="YlOrBr", aspect="auto"
+        np.maximum(values, 1.0), norm=LogNorm(1.0, most), cmap="YlOrBr", aspect="auto"
     )
-    chart.set_xticks(range(len(found.coefficients)), found.coefficients)
+    crowded = len(columns) > _FEW_COLUMNS
+    chart.set_xticks(range(len(columns)), columns, fontsize=5.5 if crowded else 7.0)
     chart.xaxis.tick_top()
     chart.tick_params(length=0)
-    for row, values in enumerate(step.map):
-        for column, value in enumerate(values):
+    for row, line in enumerate(values):
+        for column, value in enumerate(line):
             dark = np.isfinite(value) and value > most**0.6
             chart.text(
-                column, row, "–" if not np.isfinite(value) else f"{value:.1f}",
-                ha="center", va="center", fontsize=6.2, color="white" if dark else INK,
+                column, row, _times(value), ha="center", va="center",
+                fontsize=5.2 if crowded else 6.2, color="white" if dark else INK,
             )  # fmt: skip
     for side in chart.spines.values():
         side.set_visible(False)
@@ -379,7 +402,9 @@ def gap_picture(gap: Gap) -> Picture:
 
 
 def _times(value: float) -> str:
-    return f"{value:.1f}" if value < 10.0 else f"{value:.0f}"
+    if not np.isfinite(value):
+        return "–"
+    return f"{value:.1f}" if value < 10.0 else f"{value:.0f}" if value < 1000.0 else "> 999"
 
 
 def waterfall_picture(found: Discrepancy) -> Picture:

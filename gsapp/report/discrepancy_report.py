@@ -17,6 +17,7 @@ from gsapp.discrepancy.results import Discrepancy, ManeuverView
 from gsapp.foundation import GroundStationError, write_atomically
 from gsapp.quantities import channel
 from gsapp.report.discrepancy_figures import (
+    channel_map_picture,
     gap_picture,
     map_picture,
     missing_over_region_picture,
@@ -196,7 +197,7 @@ def _find(found: Discrepancy, units: Units) -> Section:
     if found.instruments:
         good = "All instruments agree with one another." if not odd else ""
         parts.append(Paragraph(text=good or "Instruments: " + "; ".join(one.words for one in odd)))
-    parts.append(map_picture(found))
+    parts += [channel_map_picture(found), map_picture(found)]
     if found.disagreements:
         parts += [
             Paragraph(text=f"Worst place: {disagreement_words(found.disagreements[0])}"),

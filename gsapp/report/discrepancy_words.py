@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
+import numpy as np
+
 from gsapp.discrepancy.catalog import record
 from gsapp.discrepancy.results import (
     ChangedValue,
@@ -16,7 +18,7 @@ from gsapp.discrepancy.results import (
 )
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import channel, from_si
+from gsapp.quantities import FloatArray, channel, from_si
 
 HEADLINES = {
     "effects-found": "The model lacks something, and it has a name.",
@@ -169,3 +171,30 @@ def rms_rows(gap: Gap, units: Literal["US", "SI"]) -> tuple[tuple[str, str, str,
 def moved_words(value: ChangedValue) -> str:
     """Return by how many standard deviations a derivative moved."""
     return f"{(value.after - value.before) / value.std:+.1f}" if value.std > 0.0 else ""
+
+
+def channel_map(found: Discrepancy, step: int) -> FloatArray:
+    """Return measured less computed of each channel over its noise floor, RMS, under one model.
+
+    Parameters
+    ----------
+    found : Discrepancy
+    step : int
+        Place among the steps.
+
+    Returns
+    -------
+    ndarray, shape (n_maneuvers, n_channels)
+        In the order of the answer's maneuvers and channels; NaN where a channel lacks.
+    """
+    sizes = np.full((len(found.maneuvers), len(found.channels)), np.nan)
+    for row, view in enumerate(found.maneuvers):
+        for place, name in enumerate(view.channels):
+            left = view.measured[:, place] - view.computed[step][:, place]
+            left = left[np.isfinite(left)]
+            floor = view.floor.get(name, 0.0)
+            if left.size and floor > 0.0 and name in found.channels:
+                column = found.channels.index(name)
+                with np.errstate(over="ignore"):
+                    sizes[row, column] = np.sqrt(np.mean(left**2)) / floor
+    return sizes

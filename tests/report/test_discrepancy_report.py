@@ -27,6 +27,7 @@ from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.foundation import GroundStationError
 from gsapp.report.discrepancy_inputs import search_provenance
 from gsapp.report.discrepancy_report import discrepancy_document, write_report
+from gsapp.report.discrepancy_words import channel_map
 from gsapp.report.document import (
     LOOK,
     TALLEST,
@@ -175,6 +176,23 @@ def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
     with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
         write_report(found, tmp_path / "a.doc")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_map_of_channels_is_measured_less_computed_over_the_noise() -> None:
+    """Noise alone gives 1, the part that the model lacks stands out in its channel alone."""
+    found = answer(maneuvers=3, samples=600)
+    before, after = channel_map(found, 0), channel_map(found, -1)
+    assert before.shape == (3, len(found.channels))
+    q = found.channels.index("q")
+    assert (before[:, q] > 3.0).all()
+    others = [place for place in range(len(found.channels)) if place != q]
+    assert before[:, others] == pytest.approx(np.ones((3, len(others))), abs=0.12)
+    assert after == pytest.approx(np.ones(after.shape), abs=0.12)
+    few = replace(
+        found.maneuvers[0], channels=("alpha",), measured=found.maneuvers[0].measured[:, :1]
+    )
+    lacking = channel_map(replace(found, maneuvers=(few,)), 0)
+    assert np.isnan(lacking[0, 1:]).all()
 
 
 def test_maneuvers_drawn_are_those_kept_out_that_were_worst() -> None:
