@@ -21,6 +21,7 @@ import hashlib
 import json
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -80,7 +81,9 @@ def _fingerprint(plan: int, *more: object) -> str:
         STATE_STEPS,
         *more,
     )
-    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+    # The last digits of numbers may differ between machines.
+    words = re.sub(r"\d+\.\d+(e-?\d+)?", lambda found: f"{float(found[0]):.8g}", repr(parts))
+    return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
 def _scaled(shown: Mapping[str, FloatArray]) -> FloatArray:
@@ -453,7 +456,7 @@ class Showing:
     per_size : dict of str to float
         Standard deviations for each unit away from neutral.
     alike : dict of str to dict of str to float
-        Cosines between effects, those above a half.
+        Cosines between effects, those above 0.6 in size.
     where : dict of str to dict of str to float
         By effect: share of each maneuver in what it shows.
     """
@@ -463,7 +466,7 @@ class Showing:
     where: Mapping[str, Mapping[str, float]]
 
 
-_LEAST_SHARE = 0.04
+_ALIKE = 0.6
 _TABLE = Path(__file__).with_name("sigmas.json")
 
 
@@ -531,7 +534,7 @@ def _show(plan: int, air: Recording) -> dict[str, dict[str, object]]:
         found_here["alike"][effect] = {
             other: _rounded(float(cosines[number]))
             for number, other in enumerate(effects)
-            if number != place and not unknown[number] and abs(cosines[number]) > 0.5
+            if number != place and not unknown[number] and abs(cosines[number]) > _ALIKE
         }
         taken = _shares(total, names, own)[:, place]
         left = [part[:, len(names) + place] - part[:, : len(names)] @ taken for part in parts]
@@ -558,10 +561,16 @@ def write_table(asked: Iterable[tuple[int, Recording]]) -> None:
 
 def _as_dict(found: Showing) -> dict[str, object]:
     where = {
-        effect: {one: share for one, share in shares.items() if share >= _LEAST_SHARE}
+        effect: {
+            one: share for one, share in shares.items() if share >= 0.45 * max(shares.values())
+        }
         for effect, shares in found.where.items()
     }
-    return {"per_size": found.per_size, "alike": found.alike, "where": where}
+    alike = {
+        effect: {one: cosine for one, cosine in others.items() if abs(cosine) > _ALIKE}
+        for effect, others in found.alike.items()
+    }
+    return {"per_size": found.per_size, "alike": alike, "where": where}
 
 
 def size_for(plan: int, effect: str, air: Recording, sigma: float) -> float:
