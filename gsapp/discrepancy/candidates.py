@@ -271,22 +271,25 @@ def unnamed_competitors(
             name = _product_name(factors)
             if f"{target}.{name}" not in taken:
                 found.append(_unnamed(target, name, factors))
-        for variable in ("beta", "da", "dr") if lateral else ("alpha", "de"):
-            if f"{target}.memory" not in taken or variable != "alpha":
-                found.append(_memory(target, variable))
+        found += [
+            _memory(target, variable)
+            for variable in (("beta", "da", "dr") if lateral else ("alpha", "de"))
+            if f"{target}.memory" not in taken or variable != "alpha"
+        ]
     return tuple(found)
 
 
 def _products(lateral: bool, *, throttle: bool, flap: bool) -> list[tuple[str, ...]]:
     more = (*(("throttle",) if throttle else ()), *(("flap",) if flap else ()))
+    out: list[tuple[str, ...]] = []
     if lateral:
-        out = [(one, other) for one in _LATERAL for other in (*_LONGITUDINAL, *more)]
+        out += [(one, other) for one in _LATERAL for other in (*_LONGITUDINAL, *more)]
         out += [(one,) * 3 for one in _LATERAL]
         out += [("alpha", "alpha", one) for one in _LATERAL]
         out += [("beta", "beta", one) for one in _LATERAL[1:]]
         out += [("|beta|", one) for one in _LATERAL]
         return out
-    out = list(combinations_with_replacement(_LONGITUDINAL, 2))
+    out += list(combinations_with_replacement(_LONGITUDINAL, 2))
     out += list(combinations_with_replacement(_LATERAL, 2))
     out += [("|beta|",), *_CUBES]
     out += [(one, other) for one in more for other in _LONGITUDINAL]

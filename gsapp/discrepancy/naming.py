@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gsapp.discrepancy.candidates import Competitor
 from gsapp.discrepancy.screening import Screening
@@ -103,7 +104,7 @@ def probabilities(competitors: Sequence[Competitor], gain: FloatArray) -> FloatA
 
 
 def _set(
-    competitors: Sequence[Competitor], evidence: FloatArray, order: FloatArray
+    competitors: Sequence[Competitor], evidence: FloatArray, order: NDArray[np.intp]
 ) -> tuple[Competitor, ...]:
     total, chosen = 0.0, []
     for place in order:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -328,7 +329,7 @@ class _Search:
         held = HeldOut(of.records, self._held_out, [one.fit for one in stages])
         effects = tuple(
             self._found(before, after, held, number)
-            for number, (before, after) in enumerate(zip(stages, stages[1:], strict=False))
+            for number, (before, after) in enumerate(pairwise(stages))
         )
         self._tick("comparing values")
         values = changed_values(of.model, stages[-1].fit)
