@@ -13,14 +13,11 @@ OPENBLAS_NUM_THREADS=1.
 from __future__ import annotations
 
 import argparse
-import hashlib
-import json
-import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -28,67 +25,15 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "discrepancy"))
 
+from blind.answering import fingerprint, kept
 from blind.cases import Case, Series, all_cases, tenth, virtual_cases
-from blind.flying import fly_case
-from blind.judging import Marks, Named, Outcome, judge, outcome_of
+from blind.judging import Marks, Outcome, judge
 from blind.sensitivity import cache_folder, with_sizes
 
-ROOT = Path(__file__).parents[2]
 PROCESSES = 2
 STRONG = 10.0
 FEW = 100
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
-
-
-def fingerprint() -> str:
-    """Return a name for the program and the cases as they are."""
-    digest = hashlib.sha256()
-    folders = [ROOT / "gsapp" / one for one in ("discrepancy", "dynamics", "identification")]
-    for folder in (*folders, ROOT / "tests" / "discrepancy" / "blind"):
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def answer(case: Case) -> Outcome:
-    """Fly one case and put it to the program."""
-    from gsapp.discrepancy.settings import DiscrepancySettings
-    from gsapp.discrepancy.workflow import Investigation
-    from gsapp.foundation import GroundStationError
-
-    sized = with_sizes(case)
-    flown = fly_case(sized)
-    started = time.process_time()
-    try:
-        search = Investigation(flown.maneuvers, flown.aircraft, flown.model)
-        found = search.run(DiscrepancySettings(model=flown.model))
-    except (GroundStationError, ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
-        spent = time.process_time() - started
-        words = f"{type(error).__name__}: {error}"
-        return Outcome(id=case.id, verdict="failed", cpu=spent, error=words)
-    return outcome_of(flown, found, time.process_time() - started)
-
-
-def read(path: Path) -> Outcome:
-    """Return a kept outcome."""
-    content = json.loads(path.read_text("utf-8"))
-    content["named"] = tuple(Named(**one) for one in content["named"])
-    for name in ("ranking", "values"):
-        content[name] = tuple(content[name])
-    content["alternatives"] = tuple(tuple(one) for one in content["alternatives"])
-    return Outcome(**content)
-
-
-def kept(case: Case, folder: Path) -> Outcome:
-    """Return the outcome of a case: kept, or found now."""
-    path = folder / f"{case.id}.json"
-    if path.exists():
-        return read(path)
-    found = answer(case)
-    waiting = path.with_suffix(f".{os.getpid()}")
-    waiting.write_text(json.dumps(asdict(found)), "utf-8")
-    waiting.replace(path)
-    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from blind import flying, judging, sensitivity
+from blind import answering, flying, judging, sensitivity
 from blind.cases import CLOCKS, Case, hidden
 from blind.judging import Named, Outcome, judge
 from blind.plan import PLAN
@@ -171,3 +172,62 @@ def test_the_closed_gap_is_that_of_structure(two_columns: None) -> None:
     assert closed(0.0, 3.0) == pytest.approx(1.0, abs=1e-3)
     assert closed(1.0, 0.0) == pytest.approx(0.0, abs=1e-6)
     assert closed(0.5, -1.0) == pytest.approx(0.75, abs=0.01)
+
+
+def test_answers_are_kept_and_taken_up_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A case is put to the program once; its kept answer is the same answer."""
+    asked = []
+
+    def answer(case: Case) -> Outcome:
+        asked.append(case.id)
+        return told("aero.Cm.alpha2", ranking=("a", "b"), alternatives=(("a",), ("b", "c")))
+
+    monkeypatch.setattr(answering, "answer", answer)
+    first = answering.kept(CURVED, tmp_path)
+    assert answering.kept(CURVED, tmp_path) == first
+    assert asked == [CURVED.id]
+
+
+def test_what_the_program_refuses_is_a_failed_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error of the program is an outcome with its words, not the end of the benchmark."""
+    monkeypatch.setattr(answering, "fly_case", lambda case: flying.fly_case(case, PLAN[:1]))
+    outcome = answering.answer(Case(id="one maneuver", group="nothing"))
+    assert outcome.verdict == "failed"
+    assert outcome.error
+
+
+def test_the_benchmark_prints_what_was_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every table of the benchmark, from made-up answers."""
+    place = Path(__file__).parents[1] / "bench" / "discrepancy.py"
+    spec = importlib.util.spec_from_file_location("bench_discrepancy", place)
+    assert spec is not None
+    assert spec.loader is not None
+    bench = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = bench
+    spec.loader.exec_module(bench)
+    right = told("aero.Cm.alpha2", coefficient="Cm", maneuver="3", cpu=7.0, closed=0.97)
+    wrong = told("aero.Cm.alpha_q", ranking=("aero.Cm.alpha_q", "aero.Cm.alpha2"))
+    strong = replace(CURVED, sigma=10.0)
+    clean = Case(id="c", group="nothing", kind="clean", verdicts=("model-adequate",))
+    outside = Case(
+        id="o", group="outside", kind="outside.Cm.alpha3", effects={"outside.Cm.alpha3": 1.0}
+    )
+    answers = [
+        (strong, right),
+        (strong, wrong),
+        (replace(strong, gust=0.3), right),
+        (clean, Outcome(id="c", verdict="model-adequate")),
+        (clean, wrong),
+        (outside, Outcome(id="o", verdict="unexplained")),
+    ]
+    bench.report([bench.Row(case=a, outcome=b, marks=judge(a, b)) for a, b in answers])
+    said = capsys.readouterr().out
+    for words in (
+        "66.7 %/3", "by size", "by air", "gusts 0.3 m/s", "by effect", "by baseline", "coefficient",
+        "maneuver", "covered", "closed %", "97.0", "size off %", "in three", "100.0 %/3",
+        "nothing hidden", "50.0 %/2", "outside the catalog", "confidence: said, right",
+        "CPU s a case",
+    ):  # fmt: skip
+        assert words in said, words

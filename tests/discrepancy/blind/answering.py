@@ -1,0 +1,70 @@
+"""Cases put to the program; answers kept by case, as long as program and cases stay the same."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from blind.cases import Case
+from blind.flying import fly_case
+from blind.judging import Named, Outcome, outcome_of
+from blind.sensitivity import with_sizes
+
+import gsapp
+from gsapp.discrepancy.settings import DiscrepancySettings
+from gsapp.discrepancy.workflow import Investigation
+from gsapp.foundation import GroundStationError
+
+ROOT = Path(gsapp.__file__).parents[1]
+
+
+def fingerprint() -> str:
+    """Return a name for the program and the cases as they are."""
+    digest = hashlib.sha256()
+    folders = [ROOT / "gsapp" / one for one in ("discrepancy", "dynamics", "identification")]
+    for folder in (*folders, Path(__file__).parent):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def answer(case: Case) -> Outcome:
+    """Fly one case and put it to the program."""
+    sized = with_sizes(case)
+    flown = fly_case(sized)
+    started = time.process_time()
+    try:
+        search = Investigation(flown.maneuvers, flown.aircraft, flown.model)
+        found = search.run(DiscrepancySettings(model=flown.model))
+    except (GroundStationError, ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+        spent = time.process_time() - started
+        words = f"{type(error).__name__}: {error}"
+        return Outcome(id=case.id, verdict="failed", cpu=spent, error=words)
+    return outcome_of(flown, found, time.process_time() - started)
+
+
+def read(path: Path) -> Outcome:
+    """Return a kept outcome."""
+    content = json.loads(path.read_text("utf-8"))
+    content["named"] = tuple(Named(**one) for one in content["named"])
+    for name in ("ranking", "values"):
+        content[name] = tuple(content[name])
+    content["alternatives"] = tuple(tuple(one) for one in content["alternatives"])
+    return Outcome(**content)
+
+
+def kept(case: Case, folder: Path) -> Outcome:
+    """Return the outcome of a case: kept, or found now."""
+    path = folder / f"{case.id}.json"
+    if path.exists():
+        return read(path)
+    found = answer(case)
+    waiting = path.with_suffix(f".{os.getpid()}")
+    waiting.write_text(json.dumps(asdict(found)), "utf-8")
+    waiting.replace(path)
+    return found
