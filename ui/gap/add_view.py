@@ -94,10 +94,10 @@ class AddView(ChapterView):
             self.effects.choose(ids[min(step, len(ids) - 1)])
         self.effects.setVisible(bool(states))
         last = step == len(answer.discrepancy.steps) - 1
-        self.none.setVisible(last or not states)
+        self.none.setVisible(last)
         self.none.setText(
             "Every proven effect is in the model. Force another to try what it would do."
-            if states
+            if any(one.place for one in states)
             else "No effect is proven. Force one to try what it would do."
         )
         values = value_lines(answer)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtCore import QRect, QSize, Qt, QTimer
 from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -117,8 +117,12 @@ class Lines(LinesView):
         self.horizontalHeader().setSectionsClickable(False)
         policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.setSizePolicy(policy)
-        self.horizontalHeader().sectionResized.connect(lambda *_: self._rewrap())
-        look.changed.connect(self._rewrap)
+        # When the header has settled: within its own resizing the widths are not all known.
+        self._settle = QTimer(self)
+        self._settle.setSingleShot(True)
+        self._settle.timeout.connect(self._rewrap)
+        self.horizontalHeader().sectionResized.connect(lambda *_: self._settle.start(0))
+        look.changed.connect(self._restyled)
         self._rewrap()
 
     def show_lines(self, lines: Sequence[Line]) -> None:
@@ -132,6 +136,16 @@ class Lines(LinesView):
             if line.key == key:
                 self.setCurrentIndex(self.lines.index(row, 0))
                 return
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Wrap anew at another width."""
+        super().resizeEvent(event)
+        self._settle.start(0)
+
+    def _restyled(self) -> None:
+        """Wrap anew: the table forgot the heights with the change."""
+        self._wrapped = None
+        self._settle.start(0)
 
     def _rewrap(self) -> None:
         """Give wrapped rows the height they need at the width they have."""

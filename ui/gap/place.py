@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 _REPORTS = "Report (*.html);;Report (*.pdf)"
 _MODELS = "Model (*.toml)"
+_STORY = "ui.gap.story"
 
 
 class GapPlace(QWidget):
@@ -78,6 +80,7 @@ class GapPlace(QWidget):
         self._open: Path | None = None
         self._banner: Banner | None = None
         self._trial: Work | None = None
+        self._loading: Work | None = None
         self.setup: SetupPage | None = None
         self.story: StoryView | None = None
         self.setAccessibleName("Model gap")
@@ -228,7 +231,17 @@ class GapPlace(QWidget):
 
     # The search
 
+    def _load(self) -> None:
+        """Load in a thread what the answer will be drawn with, once: it takes a second."""
+        if self.story is None and self._loading is None:
+            self._loading = Work(
+                "Loading the page", lambda _progress: importlib.import_module(_STORY), self
+            )
+            self._loading.failed.connect(self._faults.report)
+            self._loading.start()
+
     def _began(self, title: str) -> None:
+        self._load()
         self.strip.begin(title)
         if self.setup is not None:
             self.setup.show_state(busy=True, answered=self.search.answer is not None)
