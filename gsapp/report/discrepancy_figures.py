@@ -32,7 +32,7 @@ _POINTS = 1200
 """Of a trace on paper: more cannot be told apart."""
 _REGIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
 _SCALE = (1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 100.0, 200.0, 400.0, 1000.0)
-_BINS, _LEAST = 12, 10
+_BINS, _LEAST, _LEAST_SHARE = 12, 10, 0.01
 """Bins of a condition, and the fewest samples that make a median worth drawing."""
 
 
@@ -148,6 +148,10 @@ def missing_over_time_picture(
             chart.set_title(f"maneuver {_row_label(view)}", loc="left", color=INK, fontsize=7.5)
             chart.set_ylabel(f"missing {coefficient}", color=INK)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
+        # One maneuver far beyond the others must not flatten them.
+        sizes = [_finite(np.abs(view.missing[0][:, place])).max(initial=0.0) for view in views]
+        usual = 2.5 * float(np.median(sizes)) if sizes else 0.0
+        _keep_in_view(charts[0], -usual, usual)
         charts[-1].set_xlabel("flight time [s]", color=INK)
         _legend_above(container, charts[0])
 
@@ -182,17 +186,24 @@ def missing_over_region_picture(
         margins(container, left=0.72, top=0.5, hspace=0.55, wspace=0.12)
         for chart in charts.flat[len(known) :]:
             chart.set_visible(False)
+        ranges = []
         for chart, name in zip(charts.flat, known, strict=False):
             label, values = _condition(found, name, units)
-            _draw_bins(chart, values, _stacked(found, place, 0), _BEFORE, "before", "o")
+            ranges += _draw_bins(chart, values, _stacked(found, place, 0), _BEFORE, "before", "o")
             if len(found.steps) > 1:
-                _draw_bins(chart, values, _stacked(found, place, -1), _AFTER, "after", "s")
+                ranges += _draw_bins(
+                    chart, values, _stacked(found, place, -1), _AFTER, "after", "s"
+                )
             chart.axhline(0.0, color=INK, linewidth=0.5)
             _plain_axes(chart)
             chart.xaxis.set_major_locator(MaxNLocator(nbins=4))
             chart.set_xlabel(label, color=INK, fontweight="bold" if name == marked else "normal")
         for row in charts:
             row[0].set_ylabel(f"missing {coefficient}", color=INK)
+        # The medians tell the story; bars of a few wild samples may be cut off.
+        low = min((one for one, _ in ranges), default=0.0)
+        high = max((one for _, one in ranges), default=0.0)
+        _keep_in_view(charts[0, 0], 2.0 * low - high, 2.0 * high - low)
         _legend_above(container, charts[0, 0])
 
     bold = f" It grows most with {channel(marked).title.lower()}." if marked in known else ""
@@ -210,7 +221,10 @@ def _varies(found: Discrepancy, name: str) -> bool:
     if not known:
         return False
     values = _finite(np.concatenate(known))
-    return values.size > 0 and float(np.ptp(values)) > 1e-6
+    if values.size == 0:
+        return False
+    low, high = np.quantile(values, (0.01, 0.99))
+    return bool(high - low > 2.0 * channel(name).precision)
 
 
 def _condition(found: Discrepancy, name: str, units: str) -> tuple[str, FloatArray]:
@@ -230,16 +244,17 @@ def _stacked(found: Discrepancy, place: int, step: int) -> FloatArray:
 
 def _draw_bins(
     chart: Axes, x: FloatArray, y: FloatArray, color: str, label: str, marker: str
-) -> None:
+) -> list[tuple[float, float]]:
+    """Draw the medians of `y` in bins of `x`; return their range, where there are any."""
     good = np.isfinite(x) & np.isfinite(y)
     if good.sum() < 2 * _BINS:
-        return
+        return []
     edges = np.linspace(float(x[good].min()), float(x[good].max()), _BINS + 1)
     places = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, _BINS - 1)
     middles, medians, lows, highs = [], [], [], []
     for number in range(_BINS):
         inside = good & (places == number)
-        if inside.sum() < _LEAST:
+        if inside.sum() < max(_LEAST, _LEAST_SHARE * good.sum()):
             continue
         low, median, high = np.quantile(y[inside], (0.25, 0.5, 0.75))
         middles.append(float(np.median(x[inside])))
@@ -250,6 +265,7 @@ def _draw_bins(
         middles, medians, yerr=[lows, highs], color=color, marker=marker, markersize=3.0,
         linewidth=0.7, elinewidth=0.6, label=label, linestyle="--" if label == "after" else "-",
     )  # fmt: skip
+    return [(min(medians), max(medians))] if medians else []
 
 
 def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:

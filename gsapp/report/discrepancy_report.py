@@ -446,12 +446,12 @@ def _terms() -> Section:
 
 
 def _coefficients(found: Discrepancy) -> tuple[str, ...]:
-    """Return the coefficients to draw over time: those of the effects found, then the worst."""
+    """Return the coefficients to draw over time: those that effects add to, else the worst."""
     targets = [one.effect.split(".")[1] for one in found.effects if "." in one.effect]
     named = [_OPPOSITE.get(one, one) for one in targets]
-    worst = [one.coefficient for one in found.disagreements]
-    known = [one for one in (*named, *worst) if one in found.coefficients]
-    return tuple(dict.fromkeys(known))[:_MOST_COEFFICIENTS]
+    known = [one for one in named if one in found.coefficients]
+    worst = [one.coefficient for one in found.disagreements if one.coefficient]
+    return tuple(dict.fromkeys(known or worst))[:_MOST_COEFFICIENTS]
 
 
 def _region(found: Discrepancy, coefficient: str) -> str:
