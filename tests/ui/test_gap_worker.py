@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -20,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
 
 import gsapp.identification.flights
-from gsapp.discrepancy.results import Discrepancy
+from gsapp.discrepancy.results import Discrepancy, Observability
 from gsapp.discrepancy.settings import (
     Callback,
     DiscrepancySettings,
@@ -35,8 +36,11 @@ from ui.gap.phrases import (
     inputs_text,
     parameter_text,
     signed,
+    verdict_state,
+    verdict_text,
     with_std,
 )
+from ui.gap.pictures import observability_lines
 from ui.gap.request import Answer, Decisions, GapRequest, SearchError
 from ui.gap.search import ProcessEngine
 from ui.gap.trial import fly_trial, trial_folder
@@ -219,6 +223,26 @@ def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> N
     engine.close()
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
+    """A flight on a disk that never answers: the stop ends the process all the same."""
+    stuck = tmp_path / "stuck.csv"
+    os.mkfifo(stuck)
+    engine = ProcessEngine()
+    begun: list[float] = []
+
+    def tell(_share: float | None, words: str) -> None:
+        if words.startswith("reading"):
+            begun.append(time.monotonic())
+            if begun[-1] - begun[0] > 0.5:
+                raise CancelledError
+
+    with pytest.raises(CancelledError):
+        engine.do(job(flight=str(stuck)), tell)
+    assert time.monotonic() - begun[-1] < 8.0
+    assert engine.pid is None
+
+
 def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> None:
     from datetime import date
 
@@ -257,6 +281,30 @@ def test_numbers_in_words() -> None:
     assert closed_text(0.943, 0.031) == "94 ± 3 % of the gap is closed"
     assert closed_text(None, None) == "There was no gap to close"
     assert inputs_text("da+dr doublet") == "aileron+rudder doublet"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "state", "words"),
+    [("effects-found", "caution", "Two effects are missing"),
+     ("values-wrong", "caution", "1 value must change"),
+     ("model-adequate", "good", "Nothing is missing"),
+     ("ambiguous", "unknown", "cannot tell what"),
+     ("unexplained", "warning", "no name in the catalog"),
+     ("not-observable", "unknown", "cannot show")],
+)  # fmt: skip
+def test_every_verdict_has_a_headline_and_a_state(verdict: str, state: str, words: str) -> None:
+    answer = replace(make_answer(), discrepancy=make_discrepancy(verdict=verdict, maneuvers=2))
+    assert words in verdict_text(answer)
+    assert verdict_state(answer.discrepancy) == state
+
+
+def test_what_only_the_ground_can_settle_is_said_so() -> None:
+    seen = Observability(
+        effect="mass.cg.x", effect_class="C", sigma=0.0, sigma_size=1.0, fly="weigh the aircraft"
+    )
+    found = replace(make_discrepancy(maneuvers=2), observability=(seen,))
+    line = observability_lines(replace(make_answer(), discrepancy=found), hidden_only=True)[0]
+    assert line.cells[1:] == ("on the ground only", "weigh the aircraft")
 
 
 def test_nothing_is_ever_called_certain() -> None:

@@ -473,7 +473,8 @@ def observability_lines(answer: Answer, *, hidden_only: bool) -> tuple[Line, ...
             key=one.effect,
             cells=(
                 answer.title(one.effect),
-                seen_text(one.sigma),
+                # What merely rescales coefficients no maneuver shows.
+                "on the ground only" if one.effect_class == "C" else seen_text(one.sigma),
                 one.fly or _alias_words(answer, one),
             ),
             state="caution" if one.sigma < NOT_SEEN else "plain",

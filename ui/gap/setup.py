@@ -218,6 +218,9 @@ class SetupPage(CenteredPage):
 
     def show_state(self, *, busy: bool, answered: bool) -> None:
         """Say whether a search runs, and whether there is an answer to go back to."""
+        if busy and not self._busy and self.search.hasFocus():
+            # Not to the next button, where a second Enter would do something else.
+            self.flights.setFocus()
         self._busy = busy
         self.back.setVisible(answered)
         self._judge()
