@@ -99,7 +99,8 @@ def exposed(aircraft: Aircraft, motion: Mapping[str, FloatArray]) -> dict[str, F
         **{name: motion[name] for name in ("phi", "theta", "de", "da", "dr", "flap", "throttle")},
         "dynamic_pressure": 0.5 * motion["density"] * np.sum(pitot * pitot, axis=1),
         "static_pressure": motion["static_pressure"],
-        "temperature": np.full(len(flow), float(motion["temperature"].mean())),
+        # A thermometer on board: with the field's, density is off by 0.02 % for every 10 m.
+        "temperature": motion["temperature"],
     }
 
 

@@ -31,18 +31,18 @@ def flight_model(
 def fly_equations(
     model: FlightModel,
     mass: float,
-    density: float,
+    density: float | FloatArray,
     state: Sequence[float],
     controls: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Fly control histories in still air of one density; as `blind.engine.Engine.fly`.
+    """Fly control histories in still air of given density; as `blind.engine.Engine.fly`.
 
     Runge and Kutta at 100 Hz; the controls half way are those of the step half way.
     """
     count = len(controls)
     inputs = np.zeros((count, 8))
     inputs[:, : len(CONTROLS)] = controls
-    inputs[:, 6:] = density, mass
+    inputs[:, 6], inputs[:, 7] = density, mass
     start = (*state, 0.0)
     now = np.array([*start, *model.resting_states(start, tuple(inputs[0]))], dtype=np.float64)
 
@@ -74,9 +74,9 @@ def fly_equations(
     for place, rate in enumerate("pqr"):
         table[f"{rate}_dot"] = np.asarray(moves[3 + place])
     temperature = 286.2
-    table["density"] = still + density
+    table["density"] = taken[:, 6]
     table["temperature"] = still + temperature
-    table["static_pressure"] = still + density * 287.05287 * temperature
+    table["static_pressure"] = taken[:, 6] * 287.05287 * temperature
     table["time"] = np.arange(len(states)) / RATE
     table.update({name: taken[:, column] for column, name in enumerate(CONTROLS)})
     return table
