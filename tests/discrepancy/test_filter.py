@@ -1,0 +1,388 @@
+"""Proves the filter against plain simulation, a Kalman filter at every sample, least squares."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from core_kit import (
+    AIRCRAFT,
+    TOY_CHANNELS,
+    TOY_NOISE,
+    TRUTH,
+    Toy,
+    maneuver,
+    prepared,
+    true_noise,
+    with_channel,
+)
+
+from gsapp.discrepancy.filtering.kalman import Filter, filter_of, solve_forward
+from gsapp.discrepancy.filtering.linearizing import Linearization, Motion, linearize
+from gsapp.discrepancy.filtering.noise import GUST_ROWS, NoiseModel
+from gsapp.discrepancy.filtering.record import STATES, Record, record_of
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.sensors import OutputModel
+from gsapp.dynamics.simulation import open_loop
+from gsapp.quantities import FloatArray
+
+
+def block_means(history: FloatArray, block: int) -> FloatArray:
+    """Return means over blocks, by a plain loop."""
+    return np.array(
+        [history[k : k + block].mean(axis=0) for k in range(0, len(history) - block + 1, block)]
+    )
+
+
+def innovations_of(one: Filter) -> FloatArray:
+    """Return the innovations of the residual, no biases."""
+    z, b, _ = one.residual(np.zeros(len(one.linearization.record.channels)))
+    found, _ = one.innovations(z[:, :, None], b[:, :, None])
+    return found[:, :, 0]
+
+
+# --- without turbulence: output error ------------------------------------------------------------
+
+
+def simulated(record: Record) -> tuple[FloatArray, FloatArray]:
+    """Return states (n, 9) and channels from the record's start, by the simulator."""
+    model = FlightModel(AIRCRAFT, TRUTH)
+    start = record.motion.states[0]
+    inputs = record.motion.inputs
+    states = open_loop(model, start, dict(zip(INPUTS, inputs.T, strict=True)), record.dt)
+    shown = OutputModel(model, record.channels).values(tuple(states.T), tuple(inputs.T))
+    return states, np.column_stack(np.broadcast_arrays(*shown))
+
+
+def nearby(record: Record, states: FloatArray, size: float) -> Linearization:
+    """Return the equations linearized along a motion bent away from the simulated one."""
+    times = record.dt * np.arange(len(record))
+    bends = np.array([1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02])
+    waves = np.array([np.sin((1.0 + 0.3 * k) * times) for k in range(8)])
+    model = FlightModel(AIRCRAFT, TRUTH)
+    motion = Motion(
+        states=states[:, :8].T + size * bends[:, None] * waves, gust=np.zeros((3, len(record)))
+    )
+    return linearize(record, model, np.array(model.defaults), motion)
+
+
+def test_without_process_noise_it_is_output_error() -> None:
+    """Innovations along the simulated motion are measured minus simulated, block by block."""
+    record = record_of(maneuver(1))
+    states, channels = simulated(record)
+    found = nearby(record, states, 0.0)
+    own = filter_of(found, None, Motion(states=found.states, gust=np.zeros((3, len(record)))))
+    block = round(0.04 / record.dt)
+    expected = block_means(record.measured - channels, block)
+    spread = expected.std(axis=0)
+    assert np.abs((innovations_of(own) - expected) / spread).max() < 1e-4
+
+
+def test_linearized_elsewhere_it_finds_the_same_residuals_to_first_order() -> None:
+    """Along a motion off by e, residuals of simulation from the same start are found within e^2."""
+    record = record_of(maneuver(1))
+    states, channels = simulated(record)
+    expected = block_means(record.measured - channels, round(0.04 / record.dt))
+    spread = expected.std(axis=0)
+    errors = []
+    for size in (1.0, 0.5):
+        found = nearby(record, states, size)
+        own = filter_of(found, None, Motion(states=found.states, gust=np.zeros((3, len(record)))))
+        plain = block_means(record.measured - found.computed, own.block)
+        # The bend is far larger than the noise; nearly nothing of it is left.
+        assert np.sqrt(np.mean(((plain - expected) / spread) ** 2)) > 2.0 * size
+        errors.append(np.sqrt(np.mean(((innovations_of(own) - expected) / spread) ** 2)))
+    assert errors[0] < 0.3
+    assert errors[1] == pytest.approx(errors[0] / 4.0, rel=0.25)
+
+
+def flown_in_dying_gust(record: Record, start: FloatArray, gust: FloatArray) -> FloatArray:
+    """Integrate the equations, air moved by gusts that only die away from where they begin."""
+    model = FlightModel(AIRCRAFT, TRUTH)
+    decay = float(np.mean(record.motion.states[:, 0])) / np.array(true_noise().lengths)
+    inputs, dt = record.motion.inputs, record.dt
+
+    def rates(state: FloatArray, given: FloatArray, time: float) -> FloatArray:
+        found = np.array([float(one) for one in model.rates(tuple(state), tuple(given))])
+        found[[*GUST_ROWS]] -= decay * gust * np.exp(-decay * time)
+        return found
+
+    state, rows = start, [start]
+    for k in range(len(inputs) - 1):
+        middle, t = 0.5 * (inputs[k] + inputs[k + 1]), k * dt
+        a = rates(state, inputs[k], t)
+        b = rates(state + 0.5 * dt * a, middle, t + 0.5 * dt)
+        c = rates(state + 0.5 * dt * b, middle, t + 0.5 * dt)
+        d = rates(state + dt * c, inputs[k + 1], t + dt)
+        state = state + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        rows.append(state)
+    return np.array(rows)
+
+
+def test_settling_reaches_the_simulated_motion() -> None:
+    """From the measured motion a few passes end at a plain simulation, values as they are.
+
+    The air's motion at the start is part of the initial state: it dies away in that simulation.
+    """
+    fit = prepared([maneuver(1)])
+    fit.noise = {"virtual": true_noise(gusts=1e-12, moments=1e-12)}
+    one = fit.maneuvers[0]
+    for _ in range(4):
+        fit.linearize()
+        fit.settle()
+    start = np.array([*one.motion.states[:8, 0], one.record.motion.states[0, 8]])
+    flown = flown_in_dying_gust(one.record, start, one.motion.gust[:, 0])
+    noise = [0.1, *np.radians((0.1, 0.1, 0.5, 0.5, 0.5, 0.2, 0.2))]
+    gap = (one.motion.states[:8].T - flown[:, :8]) / noise
+    assert np.abs(gap[:-1]).max() < 0.01
+    # It is not where it began: the measured motion is noisy.
+    begun = (one.record.motion.states[:, :8] - flown[:, :8]) / noise
+    assert np.sqrt(np.mean(begun**2, axis=0)).min() > 0.7
+
+
+# --- with process noise: the Kalman filter -------------------------------------------------------
+
+
+def toy_step(toy: Toy) -> FloatArray:
+    """Return the toy's transition as the filter takes gusts: driven from sample to sample."""
+    step = np.zeros((11, 11))
+    step[:8, :8] = toy.transition
+    for place, (row, length) in enumerate(zip(GUST_ROWS, toy.noise.lengths, strict=True)):
+        step[:8, 8 + place] = -30.0 / length * toy.dt * toy.transition[:, row]
+        step[8 + place, 8 + place] = np.exp(-30.0 / length * toy.dt)
+    return step
+
+
+class PlainKalman:
+    """A Kalman filter that steps from sample to sample and measures the sum over each block.
+
+    The state is widened by the sum of the channels so far; process noise comes at every sample,
+    measurement noise of every sample enters the sum.
+    """
+
+    def __init__(self, toy: Toy, block: int) -> None:
+        self.toy, self.block = toy, block
+        self.step = toy_step(toy)
+        self.size, self.channels = 11, len(TOY_CHANNELS)
+        wide = self.size + self.channels
+        self.P = np.zeros((wide, wide))
+        self.P[:11, :11] = np.diag((1.0, 1e-4, 1e-4, *(2.5e-3,) * 3, 4e-4, 4e-4, 1.0, 1e-4, 1e-4))
+        self.x = np.zeros(wide)
+
+    def _sample(self) -> None:
+        """Add a sample to the sum."""
+        wide = np.eye(len(self.x))
+        wide[self.size :, : self.size] = self.toy.slopes
+        self.x = wide @ self.x
+        self.P = wide @ self.P @ wide.T
+        self.P[self.size :, self.size :] += np.diag(self.toy.measurement)
+
+    def _advance(self) -> None:
+        """Go to the next sample."""
+        wide = np.eye(len(self.x))
+        wide[: self.size, : self.size] = self.step
+        self.x = wide @ self.x
+        self.P = wide @ self.P @ wide.T
+        self.P[: self.size, : self.size] += self.toy.process
+
+    def take(self, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Take one block; return innovation and its covariance, the state at its end."""
+        for _ in range(self.block):
+            self._sample()
+            self._advance()
+        C = np.hstack((np.zeros((self.channels, self.size)), np.eye(self.channels) / self.block))
+        S = C @ self.P @ C.T
+        innovation = mean - C @ self.x
+        gain = np.linalg.solve(S, C @ self.P).T
+        self.x = self.x + gain @ innovation
+        self.P = self.P - gain @ S @ gain.T
+        # The sum begins anew.
+        self.x[self.size :] = 0.0
+        self.P[self.size :, :] = self.P[:, self.size :] = 0.0
+        return innovation, S
+
+
+def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
+    """Gains and covariances of blocks are those of a filter that goes sample by sample."""
+    toy = Toy(TOY_NOISE, n=2000)
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    assert own.block == 4
+    plain = PlainKalman(toy, own.block)
+    for _ in range(1500):
+        plain.take(np.zeros(len(TOY_CHANNELS)))
+    plain.x[:] = 0.0
+    means = block_means(toy.measured, own.block)
+    found = innovations_of(own)
+    spread = np.sqrt(np.diag(own.covariance))
+    for k in range(300):
+        innovation, S = plain.take(means[k])
+        assert np.abs((found[k] - innovation) / spread).max() < 1e-4
+    assert np.abs((own.covariance - S) / np.outer(spread, spread)).max() < 1e-5
+    assert own.log_size == pytest.approx(np.linalg.slogdet(S)[1], abs=1e-4)
+
+
+def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
+    """Toys driven by continuous gusts: covariance within chance, no correlation in time."""
+    toy = Toy(TOY_NOISE, n=24000, seed=3)
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    white = innovations_of(own)[20:] @ own.whitener.T
+    n = len(white)
+    covariance = white.T @ white / n
+    assert np.abs(covariance - np.eye(7)).max() < 4.5 / np.sqrt(n)
+    for lag in range(1, 8):
+        crossed = white[lag:].T @ white[:-lag] / n
+        assert np.abs(crossed).max() < 4.5 / np.sqrt(n), lag
+    # Without the gusts that are there it would be neither.
+    blind = filter_of(toy.linearization(), true_like(gust=1e-6), toy.motion())
+    poor = innovations_of(blind)[20:] @ blind.whitener.T
+    assert np.mean(poor[:, 1] ** 2) > 1.5
+
+
+def true_like(gust: float) -> NoiseModel:
+    """Return the toy's noise with other gusts."""
+    changed = TOY_NOISE
+    for name in ("gust.u", "gust.v", "gust.w"):
+        changed = changed.with_value(name, gust)
+    return changed
+
+
+def test_the_smoother_is_generalized_least_squares() -> None:
+    """Adjoint of the measurements: inverse covariance of the whole record times the record.
+
+    The dense covariance is built from its definition, the start as uncertain as the steady filter
+    takes it.
+    """
+    toy = Toy(TOY_NOISE, n=160, seed=4)
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    plain = PlainKalman(toy, own.block)
+    for _ in range(1500):
+        plain.take(np.zeros(len(TOY_CHANNELS)))
+    start = plain.P[:11, :11]
+    step, n, block = toy_step(toy), toy.n, own.block
+    # Covariances of the states at all samples.
+    spreads = [start]
+    for _ in range(n - 1):
+        spreads.append(step @ spreads[-1] @ step.T + toy.process)
+    whole = np.zeros((n, 7, n, 7))
+    for early in range(n):
+        carried = spreads[early]
+        for late in range(early, n):
+            crossed = toy.slopes @ carried @ toy.slopes.T
+            whole[late, :, early], whole[early, :, late] = crossed, crossed.T
+            carried = step @ carried
+        whole[early, :, early] += np.diag(toy.measurement)
+    blocks = whole.reshape(n // block, block, 7, n // block, block, 7).mean(axis=(1, 4))
+    dense = blocks.reshape(7 * n // block, -1)
+    means = block_means(toy.measured, block)
+    expected = np.linalg.solve(dense, means.ravel()).reshape(means.shape)
+    _, found = own.adjoints(innovations_of(own))
+    assert found == pytest.approx(expected, abs=1e-4 * float(np.abs(expected).max()))
+    # And the innovations are the record, decorrelated: the same sum of squares, and log det.
+    white = innovations_of(own) @ own.whitener.T
+    assert np.sum(white**2) == pytest.approx(means.ravel() @ expected.ravel(), rel=1e-4)
+    assert own.log_size * len(means) == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-4)
+
+
+def test_what_the_smoother_expects_is_what_it_finds() -> None:
+    """Where the noise model holds, mean squares of the adjoints are the expected ones."""
+    toy = Toy(TOY_NOISE, n=40000, seed=5)
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    process, measurement = own.adjoints(innovations_of(own))
+    by_process, by_measurement = own.expected()
+    steps = slice(10, -10)
+    found = np.mean(measurement[steps] ** 2, axis=0)
+    assert found == pytest.approx(np.diag(by_measurement), rel=0.08)
+    # Of the white noise behind gusts and moments; sums over gusts themselves scatter for minutes.
+    entries = np.eye(11)[:, (3, 4, 5, 0, 1, 2)]
+    for place, row in enumerate(GUST_ROWS):
+        entries[8 + place, 3 + row] = 1.0
+    for seen, usual in zip(process, by_process, strict=True):
+        found = np.mean((seen[steps] @ entries) ** 2, axis=0)
+        assert found == pytest.approx(np.diag(entries.T @ usual @ entries), rel=0.12)
+
+
+# --- what does not count -------------------------------------------------------------------------
+
+
+def test_samples_that_are_missing_change_nothing() -> None:
+    """A stretch of a channel is lost: its innovations are zero, what it held plays no part.
+
+    Innovations before it are as they were, those after it forget it.
+    """
+    toy = Toy(TOY_NOISE, n=1200)
+    lost = toy.measured.copy()
+    lost[400:520, 4] = np.nan
+    other = toy.measured.copy()
+    other[400:520, 4] = 1e3
+    found = []
+    for shown in (lost, other):
+        linearization = toy.linearization(np.where(np.isfinite(lost), shown, np.nan))
+        found.append(innovations_of(filter_of(linearization, TOY_NOISE, toy.motion())))
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    whole = innovations_of(own)
+    assert np.array_equal(found[0], found[1])
+    assert np.all(found[0][100:130, 4] == 0.0)
+    assert np.array_equal(found[0][:100], whole[:100])
+    assert not np.array_equal(found[0][130:], whole[130:])
+    # It forgets the loss within a few seconds.
+    assert np.abs((found[0] - whole)[-20:] @ own.whitener.T).max() < 0.05
+    assert np.abs((found[0] - whole)[130:150] @ own.whitener.T).max() > 0.3
+
+
+def test_a_channel_with_gaps_is_filled_by_nothing() -> None:
+    """A maneuver with a lost second of q: the record says so, and takes no zeros for samples."""
+    whole = maneuver(1)
+    samples = whole.samples("q").copy()
+    samples[100:150] = np.nan
+    record = record_of(with_channel(whole, "q", samples))
+    column = record.channels.index("q")
+    assert not record.counted[100:150, column].any()
+    assert record.counted.sum() == record.counted.size - 50
+    fit = prepared([with_channel(whole, "q", samples)])
+    fit.linearize()
+    one = fit.maneuvers[0]
+    assert one.filter is not None
+    assert np.all(fit.residual_innovations(one)[50:75, column] == 0.0)
+    assert np.any(fit.residual_innovations(one)[50:75, column - 1] != 0.0)
+
+
+def test_records_hold_what_was_measured() -> None:
+    """Channels in their order; without attitude the rest; airspeed from pressures where need be."""
+    record = record_of(maneuver(1))
+    assert record.channels == (*STATES[:6], "ax", "ay", "an", "phi", "theta")
+    assert record.id == "1"
+    whole = maneuver(1)
+    for name in ("phi", "theta", "beta"):
+        whole = with_channel(whole, name, np.nan)
+    assert record_of(whole).channels == ("V", "alpha", "p", "q", "r", "ax", "ay", "an")
+
+
+@pytest.mark.parametrize("many", [1, 6, 7, 40])
+def test_the_recursion_is_solved(many: int) -> None:
+    """Few right-hand sides (banded solver) and many (products) against a plain loop."""
+    random = np.random.default_rng(many)
+    propagation = 0.3 * random.standard_normal((50, 11, 11))
+    rows = random.standard_normal((51, 11, many))
+    expected = rows.copy()
+    for k in range(50):
+        for column in range(many):
+            expected[k + 1, :, column] += propagation[k].dot(expected[k, :, column])
+    found = solve_forward(propagation, rows.copy())
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_gusts_of_the_noise_model_have_the_size_that_it_says() -> None:
+    """First-order gusts simulated with its intensities have its rms."""
+    random = np.random.default_rng(8)
+    noise, V, dt, n = true_noise(gusts=0.2), 30.0, 0.02, 200_000
+    for name, length in zip("uvw", noise.lengths, strict=True):
+        decay = np.exp(-V / length * dt)
+        size = np.sqrt(0.2 * (1.0 - decay**2) / (2.0 * V / length))
+        gust = lfilter([1.0], [1.0, -decay], size * random.standard_normal(n))
+        assert noise.gust_rms(V)[name] == pytest.approx(float(gust.std()), rel=0.1)
