@@ -17,7 +17,7 @@ from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inp
 from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.record import Record, record_of
 from gsapp.discrepancy.finding import coefficient_map, disagreements
-from gsapp.discrepancy.naming import Decision, decide, probabilities, threshold
+from gsapp.discrepancy.naming import Decision, Kind, decide, probabilities, threshold
 from gsapp.discrepancy.observing import observability
 from gsapp.discrepancy.results import (
     Candidate,
@@ -50,6 +50,10 @@ _PASSES = 4
 _CONTENDERS = 3
 _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
+_MUCH = 0.15
+"""Share of its own gain that a name may leave to structure without one."""
+_STRONG = 3.0
+"""Over the threshold, times: a gain that chance does not explain."""
 _TOLD = 12
 """Candidates of a ranking that are told."""
 
@@ -221,6 +225,20 @@ class _Search:
                 # A fit that runs away is no explanation; the others go on competing.
                 self._failed.add(last.decision.best.id)
                 stages[-1] = self._stage(last.fit, added=last.added, forced=last.forced)
+        return self._without_misnomers(stages)
+
+    def _without_misnomers(self, stages: list[_Stage]) -> list[_Stage]:
+        """Take back a name that leaves much of its own structure unexplained."""
+        while len(stages) > 1 + len(self._settings.forced):
+            before, last = stages[-2], stages[-1]
+            if last.decision.kind != "unexplained" or last.decision.best is None:
+                break
+            left = float(last.decision.gain.max())
+            explained = float(before.decision.gain.max())
+            if left < _MUCH * explained or not _same_place(last.added, last.decision.best.id):
+                break
+            stages.pop()
+            stages[-1] = replace(before, decision=replace(before.decision, kind="unexplained"))
         return stages
 
     def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> _Stage:
@@ -327,6 +345,12 @@ class _Search:
         of, settings = self._of, self._settings
         self._tick("looking at the maneuvers kept out")
         held = HeldOut(of.records, self._held_out, [one.fit for one in stages])
+        while len(stages) > 1 + len(settings.forced) and (
+            held.gain(len(stages) - 2, len(stages) - 1) <= 0.0
+        ):
+            # What makes maneuvers worse that it was not fitted to is no effect.
+            stages = self._rejected(stages)
+            held = HeldOut(of.records, self._held_out, [one.fit for one in stages])
         effects = tuple(
             self._found(before, after, held, number)
             for number, (before, after) in enumerate(pairwise(stages))
@@ -371,6 +395,14 @@ class _Search:
         self._done = 1.0
         self._tell("done")
         return replace(found, why=why(found, stages[-1].decision))
+
+    def _rejected(self, stages: list[_Stage]) -> list[_Stage]:
+        """Return the stages without the last; a strong one leaves something unexplained."""
+        before = stages[-2]
+        competitors = before.screening.competitors
+        strong = _STRONG * threshold(self._settings.false_alarm, len(competitors))
+        kind: Kind = "unexplained" if float(before.decision.gain.max()) > strong else "nothing"
+        return [*stages[:-2], replace(before, decision=replace(before.decision, kind=kind))]
 
     def _model_of(self, stage: _Stage, effects: Sequence[FoundEffect]) -> Model:
         model = stage.fit.revised_model()
@@ -458,6 +490,12 @@ class _Search:
         if values:
             return "values-wrong"
         return "model-adequate"
+
+
+def _same_place(effect: str, other: str) -> bool:
+    """Return whether structure without a name may be what an effect stood for."""
+    group, target = effect.split(".")[:2]
+    return group != "aero" or target == other.split(".")[1]
 
 
 def _root(model: Model) -> str:
