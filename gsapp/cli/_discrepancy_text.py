@@ -157,10 +157,14 @@ def _show(console: Console, found: Discrepancy, units: Literal["US", "SI"]) -> N
 
     _say(console, "\n4. Show: does the gap shrink?", style="bold")
     if found.gap.channels:
-        headings = ("channel", "RMS before", "after", "noise")
+        headings: tuple[str, ...] = ("channel", "RMS before", "after", "noise")
+        rows: list[tuple[str, ...]] = [*rms_rows(found.gap, units)]
+        if len(found.steps) == 1:
+            headings = ("channel", "RMS", "noise")
+            rows = [(row[0], row[1], row[3]) for row in rows]
         where = f"maneuver{'s' if len(found.gap.on) != 1 else ''} {', '.join(found.gap.on)}"
         _say(console, f"measured less computed, {where}", style="italic")
-        console.print(_filled(headings, rms_rows(found.gap, units)))
+        console.print(_filled(headings, rows))
     if len(found.steps) > 1:
         falls = ", ".join(
             f"{step.misfit:.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]

@@ -382,8 +382,15 @@ def _keep_in_view(chart: Axes, low: float, high: float) -> None:
         chart.set_ylim(max(bottom, low), min(top, high))
 
 
-def gap_picture(gap: Gap) -> Picture:
-    """Return the residual of each channel over its noise floor, before and after, as bars."""
+def gap_picture(gap: Gap, *, changed: bool = True) -> Picture:
+    """Return the residual of each channel over its noise floor, before and after, as bars.
+
+    Parameters
+    ----------
+    gap : Gap
+    changed : bool
+        Whether there is another model after.
+    """
     names = [name for name, one in gap.channels.items() if one.floor > 0.0]
     before = np.array([gap.channels[name].before / gap.channels[name].floor for name in names])
     after = np.array([gap.channels[name].after / gap.channels[name].floor for name in names])
@@ -392,9 +399,8 @@ def gap_picture(gap: Gap) -> Picture:
         chart = container.subplots()
         margins(container, left=0.6, top=0.42, bottom=0.35)
         places = np.arange(len(names))
-        for offset, values, color, label in (
-            (-0.2, before, _BEFORE, "before"), (0.2, after, _AFTER, "after"),
-        ):  # fmt: skip
+        kinds = ((-0.2, before, _BEFORE, "before"), (0.2, after, _AFTER, "after"))
+        for offset, values, color, label in kinds if changed else kinds[:1]:
             bars = chart.bar(places + offset, values, width=0.36, color=color, label=label)
             chart.bar_label(bars, fmt=_times, fontsize=6.5, color=INK, padding=1.5)
         chart.axhline(1.0, color=INK, linewidth=0.8, linestyle=":", label="noise floor")

@@ -337,7 +337,7 @@ def _add(found: Discrepancy) -> Section:
 def _show(found: Discrepancy, units: Units, overlays: Sequence[ManeuverView]) -> Section:
     parts: list[Part] = [Paragraph(text=closed_words(found))]
     if found.gap.channels:
-        parts.append(gap_picture(found.gap))
+        parts.append(gap_picture(found.gap, changed=len(found.steps) > 1))
     if len(found.steps) > 1:
         parts.append(waterfall_picture(found))
     if found.gap.channels:
@@ -347,26 +347,31 @@ def _show(found: Discrepancy, units: Units, overlays: Sequence[ManeuverView]) ->
 
 
 def _channels(found: Discrepancy, units: Units) -> Table:
+    rows: list[tuple[str, ...]] = [
+        (
+            *rms,
+            f"{one.before_pct:.1f}",
+            f"{one.after_pct:.1f}",
+            f"{one.theil_before:.3f}",
+            f"{one.theil_after:.3f}",
+            f"{100.0 * one.within_before:.0f}",
+            f"{100.0 * one.within_after:.0f}",
+        )
+        for rms, one in zip(rms_rows(found.gap, units), found.gap.channels.values(), strict=True)
+    ]
+    columns: tuple[str, ...]
+    columns = ("channel", "RMS before", "after", "noise", "over range before [%]", "after [%]",
+               "Theil before", "after", "within 3 x noise before [%]", "after [%]")  # fmt: skip
+    if len(found.steps) == 1:
+        kept = (0, 1, 3, 4, 6, 8)
+        columns = ("channel", "RMS", "noise", "over range [%]", "Theil", "within 3 x noise [%]")
+        rows = [tuple(row[place] for place in kept) for row in rows]
     return Table(
         caption="Measured less computed on the maneuvers kept out",
-        columns=("channel", "RMS before", "after", "noise", "over range before [%]", "after [%]",
-                 "Theil before", "after", "within 3 x noise before [%]", "after [%]"),
-        rows=tuple(
-            (
-                *rms,
-                f"{one.before_pct:.1f}",
-                f"{one.after_pct:.1f}",
-                f"{one.theil_before:.3f}",
-                f"{one.theil_after:.3f}",
-                f"{100.0 * one.within_before:.0f}",
-                f"{100.0 * one.within_after:.0f}",
-            )
-            for rms, one in zip(
-                rms_rows(found.gap, units), found.gap.channels.values(), strict=True
-            )
-        ),
-        numeric=frozenset(range(1, 10)),
-    )  # fmt: skip
+        columns=columns,
+        rows=tuple(rows),
+        numeric=frozenset(range(1, len(columns))),
+    )
 
 
 def _observable(found: Discrepancy) -> Section:

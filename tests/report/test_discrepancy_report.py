@@ -150,6 +150,7 @@ def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
     (path,) = write_report(found, tmp_path / "a.html", overlays=[])
     page = Page(path.read_text(encoding="utf-8"))
     assert "The model is adequate" in page.text
+    assert "after" not in page.text.partition("4. Show")[2].partition("What these flights")[0]
     assert "there was no gap to close" in page.text
     assert "None" not in page.text
     assert "nan" not in page.text
