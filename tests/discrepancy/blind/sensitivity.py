@@ -8,8 +8,14 @@ effect's size in standard deviations.
 
 Whitening is by a Kalman filter of the aircraft about trim, that knows the gusts' spectrum and the
 noise of the surface pots. The pots matter: who simulates with measured deflections integrates
-their noise, and 0.05 deg of it triples the noise of speed and a_n at low frequency. (Rounding to
-12 bits is left out. In gusts of 1 m/s the linear filter leaves innovations that are not white.)
+their noise, and 0.05 deg of it triples the noise of speed and a_n at low frequency. Rounding to
+12 bits is left out.
+
+By Monte Carlo (`test_blind_cases`, and by hand with colored noise) the best linear estimate finds
+ten sigmas as ten with a spread of one. In gusts of 1 m/s flights leave the range in which they are
+linear about trim: there the sizes are those of a filter that follows the motion closely, and an
+estimate from plain simulations scatters several times as much. Effects of 30 sigma and 10 sigma are
+scaled from one column: at 10 they are within 6 % in calm air, at 30 a few show a quarter more.
 
 Flying a plan with all that takes two minutes; the columns are kept in a folder (`cache_folder`).
 """
