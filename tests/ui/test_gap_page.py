@@ -98,7 +98,7 @@ def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     window.gap.show_open(write_flight(tmp_path))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
-    until(qtbot, lambda: window.gap.shown)
+    until(qtbot, lambda: window.gap.shown and len(window.gap.story.chapters) == 4)
     QApplication.processEvents()
     return window
 

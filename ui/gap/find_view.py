@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import Qt
 
 from ui.gap.chapters import ChapterView
@@ -135,10 +136,11 @@ class FindView(ChapterView):
         self.cloud.setVisible(picture is not None)
         if picture is None:
             return
-        curves = [
-            Curve(x=x, y=y, color="previous", name="" if place else "other maneuvers", points=True)
-            for place, (x, y) in enumerate(picture.others)
-        ]
+        curves = []
+        if picture.others:
+            # As one cloud: drawn at once, and quickly.
+            x, y = (np.concatenate(parts) for parts in zip(*picture.others, strict=True))
+            curves.append(Curve(x=x, y=y, color="previous", name="other maneuvers", points=True))
         here = f"maneuver {self.selection.maneuver}"
         curves.append(
             Curve(x=picture.here[0], y=picture.here[1], color="blue", name=here, points=True)

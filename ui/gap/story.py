@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -45,6 +45,7 @@ from ui.pages import label
 from ui.settings import SettingsStore
 
 _ONE_ROW = 900
+_BETWEEN_MS = 150
 
 
 class _Sign(QWidget):
@@ -125,17 +126,10 @@ class StoryView(QScrollArea):
         self._column = QVBoxLayout(page)
         self._column.addLayout(self._head())
         self._column.addWidget(self._way())
-        self.chapters: dict[str, ChapterView] = {
-            "find": FindView(look),
-            "name": NameView(look),
-            "add": AddView(look, actions),
-            "show": ShowView(look, actions),
-        }
-        for name, view in self.chapters.items():
-            view.setAccessibleName(name)
-            view.selected.connect(self._choose)
-            self._column.addWidget(view, 1)
-            view.hide()
+        self.chapters: dict[str, ChapterView] = {}
+        self._next = QTimer(self)
+        self._next.setSingleShot(True)
+        self._next.timeout.connect(self._complete)
         self.chapter = ""
         look.changed.connect(self._restyle)
         self._restyle()
@@ -188,6 +182,33 @@ class StoryView(QScrollArea):
         self._way_box.addWidget(self.track, 1)
         return holder
 
+    # The four steps
+
+    def _chapter(self, name: str) -> ChapterView:
+        """Return one of the four steps, made when it is first wanted."""
+        if name not in self.chapters:
+            look, actions = self._look, self._actions
+            kinds: Mapping[str, Callable[[], ChapterView]] = {
+                "find": lambda: FindView(look),
+                "name": lambda: NameView(look),
+                "add": lambda: AddView(look, actions),
+                "show": lambda: ShowView(look, actions),
+            }
+            view = kinds[name]()
+            view.setAccessibleName(name)
+            view.selected.connect(self._choose)
+            view.hide()
+            self._column.addWidget(view, 1)
+            self.chapters[name] = view
+        return self.chapters[name]
+
+    def _complete(self) -> None:
+        """Make the steps that nobody asked for yet, one at a time, so that nothing waits long."""
+        missing = [one.id for one in CHAPTERS if one.id not in self.chapters]
+        if missing:
+            self._chapter(missing[0])
+            self._next.start(_BETWEEN_MS)
+
     # What is shown
 
     def show_answer(self, answer: Answer) -> None:
@@ -202,9 +223,11 @@ class StoryView(QScrollArea):
                 answer, variable=settings.gap_variable, channel=settings.gap_channel
             )
             self._moved = self._chose = self._tuned = False
-            self.go("find", focus=False)
         self._tell()
-        self.select(self.selection)
+        if self.chapter and former is not None and former.request == answer.request:
+            self.select(self.selection)
+        else:
+            self.go("find", focus=False)
 
     def _tell(self) -> None:
         answer = self.answer
@@ -249,6 +272,8 @@ class StoryView(QScrollArea):
             if not self._tuned and (name := closed_most(self.answer)):
                 self.selection = replace(self.selection, channel=name)
         self.chapter = chapter
+        self._chapter(chapter)
+        self._next.start(_BETWEEN_MS)
         for name, view in self.chapters.items():
             view.setVisible(name == chapter)
         self.buttons[chapter].setChecked(True)
@@ -294,11 +319,11 @@ class StoryView(QScrollArea):
         """Return the effect that a decision would be about; empty for none."""
         if self.answer is None:
             return ""
-        name, add = self.chapters["name"], self.chapters["add"]
-        if self.chapter == "name" and isinstance(name, NameView) and name.candidate:
-            return name.candidate
-        if self.chapter == "add" and isinstance(add, AddView) and add.chosen:
-            return add.chosen
+        view = self.chapters.get(self.chapter)
+        if isinstance(view, NameView) and view.candidate:
+            return view.candidate
+        if isinstance(view, AddView) and view.chosen:
+            return view.chosen
         for step in (self.selection.step + 1, self.selection.step):
             if (effect := effect_of_step(self.answer, step)) is not None:
                 return effect.effect
