@@ -9,7 +9,7 @@ that the model was linearized along obey, between predictions,
 
 for the residual (z: measured minus computed, b: minus the defect of the motion) and for the
 change that a parameter makes (z: its part in the channels, b: minus its part in the rates) alike.
-For the residual the blocks are exact; for the changes histories are taken as their means.
+Within blocks both are carried from sample to sample.
 """
 
 from __future__ import annotations
