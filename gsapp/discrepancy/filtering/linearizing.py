@@ -10,19 +10,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gsapp.discrepancy.filtering.outputs import exposures
 from gsapp.discrepancy.filtering.record import STATES, Record
+from gsapp.discrepancy.filtering.slopes import (
+    CONTROLS,
+    Differences,
+    Slopes,
+    combined,
+    differences,
+)
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
-from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.signals import SURFACES, SignalTerm, Straight, respond, undo
-from gsapp.dynamics.terms import COEFFICIENTS, VARIABLES
-from gsapp.identification.maximum_likelihood.engine import Engine, drives_of
-from gsapp.identification.maximum_likelihood.kernels import GeneralKernel
+from gsapp.dynamics.terms import VARIABLES
 from gsapp.quantities import FloatArray
 
-CONTROLS = ("de", "da", "dr", "flap", "throttle")
-"""Inputs whose paths may hold an effect."""
+__all__ = ["CONTROLS", "Linearization", "Motion", "first_motion", "linearize"]
 _VARIABLES = tuple(VARIABLES)
-_LEVELS = tuple(f"{name}_0" for name in COEFFICIENTS)
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -110,73 +113,89 @@ def linearize(
     free: tuple[str, ...] = (),
 ) -> Linearization:
     """Return the model with parameters `values` linearized along a motion."""
-    kernel = GeneralKernel(model, STATES, record.channels, _LEVELS)
-    engine = Engine(kernel, "rk4")
     inputs = _driven(record, model)
-    measured = record.motion.states.T
-    drives = drives_of(kernel, measured, inputs, None, values)
-    x = motion.states
-    state = [*x[:8], measured[8], *x[8:]]
-    outputs, slopes, found = OutputModel(model, record.channels).jacobian(
-        state, tuple(inputs), tuple(values), free=(*_LEVELS, *free)
-    )
-    n_all = len(model.state_names)
-    active = [*range(8), *range(9, n_all)]
-    controls = [n_all + INPUTS.index(name) for name in CONTROLS]
-    first = n_all + len(INPUTS)
-    levels, others = slice(first, first + len(_LEVELS)), slice(first + len(_LEVELS), None)
-    rates = found.rates[:, active]
-    jacobian = np.ascontiguousarray(rates[:, :, active])
-    step = 0.5 * record.dt * (jacobian[1:] + jacobian[:-1])
-    square = step @ step
-    transition = np.eye(len(active)) + step + 0.5 * square + (square @ step) / 6.0
-    own_rates = np.array(np.broadcast_arrays(*kernel.rates(drives.samples, x, values)))
-    by_state = np.ascontiguousarray(slopes[:, :, active])
-    by_control = np.ascontiguousarray(slopes[:, :, controls])
-    moved = inputs[[INPUTS.index(name) for name in CONTROLS]]
-    output_rates = np.einsum("nyi,in->ny", by_state, own_rates) + np.einsum(
-        "nyj,jn->ny", by_control, np.gradient(moved, record.dt, axis=1)
-    )
+    heading = record.motion.states.T[len(STATES)]
+    x, dt, parameters = motion.states, record.dt, tuple(values)
+    state = (*x[:8], heading, *x[8:])
+    found = differences(model, state, tuple(inputs), parameters, free)
+    layout, count = found.layout, len(record)
+    seen = exposures(model, record.channels, state, found)
+    outputs = np.stack([np.broadcast_to(value, (count,)) for value, _ in seen], axis=-1)
     # What an instrument scales, it scales all through.
-    scale = _scales(record, model, outputs)
-    output_rates *= scale
-    by_state *= scale[:, :, None]
-    by_control *= scale[:, :, None]
+    rows = [slopes for _, slopes in seen]
+    for column, scale in _scales(record, model, outputs).items():
+        rows[column] = combined((scale, rows[column]))
+    states = slice(0, layout.n_states)
+    jacobian = np.ascontiguousarray(layout.stacked(found.rate_slopes, states, count))
+    step = 0.5 * dt * (jacobian[1:] + jacobian[:-1])
+    square = step @ step
+    transition = np.eye(layout.n_states) + step + 0.5 * square + (square @ step) / 6.0
+    moved = np.gradient(inputs[[INPUTS.index(name) for name in CONTROLS]], dt, axis=1)
     return Linearization(
         record=record,
         states=x,
         transition=transition,
-        stepped=engine.step(drives, x[:, :-1], record.dt, values),
+        stepped=_stepped(model, x, heading, inputs, found.rates, dt, parameters),
         exposed=outputs,
         computed=_shown(record, model, outputs),
-        by_state=by_state,
-        output_by_coefficient=slopes[:, :, levels] * scale[:, :, None],
-        rate_by_coefficient=np.ascontiguousarray(rates[:, :, levels]),
-        output_by_control=by_control,
-        rate_by_control=np.ascontiguousarray(rates[:, :, controls]),
-        variables=_variables(record, model, found.totals.variables, own_rates, x[0]),
-        output_rates=output_rates,
+        by_state=np.ascontiguousarray(layout.stacked(rows, states, count)),
+        output_by_coefficient=layout.stacked(rows, layout.coefficients, count),
+        rate_by_coefficient=layout.stacked(found.rate_slopes, layout.coefficients, count),
+        output_by_control=layout.stacked(rows, layout.controls, count),
+        rate_by_control=layout.stacked(found.rate_slopes, layout.controls, count),
+        variables=_variables(record, model, found, x[0]),
+        output_rates=_output_rates(rows, (*found.rates, *moved), count),
         inputs=inputs,
         free=free,
-        rate_by_free=np.ascontiguousarray(rates[:, :, others]),
-        output_by_free=slopes[:, :, others] * scale[:, :, None],
+        rate_by_free=layout.stacked(found.rate_slopes, layout.parameters, count),
+        output_by_free=layout.stacked(rows, layout.parameters, count),
     )
 
 
-def _variables(
-    record: Record,
+def _stepped(
     model: FlightModel,
-    found: list[object],
+    x: FloatArray,
+    heading: FloatArray,
+    inputs: FloatArray,
     rates: FloatArray,
-    V: FloatArray,
+    dt: float,
+    values: tuple[float, ...],
+) -> FloatArray:
+    """Return where a Runge-Kutta step goes from each sample; inputs go straight in between."""
+
+    def at(moved: FloatArray, psi: FloatArray, given: FloatArray) -> FloatArray:
+        found = model.rates((*moved[:8], psi, *moved[8:]), tuple(given), values)
+        return np.array(np.broadcast_arrays(*found[:8], *found[9:]))
+
+    start, k1 = x[:, :-1], rates[:, :-1]
+    psi, given = 0.5 * (heading[1:] + heading[:-1]), 0.5 * (inputs[:, 1:] + inputs[:, :-1])
+    k2 = at(start + 0.5 * dt * k1, psi, given)
+    k3 = at(start + 0.5 * dt * k2, psi, given)
+    k4 = at(start + dt * k3, heading[1:], inputs[:, 1:])
+    stepped: FloatArray = start + dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    return stepped
+
+
+def _output_rates(rows: list[Slopes], rates: tuple[FloatArray, ...], count: int) -> FloatArray:
+    """Return the time derivatives of channels, for rates of states and controls."""
+    table = np.zeros((len(rows), count))
+    for row, slopes in enumerate(rows):
+        for column, slope in slopes.items():
+            if column < len(rates):
+                table[row] += slope * rates[column]
+    return table.T
+
+
+def _variables(
+    record: Record, model: FlightModel, found: Differences, V: FloatArray
 ) -> dict[str, FloatArray]:
     count = (len(record),)
     table = {
         name: np.array(np.broadcast_to(np.asarray(one, dtype=float), count))
-        for name, one in zip(_VARIABLES, found, strict=True)
+        for name, one in zip(_VARIABLES, found.totals.variables, strict=True)
     }
-    table["alpha_dot_hat"] = 0.5 * rates[1] * model.chord / V
-    table["beta_dot_hat"] = 0.5 * rates[2] * model.span / V
+    table["alpha_dot_hat"] = 0.5 * found.rates[1] * model.chord / V
+    table["beta_dot_hat"] = 0.5 * found.rates[2] * model.span / V
     return table
 
 
@@ -209,14 +228,14 @@ def _shown(record: Record, model: FlightModel, outputs: FloatArray) -> FloatArra
     return shown
 
 
-def _scales(record: Record, model: FlightModel, outputs: FloatArray) -> FloatArray:
-    """Return by how much the instruments without memory multiply changes, (n, n_channels)."""
-    scale = np.ones(outputs.shape)
+def _scales(record: Record, model: FlightModel, outputs: FloatArray) -> dict[int, FloatArray]:
+    """Return by how much instruments without memory multiply changes, by channel's place."""
+    scales: dict[int, FloatArray] = {}
     for name, terms in model.sensor_terms.items():
         if name in record.channels:
             column = record.channels.index(name)
             for term, values in _signal_path(terms):
                 if isinstance(term, Straight):
                     slope = term.jacobian((outputs[:, column],), (), values).reads[0]
-                    scale[:, column] = scale[:, column] * slope
-    return scale
+                    scales[column] = scales.get(column, np.ones(len(outputs))) * slope
+    return scales
