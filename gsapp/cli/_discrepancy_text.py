@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from gsapp.discrepancy.results import Discrepancy, Step
 
-_NUMBERS = 42
+_NUMBERS = 40
 """Characters that the numbers of a ranking take, with what is between columns."""
 _PLACES, _CANDIDATES = 5, 5
 """Most places of disagreement and candidates of a round on the screen; all are in the files."""
@@ -110,7 +110,7 @@ def _name(console: Console, found: Discrepancy) -> None:
 def _ranking(step: Step, width: int) -> Table:
     from rich.markup import escape
 
-    from gsapp.report.discrepancy_words import share_words
+    from gsapp.report.discrepancy_words import gain_words, share_words
 
     shown = step.ranking[:_CANDIDATES]
     names = max((len(one.effect) for one in shown), default=0)
@@ -126,7 +126,7 @@ def _ranking(step: Step, width: int) -> Table:
             escape(one.title),
             f"{one.score:.1f}",
             share_words(one.evidence),
-            f"{one.held_out:+.1f}",
+            gain_words(one.held_out),
         )
     return table
 

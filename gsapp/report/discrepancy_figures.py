@@ -16,7 +16,12 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from gsapp.discrepancy.results import Discrepancy, Gap, ManeuverView, Step
 from gsapp.quantities import FloatArray, channel, from_si
-from gsapp.report.discrepancy_words import channel_map, coefficient_words, share_words
+from gsapp.report.discrepancy_words import (
+    channel_map,
+    coefficient_words,
+    gain_words,
+    share_words,
+)
 from gsapp.report.document import TALLEST, WIDTH, Picture, margins
 from gsapp.report.strip_figure import FAINT, INK, TRACE
 
@@ -293,7 +298,7 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
         chart.axvline(0.0, color=INK, linewidth=0.6)
         for place, one in zip(places, best, strict=True):
             chart.annotate(
-                f"{share_words(one.evidence)}, left out {one.held_out:+.1f}", (1.02, place),
+                f"{share_words(one.evidence)}, left out {gain_words(one.held_out)}", (1.02, place),
                 xycoords=("axes fraction", "data"), va="center", fontsize=7.0, color=INK,
                 annotation_clip=False,
             )  # fmt: skip

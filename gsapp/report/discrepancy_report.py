@@ -34,6 +34,7 @@ from gsapp.report.discrepancy_words import (
     coefficient_words,
     disagreement_words,
     effect_words,
+    gain_words,
     gust_words,
     moved_words,
     parameter_rows,
@@ -265,7 +266,7 @@ def _name(found: Discrepancy) -> Section:
                         sure_words(one),
                         one.runner_up,
                         f"{one.margin:.1f}" if one.runner_up else "",
-                        f"{one.held_out:+.1f}",
+                        gain_words(one.held_out),
                     )
                     for one in found.effects
                 ),

@@ -116,6 +116,11 @@ def sure_words(one: FoundEffect) -> str:
     return "above 99 %" if one.confidence > 0.99 else f"{100.0 * one.confidence:.0f} %"
 
 
+def gain_words(gain: float) -> str:
+    """Return a gain in log-likelihood with its sign, no more digits than matter."""
+    return f"{gain:+.0f}" if abs(gain) >= 100.0 else f"{gain:+.1f}"
+
+
 def share_words(evidence: float) -> str:
     """Return a probability among candidates, in percent; never none and never all."""
     if evidence > 0.999:
