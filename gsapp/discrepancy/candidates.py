@@ -263,13 +263,13 @@ def unnamed_competitors(
     named: Sequence[Competitor], *, throttle: bool, flap: bool
 ) -> tuple[Competitor, ...]:
     """Return products of states and inputs, and lags, that no effect of the catalog explains."""
-    taken = {one.id.partition(".")[2] for one in named}
+    taken = {_sorted_name(one.id.partition(".")[2]) for one in named}
     found = []
     for target in COEFFICIENTS:
         lateral = target in ("CY", "Cl", "Cn")
         for factors in _products(lateral, throttle=throttle, flap=flap):
             name = _product_name(factors)
-            if f"{target}.{name}" not in taken:
+            if _sorted_name(f"{target}.{name}") not in taken:
                 found.append(_unnamed(target, name, factors))
         found += [
             _memory(target, variable)
@@ -294,6 +294,12 @@ def _products(lateral: bool, *, throttle: bool, flap: bool) -> list[tuple[str, .
     out += [("|beta|",), *_CUBES]
     out += [(one, other) for one in more for other in _LONGITUDINAL]
     return out
+
+
+def _sorted_name(name: str) -> str:
+    """Return a name by which products compare whatever the order of their factors."""
+    target, _, factors = name.partition(".")
+    return f"{target}.{'_'.join(sorted(factors.split('_')))}"
 
 
 def _product_name(factors: tuple[str, ...]) -> str:
