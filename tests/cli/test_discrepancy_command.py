@@ -1,6 +1,6 @@
 """``gsapp discrepancy``: what it prints and writes, and that nothing is left half written.
 
-The search itself is replaced by a ready answer here; tests/discrepancy holds the search.
+The search is replaced by a ready answer, but where it says so; tests/discrepancy holds the search.
 """
 
 from __future__ import annotations
@@ -21,15 +21,19 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
 from discrepancy_kit import adequate, answer, short_flight
 
+from gsapp.aircraft import load_aircraft
 from gsapp.cli.main import app
 from gsapp.discrepancy import workflow
 from gsapp.discrepancy.results import Discrepancy
 from gsapp.discrepancy.settings import DiscrepancySettings, Progress
+from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
 
+WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
+"""Stretches of the flight, two of them doublets."""
 Install = Callable[..., list["Asked"]]
 
 
@@ -189,13 +193,38 @@ def test_what_stops_the_search_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_the_real_search_from_flight_to_model(flight: Path, tmp_path: Path) -> None:
+    """Nothing replaced: fixed keys, numbers that are finite or null, a model that flies at once."""
+    named = [word for window in WINDOWS for word in ("--maneuver", window)]
+    out = tmp_path / "answer"
+    code, said, _ = call(
+        flight, "--aircraft", "b777", "--model", "b777", "--out", out, *named,
+        "--force", "propulsion.Cm.throttle", "--held-out", "2", "--most-effects", "0",
+    )  # fmt: skip
+    assert code == 0, said
+    content = json.loads((out / "discrepancy.json").read_text(encoding="utf-8"))
+    (effect,) = content["effects"]
+    assert effect["effect"] == "propulsion.Cm.throttle"
+    assert effect["forced"] is True
+    # The flight has no such effect: what was forced in comes out as nothing, within its bounds.
+    arm = effect["parameters"]["arm"]
+    assert abs(arm["value"]) < 5.0 * arm["std"] + 0.005
+    assert content["gap"]["on"] == ["2"]
+    assert content["warnings"]
+    model = load_model(out / "model.toml")
+    assert [one.id for one in model.effects] == ["propulsion.Cm.throttle"]
+    assert model.parent
+    assert "propulsion.Cm.throttle" in model.evidence
+    FlightModel(load_aircraft("b777"), model)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals there")
 def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
     """The real search in a terminal: share, time left and what it does are shown, then it stops."""
     import pty
 
-    windows = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
-    named = [word for window in windows for word in ("--maneuver", window)]
+    named = [word for window in WINDOWS for word in ("--maneuver", window)]
     terminal, end = pty.openpty()
     process = subprocess.Popen(
         [sys.executable, "-m", "gsapp.cli", "discrepancy", str(flight), "--out", "answer", *named],

@@ -9,7 +9,9 @@ import sys
 from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
+from io import StringIO
 from pathlib import Path
+from typing import get_args
 from unittest.mock import patch
 
 import numpy as np
@@ -18,16 +20,19 @@ from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.text import Text
+from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from discrepancy_kit import adequate, answer
 
+from gsapp.cli._discrepancy_text import describe
+from gsapp.discrepancy.results import Verdict
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.foundation import GroundStationError
 from gsapp.report.discrepancy_inputs import search_provenance
 from gsapp.report.discrepancy_report import discrepancy_document, write_report
-from gsapp.report.discrepancy_words import channel_map
+from gsapp.report.discrepancy_words import HEADLINES, channel_map
 from gsapp.report.document import (
     LOOK,
     TALLEST,
@@ -136,6 +141,19 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
         "q was clipped",
     ):
         assert words in page.text, words
+
+
+@pytest.mark.parametrize("verdict", get_args(Verdict))
+def test_every_verdict_is_told_in_words(verdict: Verdict) -> None:
+    """A sentence for each, in the report and on the screen; the code itself is for programs."""
+    found = replace(answer(maneuvers=3, samples=60), verdict=verdict)
+    page = Page(page_of(discrepancy_document(found, overlays=[])))
+    console = Console(width=100, file=StringIO())
+    describe(console, found)
+    for text in (page.text, console.file.getvalue()):
+        assert HEADLINES[verdict] in text
+        assert verdict not in text
+    assert len(set(HEADLINES.values())) == len(HEADLINES)
 
 
 def test_what_could_not_show_stands_apart_with_what_to_fly(small: Document) -> None:
