@@ -17,7 +17,7 @@ from gsapp.discrepancy.filtering.kalman import filter_of
 from gsapp.discrepancy.filtering.noise import GUST_ROWS, GUSTS, NoiseModel
 
 _LARGEST_STEP = 6.0
-_ABSENT = 0.6
+_UP, _DOWN = 0.6, 2.0
 _BOUNDS = (1e-9, 100.0)
 _SKIPPED = 5
 """Blocks at the start, which the initial state has used up."""
@@ -39,16 +39,12 @@ def tune(fit: Fit, rounds: int = 4) -> None:
 
 
 def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> NoiseModel:
-    held: dict[str, float] = {}
-    expected: dict[str, float] = {}
-
-    def add(name: str, found: float, usual: float) -> None:
-        held[name] = held.get(name, 0.0) + found
-        expected[name] = expected.get(name, 0.0) + usual
-
+    found: dict[str, list[float]] = {}
     for one in chosen:
         assert one.filter is not None
         one.filter = filter_of(one.filter.linearization, noise, one.motion)
+        held: dict[str, float] = {}
+        expected: dict[str, float] = {}
         process, measurement = one.filter.adjoints(fit.residual_innovations(one))
         by_process, by_measurement = one.filter.expected()
         steps = slice(_SKIPPED, None)
@@ -58,14 +54,18 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
             entry = np.zeros(n_states + 3)
             entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
             for way, seen, usual in zip(one.filter.ways, process, by_process, strict=True):
-                add(
+                _add(
+                    held,
+                    expected,
                     f"gust.{name}",
                     way.weight * float(((seen[steps] @ entry) ** 2).sum()),
                     way.weight * len(seen[steps]) * float(entry @ usual @ entry),
                 )
         for row in (3, 4, 5):
             for way, seen, usual in zip(one.filter.ways, process, by_process, strict=True):
-                add(
+                _add(
+                    held,
+                    expected,
                     "moments",
                     way.weight * float((seen[steps, row] ** 2).sum()),
                     way.weight * len(seen[steps]) * float(usual[row, row]),
@@ -73,21 +73,45 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
         measurement = measurement[steps]
         counted = one.filter.counted[steps]
         for column, name in enumerate(one.record.channels):
-            add(
+            _add(
+                held,
+                expected,
                 name,
                 float((measurement[counted[:, column], column] ** 2).sum()),
                 float(counted[:, column].sum() * by_measurement[column, column]),
             )
+        for name, usual in expected.items():
+            if usual > 0.0:
+                found.setdefault(name, []).append(held[name] / usual)
+    # The median over maneuvers: one that stalled, or was spoiled, says nothing of the air.
     ratios = {
-        name: float(np.clip(held[name] / expected[name], 1.0 / _LARGEST_STEP, _LARGEST_STEP))
-        for name in held
+        name: float(np.clip(np.median(values), 1.0 / _LARGEST_STEP, _LARGEST_STEP))
+        for name, values in found.items()
     }
+    moves = {name: _relaxed(ratio) for name, ratio in ratios.items()}
     variances = {
-        name: variance * ratios.get(name, 1.0) for name, variance in noise.variances.items()
+        name: variance * moves.get(name, 1.0) for name, variance in noise.variances.items()
     }
     for name in ("gust.u", "gust.v", "gust.w", "moments"):
-        # What is not there at all goes the quicker.
-        ratio = ratios[name] ** 2 if ratios[name] < _ABSENT else ratios[name]
-        value = float(np.clip(noise.value(name) * ratio, *_BOUNDS))
-        noise = noise.with_value(name, value)
+        noise = noise.with_value(
+            name, float(np.clip(noise.value(name) * moves.get(name, 1.0), *_BOUNDS))
+        )
     return noise.with_variances(variances)
+
+
+def _relaxed(ratio: float) -> float:
+    """Return by what a component is multiplied: up with care, down with haste.
+
+    Its root is sure to raise the likelihood, and slow; what is hardly there at all would take
+    very many rounds to go.
+    """
+    if ratio > 1.0:
+        return ratio**_UP
+    return ratio**_DOWN
+
+
+def _add(
+    held: dict[str, float], expected: dict[str, float], name: str, found: float, usual: float
+) -> None:
+    held[name] = held.get(name, 0.0) + found
+    expected[name] = expected.get(name, 0.0) + usual
