@@ -152,7 +152,7 @@ def make_discrepancy(
         name: ChannelGap(
             before=FLOOR[name] * steps[0].gap[name], after=FLOOR[name] * steps[-1].gap[name],
             floor=FLOOR[name], before_pct=12.4, after_pct=2.2, theil_before=0.213,
-            theil_after=0.041, within_before=0.61, within_after=0.992,
+            theil_after=0.041, within_before=1.0, within_after=0.997,
         )
         for name in CHANNELS
     }  # fmt: skip

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
 from ui.gap.marking import focus_frame, ink
 from ui.gap.phrases import symbol, times_floor_text
-from ui.gap.pictures import BarPair, Fall
+from ui.gap.pictures import TO, BarPair, Fall
 from ui.keyboard import ArrowKeys
 from ui.look import Look
 
@@ -90,7 +90,9 @@ class ChannelBars(_Painted):
                 painter.fillRect(QRectF(names, y, wide, thick), ink(look, color))
                 painter.setFont(look.font("label", strong=place == 1))
                 painter.setPen(look.color("text" if place else "muted"))
-                words = QRectF(names + wide + look.px(4), y - 2, number, thick + 4)
+                # Right of the floor's line, not across it.
+                left = names + max(wide, room / largest) + look.px(4)
+                words = QRectF(left, y - 2, number, thick + 4)
                 painter.drawText(words, _LEFT, times_floor_text(value))
         bottom = len(self._pairs) * step
         x = names + room / largest
@@ -130,7 +132,7 @@ class Waterfall(_Painted):
         """Draw each step as a bar from where it began to where it ended."""
         look = self.look
         painter = QPainter(self)
-        number = look.px(46)
+        number = look.px(72)
         room = max(self.width() - number - look.px(8), 1)
         values = [v for one in self._falls for v in (one.before, one.after)]
         largest = max(1.2, _largest(values))
@@ -161,14 +163,17 @@ class Waterfall(_Painted):
                 painter.drawRect(fall)
             painter.setPen(look.color("text"))
             painter.setFont(look.font("label", strong=True))
-            at = QRectF(room * high / largest + look.px(4), y - 2, number, thick + 4)
-            painter.drawText(at, _LEFT, times_floor_text(one.after))
+            left = room * max(high, 1.0) / largest + look.px(4)
+            told = times_floor_text(one.after)
+            if row:
+                told = f"{times_floor_text(one.before)}{TO}{told}"
+            painter.drawText(QRectF(left, y - 2, number, thick + 4), _LEFT, told)
         bottom = len(self._falls) * step
         x = room / largest
         for row in range(len(self._falls)):
             # Beside the bars only, not through the words.
-            top = row * step + look.px(18)
-            self._floor_line(painter, x, top, top + thick + look.px(4))
+            top = row * step + look.px(20)
+            self._floor_line(painter, x, top, top + thick + look.px(2))
         painter.setFont(look.font("label"))
         painter.setPen(look.color("muted"))
         words = "1 = noise floor"

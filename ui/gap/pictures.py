@@ -44,6 +44,8 @@ LEVELS = (1.5, 2.5, 5.0, 10.0)
 
 _VARIABLES = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
 NO_BREAK = "\N{NO-BREAK SPACE}"
+TO = "\N{NARROW NO-BREAK SPACE}→\N{NARROW NO-BREAK SPACE}"
+"""Between before and after: numbers that belong together stay on one line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -699,15 +701,16 @@ def _gap_cells(name: str, one: ChannelGap, system: str) -> tuple[str, ...]:
     def rms(value: float) -> str:
         return number_text(value - zero, min(decimals, 5))
 
-    cells = (
-        f"{rms(before)} → {rms(after)} {axis_unit(name, system)}".rstrip(),
+    def shares(first: float, second: float, digits: int) -> str:
+        return f"{number_text(first, digits)}{TO}{number_text(second, digits)}{NO_BREAK}%"
+
+    return (
+        f"{rms(before)}{TO}{rms(after)}{NO_BREAK}{axis_unit(name, system)}".rstrip(),
         rms(floor),
-        f"{number_text(one.before_pct, 1)} → {number_text(one.after_pct, 1)} %",
-        f"{number_text(one.theil_before, 3)} → {number_text(one.theil_after, 3)}",
-        f"{percent_text(one.within_before)} → {percent_text(one.within_after)}",
+        shares(one.before_pct, one.after_pct, 1),
+        f"{number_text(one.theil_before, 3)}{TO}{number_text(one.theil_after, 3)}",
+        shares(100 * one.within_before, 100 * one.within_after, 0),
     )
-    # Numbers that belong together stay on one line.
-    return tuple(cell.replace(" ", NO_BREAK) for cell in cells)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -253,7 +253,7 @@ class GapPlace(QWidget):
         self.strip.tell(share, words)
         if self._banner is not None:
             self._banner.show_share(share)
-            self._banner.say(f"{self.strip.title.text()}: {words}")
+            self._banner.say(f"{self.strip.title}: {words}")
 
     def _ended(self, how: str) -> None:
         self.strip.hide()
@@ -293,7 +293,7 @@ class GapPlace(QWidget):
 
     def _raise_banner(self) -> None:
         self._drop_banner()
-        title = self.strip.title.text()
+        title = self.strip.title
         self._banner = self._banners.show_banner("work", title, ("Stop", self.cancel))
 
     def _drop_banner(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QResizeEvent
 
 from ui.flight.controls import ActionButton
 from ui.gap.bars import ChannelBars, Waterfall
@@ -22,6 +22,9 @@ from ui.gap.pictures import (
 )
 from ui.look import Look
 from ui.pages import label
+
+_ALL_NUMBERS = 620
+_NOISE = 2
 
 
 class ShowView(ChapterView):
@@ -59,7 +62,7 @@ class ShowView(ChapterView):
         self.numbers = Lines(
             look, "Numbers of each channel",
             ("Channel", "RMS", "Noise", "Of range", "Theil", "In 3 floors"),
-            stretch=0, widths={1: 128, 2: 60, 3: 104, 4: 112, 5: 104},
+            stretch=0, widths={1: 140, 2: 68, 3: 104, 4: 120, 5: 112},
             right=frozenset({1, 2, 3, 4, 5}), least=5, most=12,
         )  # fmt: skip
         self.column.addWidget(self.numbers)
@@ -69,6 +72,12 @@ class ShowView(ChapterView):
         self.channel.box.currentIndexChanged.connect(
             lambda _index: self.selected.emit(replace(self.selection, channel=self.channel.value))
         )
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out the noise where there is no room for all numbers; the bars show it."""
+        super().resizeEvent(event)
+        narrow = self.width() < self.look.px(_ALL_NUMBERS)
+        self.numbers.setColumnHidden(_NOISE, narrow)
 
     def begin(self) -> None:
         """Begin on the maneuvers."""

@@ -21,8 +21,7 @@ class SearchStrip(QFrame):
         row = QHBoxLayout(self)
         row.setContentsMargins(look.px(16), look.px(6), look.px(8), look.px(6))
         row.setSpacing(look.px(12))
-        self.title = label("", "strong")
-        row.addWidget(self.title)
+        self.title = ""
         self.words = label("", wrap=True)
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         row.addWidget(self.words, 1)
@@ -41,8 +40,8 @@ class SearchStrip(QFrame):
 
     def begin(self, title: str) -> None:
         """Show a work that begins."""
-        self.title.setText(title)
-        self.words.setText("starting")
+        self.title = title
+        self.words.setText(f"{title}: starting")
         self.meter.setRange(0, 0)
         self.show()
 
@@ -53,4 +52,4 @@ class SearchStrip(QFrame):
         else:
             self.meter.setRange(0, 1000)
             self.meter.setValue(round(1000 * share))
-        self.words.setText(words)
+        self.words.setText(f"{self.title}: {words}")
