@@ -52,22 +52,34 @@ def forcing(own: Filter, columns: Sequence[Column]) -> tuple[FloatArray, FloatAr
     for number, column in enumerate(columns):
         for entry in column:
             by_place.setdefault(entry.place, []).append((number, entry.history))
-    seen, carried = _reaching(own)
+    seen, carried = own.blocks.reaching
     for place, entries in by_place.items():
         numbers = [number for number, _ in entries]
         stacked = np.column_stack([history for _, history in entries])
         if place.startswith("channel."):
             name = place.removeprefix("channel.")
             if name in channels:
-                z[:, channels.index(name), numbers] += own.means(stacked)
+                z[:, channels.index(name), numbers] += own.blocks.means(stacked)
             continue
         rate, output = (_samples(one, own) for one in _ways(found, place))
         histories = _samples(stacked, own)
-        shown = np.einsum("nsyi,nsi->nys", seen, rate)
+        shown = (seen @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
         shown[:, :, :-1] += output[:, :-1].transpose(0, 2, 1) / own.block
-        z[:, :, numbers] += shown @ histories
-        b[:, :, numbers] -= np.einsum("nsxi,nsi->nxs", carried, rate) @ histories
+        arrived = (carried @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
+        changes = np.concatenate((shown, -arrived), axis=1) @ histories
+        for part, run in _runs(numbers):
+            z[:, :, run] += changes[:, : len(channels), part]
+            b[:, :, run] += changes[:, len(channels) :, part]
     return z, b[:-1]
+
+
+def _runs(numbers: Sequence[int]) -> list[tuple[slice, slice]]:
+    """Return the stretches of numbers that follow each other: where they stand, and themselves."""
+    starts = [k for k, one in enumerate(numbers) if not k or one != numbers[k - 1] + 1]
+    return [
+        (slice(start, stop), slice(numbers[start], numbers[start] + stop - start))
+        for start, stop in zip(starts, [*starts[1:], len(numbers)], strict=True)
+    ]
 
 
 def _samples(history: FloatArray, own: Filter) -> FloatArray:
@@ -76,45 +88,6 @@ def _samples(history: FloatArray, own: Filter) -> FloatArray:
     places = starts[:, None] + np.arange(own.block + 1)
     taken: FloatArray = history[np.minimum(places, len(history) - 1)]
     return taken
-
-
-def _reaching(own: Filter) -> tuple[FloatArray, FloatArray]:
-    """Return what rates at each sample of a block, and at the one after it, add.
-
-    Rates run in straight lines from sample to sample, as in the residual, where half a sample's
-    delay would be seen too.
-
-    Returns
-    -------
-    seen : ndarray, shape (n_blocks, block + 1, n_channels, n_states)
-        To the means of the channels over the block.
-    carried : ndarray, shape (n_blocks, block + 1, n_x, n_states)
-        To the state at its end.
-    """
-    found = own.linearization
-    n_states, block, dt = len(found.states), own.block, found.record.dt
-    n_blocks, n_channels, n_x = own.by_state.shape
-    whole = n_blocks * block
-    slopes = found.by_state[:whole].reshape(n_blocks, block, n_channels, n_states)
-    steps = np.zeros((whole, n_x, n_x))
-    steps[: len(own.stepwise)] = own.stepwise[:whole]
-    steps = steps.reshape(n_blocks, block, n_x, n_x)
-    seen = np.zeros((n_blocks, block + 1, n_channels, n_states))
-    carried = np.zeros((n_blocks, block + 1, n_x, n_states))
-    # Backward through the block: how later channels, and its end, depend on a sample's state.
-    later = np.zeros((n_blocks, n_channels, n_x))
-    end = np.broadcast_to(np.eye(n_x), (n_blocks, n_x, n_x))
-    carried[:, block] = 0.5 * dt * end[:, :, :n_states]
-    for sample in range(block - 1, -1, -1):
-        later = later @ steps[:, sample]
-        end = end @ steps[:, sample]
-        share = 1.0 if sample else 0.5
-        seen[:, sample] = share * dt / block * later[:, :, :n_states]
-        carried[:, sample] = share * dt * end[:, :, :n_states]
-        if sample:
-            seen[:, sample] += 0.5 * dt / block * slopes[:, sample]
-        later[:, :, :n_states] += slopes[:, sample]
-    return seen, carried
 
 
 def _ways(found: Linearization, place: str) -> tuple[FloatArray, FloatArray]:

@@ -257,10 +257,10 @@ class Fit:
             columns += extra(linearization)
         ones = np.ones(len(record))
         columns += [(Entry(place=f"channel.{name}", history=ones),) for name in record.channels]
-        scales = one.filter.scales
+        scales = one.filter.blocks.scales
         n_x = len(scales)
         z, b = forcing(one.filter, columns)
-        own_z, own_b, _ = one.filter.residual(self.bias_of(record))
+        own_z, own_b, _ = one.filter.blocks.residual(self.bias_of(record))
         count = len(columns)
         all_z = np.zeros((*z.shape[:2], count + n_x + 1))
         all_b = np.zeros((*b.shape[:2], count + n_x + 1))
@@ -282,7 +282,7 @@ class Fit:
         for one in self.maneuvers:
             if one.filter is not None:
                 noise = self.noise[one.record.flight]
-                one.filter = filter_of(one.filter.linearization, noise, one.motion)
+                one.filter = one.filter.with_noise(noise)
 
     def information(self) -> Information:
         """Return the information of all maneuvers, as last filtered."""
@@ -385,8 +385,8 @@ class Fit:
         change = deviations[:, :, -1] - deviations[:, :, :-1] @ np.concatenate((shared, local))
         assert one.filter is not None
         own = one.filter
-        _, _, within = own.residual(self.bias_of(record))
-        moved = np.einsum("nkij,nj->nki", own.reach, change) + within
+        _, _, within = own.blocks.residual(self.bias_of(record))
+        moved = (own.blocks.reach @ change[:, None, :, None])[:, :, :, 0] + within
         moved = moved.reshape(-1, moved.shape[2])
         # Samples beyond the last whole block keep the last correction.
         lacking = len(record) - len(moved)
@@ -399,6 +399,6 @@ class Fit:
     def residual_innovations(self, one: ManeuverState) -> FloatArray:
         """Return innovations (n_blocks, n_channels) as values and motion stand, not whitened."""
         assert one.filter is not None
-        z, b, _ = one.filter.residual(self.bias_of(one.record))
+        z, b, _ = one.filter.blocks.residual(self.bias_of(one.record))
         found, _ = one.filter.innovations(z[:, :, None], b[:, :, None])
         return np.asarray(found[:, :, 0])
