@@ -44,9 +44,7 @@ NOISE: Mapping[str, float] = {
 
 
 @lru_cache(maxsize=64)
-def _exact(
-    seed: int, kind: str, duration: float, dt: float, gust: float, model: Model | None
-) -> Maneuver:
+def _exact(seed: int, kind: str, duration: float, dt: float, gust: float, model: str) -> Maneuver:
     return fly(
         seed,
         kind,
@@ -54,7 +52,7 @@ def _exact(
         dt=dt,
         gust=gust,
         noise=0.0,
-        model=TRUTH if model is None else model,
+        model=Model.model_validate_json(model),
         aircraft=AIRCRAFT,
     ).maneuver
 
@@ -71,7 +69,8 @@ def maneuver(
     flight: str = "virtual",
 ) -> Maneuver:
     """Return a maneuver whose instruments show `NOISE`, times `noise`; controls are exact."""
-    exact = _exact(seed, kind, duration, dt, gust, model)
+    flown = (TRUTH if model is None else model).model_dump_json()
+    exact = _exact(seed, kind, duration, dt, gust, flown)
     random = np.random.default_rng([seed, 77])
     block = exact.block
     values = block.values.copy()
@@ -239,5 +238,5 @@ TOY_NOISE = NoiseModel(
         "an": 2.0**2,
     },
     gusts=(0.05, 0.1, 0.2),
-    moments=0.005,
+    moments=0.0005,
 )

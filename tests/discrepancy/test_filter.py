@@ -222,7 +222,7 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
     spread = np.sqrt(np.diag(own.covariance))
     for k in range(300):
         innovation, S = plain.take(means[k])
-        assert np.abs((found[k] - innovation) / spread).max() < 1e-4
+        assert np.abs((found[k] - innovation) / spread).max() < 5e-4
     assert np.abs((own.covariance - S) / np.outer(spread, spread)).max() < 1e-5
     assert own.log_size == pytest.approx(np.linalg.slogdet(S)[1], abs=1e-4)
 

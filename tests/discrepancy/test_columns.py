@@ -1,0 +1,347 @@
+"""Proves what parameters and effects change against differences of the whole filter.
+
+A parameter is changed in the model, the equations are linearized anew along the same motion, and
+the residual goes through the same filter: what the innovations then lose is the column.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from core_kit import AIRCRAFT, TRUTH, maneuver, prepared, true_noise, with_channel
+
+from gsapp.discrepancy.candidates import (
+    Competitor,
+    finite_size,
+    named_competitors,
+    unnamed_competitors,
+)
+from gsapp.discrepancy.catalog import catalog
+from gsapp.discrepancy.filtering.columns import Column, forcing
+from gsapp.discrepancy.filtering.fitting import Fit, ManeuverState, bias_name
+from gsapp.discrepancy.filtering.kalman import Filter, filter_of
+from gsapp.discrepancy.filtering.linearizing import (
+    Linearization,
+    Motion,
+    first_motion,
+    linearize,
+)
+from gsapp.discrepancy.screening import screen
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.signals import SURFACES, Backlash, Delay, Lag, SignalTerm
+from gsapp.dynamics.terms import make_term
+from gsapp.identification.axes import axis_derivatives
+from gsapp.quantities import FloatArray
+
+DERIVATIVES = axis_derivatives("both")
+WITH_EFFECTS = (
+    TRUTH.with_effect("aero.Cm.alpha2", {"Cm_alpha2": -1.5})
+    .with_effect("control.elevator.lag", {"tau": 0.05})
+    .with_effect("sensor.alpha.scale", {"scale": 1.1})
+    .with_effect("sensor.q.lag", {"tau": 0.04})
+)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A maneuver in which everything moves, filtered in gusts along the filter's prediction."""
+
+    fit: Fit
+    one: ManeuverState
+    own: Filter
+
+    def innovations(self, column: Column) -> FloatArray:
+        """Return whitened innovations of a column."""
+        z, b = forcing(self.own, [column])
+        found, _ = self.own.innovations(z, b)
+        return (self.own.whitener @ found)[:, :, 0]
+
+    def lost(self, model: Model, size: float) -> FloatArray:
+        """Return what innovations lose by a change of the model, over the size of the change."""
+        zero = np.zeros(len(self.one.record.channels))
+        flight_model = FlightModel(AIRCRAFT, model)
+        motion = self.one.motion
+        before = self.own.residual(zero)
+        linearization = linearize(
+            self.one.record, flight_model, np.array(flight_model.defaults), motion
+        )
+        after = filter_of(linearization, self.fit.noise["virtual"], motion).residual(zero)
+        z, b = ((old - new) / size for old, new in zip(before[:2], after[:2], strict=True))
+        found, _ = self.own.innovations(z[:, :, None], b[:, :, None])
+        return (self.own.whitener @ found)[:, :, 0]
+
+
+def prepare(model: Model, free: tuple[str, ...] = ()) -> Prepared:
+    """Fly, filter and settle."""
+    flown = maneuver(1, dt=0.01, duration=5.0)
+    times = flown.block.times - flown.block.times[0]
+    flap = np.radians(10.0) * np.clip((times - 2.0) / 1.0, 0.0, 1.0)
+    throttle = flown.samples("throttle") + 0.2 * np.sin(1.5 * times)
+    flown = with_channel(with_channel(flown, "flap", flap), "throttle", throttle)
+    fit = prepared([flown], model, free)
+    fit.noise = {"virtual": true_noise(gusts=1e-3, moments=1e-3)}
+    for _ in range(2):
+        fit.linearize()
+        fit.settle()
+    fit.linearize()
+    one = fit.maneuvers[0]
+    assert one.filter is not None
+    return Prepared(fit, one, one.filter)
+
+
+def error(found: FloatArray, expected: FloatArray) -> float:
+    """Return by how much a column is off, as a share of it."""
+    return float(np.linalg.norm(found - expected) / np.linalg.norm(expected))
+
+
+@pytest.fixture(scope="module")
+def plain() -> Prepared:
+    """Return the maneuver under the plain model."""
+    return prepare(TRUTH, DERIVATIVES)
+
+
+@pytest.fixture(scope="module")
+def rich() -> Prepared:
+    """Return it under a model with effects of every entry point, their parameters free."""
+    free = tuple(
+        f"{effect.id}.{name}" for effect in WITH_EFFECTS.effects for name in effect.parameters
+    )
+    return prepare(WITH_EFFECTS, free)
+
+
+def test_derivatives(plain: Prepared) -> None:
+    """Every derivative of the linear build-up: within 2 % of what changing it changes."""
+    columns = plain.fit.model_columns(plain.one, plain.own.linearization)
+    for name, column in zip(plain.fit.free, columns, strict=True):
+        step = 1e-3 * max(abs(TRUTH.derivative(name)), 0.05)
+        changed = TRUTH.with_derivatives({name: TRUTH.derivative(name) + step})
+        expected = plain.lost(changed, step)
+        assert error(plain.innovations(column), expected) < 0.02, name
+
+
+def test_parameters_of_effects_in_the_model(rich: Prepared) -> None:
+    """An effect in the equations, a servo lag, a scale and a lag of instruments, as they stand."""
+    assert len(rich.fit.free) == 4
+    columns = rich.fit.model_columns(rich.one, rich.own.linearization)
+    for name, column in zip(rich.fit.free, columns, strict=True):
+        effect, _, item = name.rpartition(".")
+        value = rich.fit.values[name]
+        step = 1e-3 * abs(value)
+        changed = WITH_EFFECTS.with_effect(effect, {item: value + step})
+        expected = rich.lost(changed, step)
+        assert error(rich.innovations(column), expected) < 0.02, name
+
+
+def tried_size(one: Competitor, term: object, prepared: Prepared) -> float:
+    """Return the size at which an effect's column is compared, as a difference from neutral."""
+    if isinstance(term, Lag | Delay):
+        # Smaller ones ask for slopes at a corner: straight lines between samples have two.
+        return one.plausible
+    if isinstance(term, Backlash):
+        channel = SURFACES[term.target.partition(".")[2]]
+        signal = prepared.own.linearization.inputs[("de", "da", "dr", "flap").index(channel)]
+        return finite_size(term, signal, prepared.one.record.dt)
+    return 0.02 * one.plausible
+
+
+def test_effects_of_the_catalog(plain: Prepared) -> None:
+    """Every effect of the catalog: its column is what a small size of it in the model changes.
+
+    Within 2 %; lags and delays are tried at a usual size, to which they are not straight lines.
+    """
+    records = [one for one in catalog() if not one.disturbance]
+    compared, kinds = 0, set()
+    for one in named_competitors(records, AIRCRAFT):
+        column = one.make(plain.own.linearization)
+        term = make_term(one.id, AIRCRAFT)
+        if not column or term.states or one.start is not None:
+            continue
+        found = plain.innovations(column)
+        if not np.any(found):
+            continue
+        neutral = {item.name: item.neutral for item in term.parameters if item.free}
+        size = tried_size(one, term, plain)
+        values = {**term.defaults, **neutral, one.parameter: one.neutral + size}
+        expected = plain.lost(TRUTH.with_effect(one.id, values), size)
+        bent = isinstance(term, Lag | Delay) and not one.id.startswith("aero")
+        assert error(found, expected) < (0.3 if bent else 0.02), one.id
+        compared += 1
+        kinds.add((one.id.split(".")[0], isinstance(term, SignalTerm)))
+    assert compared > 120
+    assert kinds >= {
+        ("aero", False), ("propulsion", False), ("control", True), ("sensor", True),
+    }  # fmt: skip
+
+
+def test_an_effect_with_a_memory(plain: Prepared) -> None:
+    """A lag of the normal force: its column is what it changes once its own state has settled."""
+    record = next(one for one in catalog() if one.id == "aero.Cm.memory")
+    (one,) = named_competitors([record], AIRCRAFT)
+    column = one.make(plain.own.linearization)
+    term = make_term(one.id, AIRCRAFT)
+    size = 0.02 * one.plausible
+    changed = TRUTH.with_effect(one.id, {**term.defaults, one.parameter: size})
+    flight_model = FlightModel(AIRCRAFT, changed)
+    values = np.array(flight_model.defaults)
+    start = first_motion(plain.one.record, flight_model).states[8:]
+
+    def along(own: FloatArray) -> tuple[Linearization, Motion]:
+        motion = Motion(
+            states=np.vstack((plain.one.motion.states, own)), gust=plain.one.motion.gust
+        )
+        return linearize(plain.one.record, flight_model, values, motion), motion
+
+    # Its state runs along the motion: a step is a straight line in it.
+    at_rest = along(np.zeros_like(start))[0].stepped[8]
+    decays = along(np.ones_like(start))[0].stepped[8] - at_rest
+    own = np.empty_like(start)
+    own[0, 0] = start[0, 0]
+    for k, (decay, moved) in enumerate(zip(decays, at_rest, strict=True)):
+        own[0, k + 1] = decay * own[0, k] + moved
+    found, motion = along(own)
+    assert found.stepped[8] == pytest.approx(own[0, 1:], abs=1e-9)
+    zero = np.zeros(len(plain.one.record.channels))
+    after = filter_of(found, plain.fit.noise["virtual"], motion).residual(zero)
+    before = plain.own.residual(zero)
+    z = (before[0] - after[0]) / size
+    # The states of the airframe are the same; the effect's own left no defect.
+    b = (before[1] - np.delete(after[1], 8, axis=1)) / size
+    expected, _ = plain.own.innovations(z[:, :, None], b[:, :, None])
+    expected = (plain.own.whitener @ expected)[:, :, 0]
+    assert column is not None
+    assert error(plain.innovations(column), expected) < 0.06
+
+
+def test_structure_without_a_name(plain: Prepared) -> None:
+    """Products are what they say: alpha * de in Cm is the catalog's effect of that name."""
+    found = plain.own.linearization
+    bare = unnamed_competitors([], throttle=True, flap=True)
+    named = {
+        one.id: one
+        for one in named_competitors([one for one in catalog() if not one.disturbance], AIRCRAFT)
+    }
+    table = {one.id: one for one in bare}
+    for ours_id, name in (
+        ("Cm.alpha_de", "Cm.alpha_de"),
+        ("Cl.da_alpha", "Cl.alpha_da"),
+        ("Cn.r_alpha", "Cn.alpha_r"),
+        ("Cm.alpha_q", "Cm.alpha_q"),
+        ("Cn.beta3", "Cn.beta3"),
+    ):
+        ours = table[f"unnamed.{ours_id}"].make(found)
+        theirs = named[f"aero.{name}"].make(found)
+        assert ours is not None
+        assert theirs is not None
+        assert ours[0].place == theirs[0].place
+        size = np.dot(ours[0].history, theirs[0].history) / np.dot(*[theirs[0].history] * 2)
+        assert ours[0].history == pytest.approx(size * theirs[0].history, rel=1e-9), name
+    # What the catalog holds does not compete a second time without a name.
+    rest = {one.id for one in unnamed_competitors([*named.values()], throttle=True, flap=True)}
+    assert rest < set(table)
+    looks = {}
+    for one in named.values():
+        column = one.make(found)
+        if column and column[0].place in ("CN", "CA", "CY", "Cl", "Cm", "Cn"):
+            looks[one.id] = plain.innovations(column)
+    for name in sorted(rest):
+        ours = table[name].make(found)
+        assert ours is not None
+        own = plain.innovations(ours)
+        for other, theirs in looks.items():
+            size = np.linalg.norm(own) * np.linalg.norm(theirs)
+            assert size == 0.0 or abs(np.vdot(own, theirs)) < 0.999999 * size, (name, other)
+    assert not any(
+        "throttle" in one.id for one in unnamed_competitors([], throttle=False, flap=True)
+    )
+
+
+def test_screening_gains_are_those_of_a_refit() -> None:
+    """Gain and size of candidates: plain least squares on all rows, initial states among them."""
+    flown = [maneuver(seed, flight=f"v{seed % 2}", duration=4.0) for seed in (1, 2, 3)]
+    fit = prepared(flown, TRUTH, DERIVATIVES)
+    for flight in fit.noise:
+        fit.noise[flight] = true_noise(gusts=1e-2, moments=1e-3)
+    fit.pass_()
+    wanted = ("aero.Cm.alpha2", "aero.Cl.alpha_beta", "sensor.beta.delay", "aero.CN.alpha2")
+    competitors = [
+        one
+        for one in named_competitors([r for r in catalog() if not r.disturbance], AIRCRAFT)
+        if one.id in wanted
+    ]
+    found = screen(fit, competitors)
+
+    # All rows of all maneuvers, written out: shared columns, biases by flight, initial states.
+    biases = fit.bias_names()
+    n_shared = len(DERIVATIVES) + len(competitors) + len(biases)
+    n_x = 11
+    rows, target = [], []
+    for place, one in enumerate(fit.maneuvers):
+        seen, _, n_local = fit.whitened(
+            one, lambda linear: [other.make(linear) or () for other in competitors]
+        )
+        assert n_local == n_x
+        flat = seen.reshape(-1, seen.shape[2])
+        wide = np.zeros((len(flat), n_shared + n_x * len(flown)))
+        own = len(DERIVATIVES) + len(competitors)
+        wide[:, :own] = flat[:, :own]
+        for k, name in enumerate(one.record.channels):
+            wide[:, own + biases.index(bias_name(one.record.flight, name))] = flat[:, own + k]
+        first = n_shared + n_x * place
+        wide[:, first : first + n_x] = flat[:, -1 - n_x : -1]
+        rows.append(wide)
+        target.append(flat[:, -1])
+    prior = np.zeros((len(biases), rows[0].shape[1]))
+    for k, name in enumerate(biases):
+        value, std = fit.priors()[name]
+        assert value == 0.0
+        prior[k, len(DERIVATIVES) + len(competitors) + k] = 1.0 / std
+    X, y = np.vstack((*rows, prior)), np.concatenate((*target, np.zeros(len(biases))))
+    X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-12)
+    scale = np.linalg.norm(np.vstack((*rows, prior)), axis=0)
+    model_only = [k for k in range(X.shape[1]) if not 0 <= k - len(DERIVATIVES) < len(competitors)]
+
+    def fitted(columns: list[int]) -> tuple[float, float]:
+        values, *_ = np.linalg.lstsq(X[:, columns], y, rcond=None)
+        left = y - X[:, columns] @ values
+        return float(left @ left), float(values[-1])
+
+    without, _ = fitted(model_only)
+    for k, one in enumerate(competitors):
+        with_it, value = fitted([*model_only, len(DERIVATIVES) + k])
+        place = found.place(one.id)
+        size = value / scale[len(DERIVATIVES) + k]
+        assert found.size[place] == pytest.approx(size, rel=1e-3)
+        allowed = one.low <= size <= one.high
+        assert found.gain[place] == pytest.approx(
+            (without - with_it) if allowed else 0.0, rel=1e-3, abs=1e-5
+        )
+    assert float(found.left.matrix[-1, -1]) == pytest.approx(without, rel=1e-5)
+
+
+def test_a_size_that_makes_no_sense_gains_nothing() -> None:
+    """A delay that would have to be negative: no gain, however well it fits."""
+    flown = [maneuver(seed, duration=4.0) for seed in (1, 2)]
+    early = [
+        with_channel(
+            one, "alpha", np.interp(one.block.times + 0.06, one.block.times, one.block["alpha"])
+        )
+        for one in flown
+    ]
+    records = [one for one in catalog() if one.id == "sensor.alpha.delay"]
+    competitors = named_competitors(records, AIRCRAFT)
+    gains = []
+    for given in (flown, early):
+        fit = prepared(given, TRUTH)
+        fit.pass_()
+        found = screen(fit, competitors)
+        gains.append(found)
+    assert gains[1].size[0] < -0.02
+    assert gains[1].gain[0] == 0.0

@@ -1,0 +1,195 @@
+"""Proves how the competition is decided, on scores of which the right answer is known."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, kstest, norm
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from core_kit import TOY_CHANNELS, TOY_NOISE, Toy
+
+from gsapp.discrepancy.candidates import Competitor
+from gsapp.discrepancy.filtering.information import Information
+from gsapp.discrepancy.filtering.kalman import filter_of
+from gsapp.discrepancy.naming import (
+    NAMED_ENOUGH,
+    UNNAMED_PRIOR,
+    Decision,
+    decide,
+    probabilities,
+    threshold,
+)
+from gsapp.discrepancy.screening import Screening
+from gsapp.quantities import FloatArray
+
+
+def competitor(name: str, *, named: bool = True) -> Competitor:
+    """Return one that acts on nothing."""
+    return Competitor(
+        id=name,
+        title=name,
+        named=named,
+        parameter="size",
+        plausible=1.0,
+        neutral=0.0,
+        make=lambda _: None,
+    )
+
+
+NAMED = tuple(competitor(name) for name in ("a", "b", "c"))
+UNNAMED = competitor("unnamed.x", named=False)
+
+
+def decided(
+    gain: list[float],
+    competitors: tuple[Competitor, ...] = (*NAMED, UNNAMED),
+    *,
+    least: float = 20.0,
+    temper: float = 1.0,
+) -> Decision:
+    """Decide on gains in the sum of squares."""
+    names = tuple(one.id for one in competitors)
+    empty = Information(names=names, matrix=np.eye(len(names) + 1), samples=100.0)
+    gains = np.array(gain)
+    screening = Screening(
+        competitors=competitors,
+        whole=empty,
+        left=empty,
+        gain=gains,
+        size=np.zeros(len(names)),
+        std=np.ones(len(names)),
+    )
+    return decide(screening, gains, least=least, temper=temper)
+
+
+def test_probabilities_are_likelihood_times_prior() -> None:
+    """Half the gain is log-likelihood; what has no name counts a thirtieth."""
+    found = probabilities((*NAMED, UNNAMED), np.array([30.0, 26.0, 0.0, 30.0]))
+    raw = np.array([np.exp(15.0), np.exp(13.0), 1.0, UNNAMED_PRIOR * np.exp(15.0)])
+    assert found == pytest.approx(raw / raw.sum())
+    # Gains of thousands do not overflow.
+    assert probabilities(NAMED, np.array([9e4, 8e4, 0.0])) == pytest.approx([1.0, 0.0, 0.0])
+
+
+def test_the_threshold_is_chance_over_all_candidates() -> None:
+    """The best of m independent chi-squares exceeds it in the share of cases asked for."""
+    random = np.random.default_rng(1)
+    best = (random.standard_normal((20_000, 60)) ** 2).max(axis=1)
+    assert np.mean(best > threshold(0.05, 60)) == pytest.approx(0.05, abs=0.006)
+    assert threshold(0.003, 300) > threshold(0.003, 30) > threshold(0.03, 30)
+    assert chi2.sf(threshold(0.003, 1), 1) == pytest.approx(0.003)
+
+
+def test_nothing_is_named_below_the_threshold() -> None:
+    """Even where one candidate is far better than the others."""
+    found = decided([19.9, 0.0, 0.0, 0.0])
+    assert found.kind == "nothing"
+    assert found.best is None
+    assert found.alternatives == ()
+    assert decided([20.1, 0.0, 0.0, 0.0]).kind == "name"
+
+
+def test_gains_that_are_exaggerated_count_for_less() -> None:
+    """Innovations twice as large as believed: thresholds and margins count half."""
+    assert decided([38.0, 0.0, 0.0, 0.0], temper=0.5).kind == "nothing"
+    assert decided([60.0, 55.0, 0.0, 0.0]).kind == "name"
+    found = decided([60.0, 55.0, 0.0, 0.0], temper=0.25, least=10.0)
+    assert found.kind == "ambiguous"
+    assert found.gain[0] == 60.0
+
+
+def test_a_name_needs_four_fifths() -> None:
+    """One of two: the margin at which the better one has probability 0.8, from both sides."""
+    margin = 2.0 * np.log(NAMED_ENOUGH / (1.0 - NAMED_ENOUGH))
+    for extra, kind in ((0.1, "name"), (-0.1, "ambiguous")):
+        found = decided([100.0, 100.0 + margin + extra, 0.0, 0.0])
+        assert found.kind == kind
+        assert found.best is not None
+        assert found.best.id == "b"
+        assert found.evidence[1] == pytest.approx(NAMED_ENOUGH, abs=0.02)
+
+
+def test_alternatives_hold_the_probability_together() -> None:
+    """Those that cannot be told apart, most probable first; hopeless ones are not among them."""
+    found = decided([100.0, 101.0, 60.0, 0.0])
+    assert found.kind == "ambiguous"
+    assert [one.id for one in found.alternatives] == ["b", "a"]
+
+
+def test_structure_without_a_name_is_unexplained() -> None:
+    """It wins only by far; what it explains is then said not to be in the catalog."""
+    found = decided([100.0, 0.0, 0.0, 120.0])
+    assert found.kind == "unexplained"
+    assert found.best is not None
+    assert found.best.id == "unnamed.x"
+    # Where both fit alike, the catalog's name is said: what has no name is rarer.
+    assert decided([100.0, 0.0, 0.0, 100.0]).kind == "name"
+    # Between: neither a name nor a choice among names.
+    found = decided([100.0, 0.0, 0.0, 106.0])
+    assert found.kind == "unexplained"
+
+
+def test_no_candidates_decide_nothing() -> None:
+    """A flight in which no effect can act."""
+    assert decided([], ()).kind == "nothing"
+
+
+# --- with nothing hidden -------------------------------------------------------------------------
+
+
+def test_scores_of_nothing_hidden_are_chi_square() -> None:
+    """Toys in gusts, the filter knows the noise: gains of candidates are chi-square of 1.
+
+    Each toy has three candidates that change rates and channels, and two parameters of its model
+    that take what they can. Signed roots are normal: mean, spread and shape.
+    """
+    toy = Toy(TOY_NOISE, n=480)
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    random = np.random.default_rng(2)
+    n_blocks, n_channels, n_x = own.by_state.shape
+    z = random.standard_normal((n_blocks, n_channels, 5)).cumsum(axis=0)
+    z *= np.sqrt(toy.measurement)[:, None]
+    b = np.zeros((n_blocks - 1, n_x, 5))
+    b[:, 3:6] = 0.01 * random.standard_normal((n_blocks - 1, 3, 5))
+    start = np.zeros((n_x, 5 + n_x))
+    start[:, 5:] = np.eye(n_x)
+    wide_z, wide_b = np.zeros((*z.shape[:2], 5 + n_x)), np.zeros((*b.shape[:2], 5 + n_x))
+    wide_z[:, :, :5], wide_b[:, :, :5] = z, b
+    seen, _ = own.innovations(wide_z, wide_b, start)
+    columns = (own.whitener @ seen).reshape(-1, 5 + n_x)
+
+    def gains(record: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+
+        linear = replace(
+            own.linearization, record=replace(own.linearization.record, measured=record)
+        )
+        given = replace(own, linearization=linear)
+        own_z, own_b, _ = given.residual(np.zeros(n_channels))
+        found, _ = own.innovations(own_z[:, :, None], own_b[:, :, None])
+        rows = np.hstack((columns, (own.whitener @ found).reshape(-1, 1)))
+        names = (*(f"c{k}" for k in range(5)), *(f"x{k}" for k in range(n_x)))
+        whole = Information(names=names, matrix=rows.T @ rows, samples=float(len(rows)))
+        left = whole.projected(("c3", "c4", *names[5:]))
+        gain, size, _ = left.gains(whole)
+        return gain, size, float(left.matrix[-1, -1]) / left.samples
+
+    scores, misfits = [], []
+    for seed in range(300):
+        other = Toy(TOY_NOISE, seed=100 + seed, n=480)
+        gain, size, misfit = gains(other.measured)
+        scores.append(np.sign(size) * np.sqrt(gain))
+        misfits.append(misfit)
+    assert scores[0].shape == (3,)
+    every = np.array(scores)
+    for column in every.T:
+        assert kstest(column, norm.cdf).pvalue > 0.002
+    assert np.mean(every**2) == pytest.approx(1.0, abs=0.15)
+    assert kstest(every.max(axis=1), lambda x: norm.cdf(x) ** 3).pvalue > 0.002
+    assert np.mean(misfits) == pytest.approx(1.0, abs=0.01)
+    assert len(TOY_CHANNELS) == n_channels
