@@ -20,11 +20,12 @@ from gsapp.discrepancy.filtering.slopes import (
     differences,
 )
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.signals import SURFACES, SignalTerm, Straight, respond, undo
 from gsapp.dynamics.terms import VARIABLES
 from gsapp.quantities import FloatArray
 
-__all__ = ["CONTROLS", "Linearization", "Motion", "first_motion", "linearize"]
+__all__ = ["CONTROLS", "Linearization", "Motion", "first_motion", "linearize", "shown_along"]
 _VARIABLES = tuple(VARIABLES)
 
 
@@ -150,6 +151,18 @@ def linearize(
         rate_by_free=layout.stacked(found.rate_slopes, layout.parameters, count),
         output_by_free=layout.stacked(rows, layout.parameters, count),
     )
+
+
+def shown_along(record: Record, model: FlightModel, motion: Motion) -> FloatArray:
+    """Return the computed channels of a model with its own values along a motion, (n, n_channels).
+
+    What `linearize` computes, and nothing else.
+    """
+    inputs = _driven(record, model)
+    x, heading = motion.states, record.motion.states.T[len(STATES)]
+    values = OutputModel(model, record.channels).values((*x[:8], heading, *x[8:]), tuple(inputs))
+    outputs = np.stack([np.broadcast_to(one, (len(record),)) for one in values], axis=-1)
+    return _shown(record, model, outputs)
 
 
 def _stepped(

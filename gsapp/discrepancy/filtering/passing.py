@@ -1,0 +1,116 @@
+"""One maneuver of a fit: where it stands, and what its filter shows of columns and residual."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.discrepancy.filtering.columns import Column, forcing
+from gsapp.discrepancy.filtering.kalman import Filter
+from gsapp.discrepancy.filtering.linearizing import Motion
+from gsapp.discrepancy.filtering.record import Record
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.quantities import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Seen:
+    """Columns of a maneuver seen through its filter.
+
+    Attributes
+    ----------
+    innovations : ndarray, shape (n_blocks, n_channels, m + n_local + 1)
+        Whitened: the columns, the initial states, the residual.
+    deviations : ndarray, shape (n_blocks, n_x, m + n_local + 1)
+    n_local : int
+        Number of initial states.
+    """
+
+    innovations: FloatArray
+    deviations: FloatArray
+    n_local: int
+
+    @property
+    def rows(self) -> FloatArray:
+        """Return the innovations, one row for each."""
+        return self.innovations.reshape(-1, self.innovations.shape[2])
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class ManeuverState:
+    """One maneuver of a fit: where its motion stands, and what the last pass made of it."""
+
+    record: Record
+    flight_model: FlightModel
+    motion: Motion
+    filter: Filter | None = None
+    seen: Seen | None = None
+
+    @property
+    def filtered(self) -> Filter:
+        """Return its filter.
+
+        Raises
+        ------
+        ValueError
+            If the maneuver has not been linearized.
+        """
+        if self.filter is None:
+            raise ValueError(f"maneuver {self.record.id} was not linearized yet")
+        return self.filter
+
+
+def seen_through(own: Filter, columns: Sequence[Column], bias: FloatArray) -> Seen:
+    """Return columns, initial states and residual as a filter sees them.
+
+    Parameters
+    ----------
+    own : Filter
+    columns : sequence of Column
+    bias : ndarray, shape (n_channels,)
+    """
+    scales = own.blocks.scales
+    n_x, count = len(scales), len(columns)
+    own_z, own_b, _ = own.blocks.residual(bias)
+    z = np.zeros((*own_z.shape, count + n_x + 1))
+    b = np.zeros((*own_b.shape, count + n_x + 1))
+    if columns:
+        z[:, :, :count], b[:, :, :count] = forcing(own, columns)
+    z[:, :, -1], b[:, :, -1] = own_z, own_b
+    start = np.zeros((n_x, count + n_x + 1))
+    start[:, count : count + n_x] = -np.diag(scales)
+    innovations, deviations = own.innovations(z, b, start)
+    return Seen(innovations=own.whitener @ innovations, deviations=deviations, n_local=n_x)
+
+
+def followed(one: ManeuverState, moves: FloatArray, bias: FloatArray) -> Motion:
+    """Return the motion that the filter predicts with moved parameters.
+
+    Parameters
+    ----------
+    one : ManeuverState
+        With what was seen of it in the last pass, which is used up; without it nothing can move.
+    moves : ndarray, shape (m,)
+        Of the columns that were seen; empty where none were.
+    bias : ndarray, shape (n_channels,)
+    """
+    own = one.filtered
+    seen = one.seen or seen_through(own, (), bias)
+    one.seen = None
+    count = len(moves)
+    rows = seen.rows
+    residual = rows[:, -1] - rows[:, :count] @ moves
+    local = np.linalg.lstsq(rows[:, count:-1], residual, rcond=None)[0]
+    change = seen.deviations[:, :, -1] - seen.deviations[:, :, :-1] @ np.concatenate((moves, local))
+    _, _, within = own.blocks.residual(bias)
+    moved = (own.blocks.reach @ change[:, None, :, None])[:, :, :, 0] + within
+    moved = moved.reshape(-1, moved.shape[2])
+    # Samples beyond the last whole block keep the last correction.
+    lacking = len(one.record) - len(moved)
+    moved = np.vstack((moved, np.repeat(moved[-1:], lacking, axis=0))).T
+    n_states = len(one.motion.states)
+    return Motion(
+        states=one.motion.states + moved[:n_states], gust=one.motion.gust + moved[n_states:]
+    )
