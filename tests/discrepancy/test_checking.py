@@ -1,0 +1,141 @@
+"""Proves that each lack of the flights has its own sentence, before any search begins."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from core_kit import AIRCRAFT, maneuver, with_channel
+
+from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
+from gsapp.discrepancy.settings import DiscrepancySettings
+from gsapp.discrepancy.workflow import Investigation
+from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
+from gsapp.identification.maneuver import Maneuver
+
+
+@pytest.fixture(scope="module")
+def flown() -> list[Maneuver]:
+    """Return four good maneuvers."""
+    return [maneuver(seed, duration=4.0) for seed in (1, 2, 3, 4)]
+
+
+def without(one: Maneuver, name: str) -> Maneuver:
+    """Return the maneuver with a channel that holds nothing."""
+    return with_channel(one, name, np.nan)
+
+
+def told(maneuvers: list[Maneuver]) -> str:
+    """Return the sentence."""
+    with pytest.raises(FlightError) as caught:
+        check_maneuvers(maneuvers, AIRCRAFT)
+    return str(caught.value)
+
+
+def test_good_flights_pass(flown: list[Maneuver]) -> None:
+    """Four maneuvers with everything in them: nothing to say."""
+    check_maneuvers(flown, AIRCRAFT)
+    check_forced(("aero.Cm.alpha2",), AIRCRAFT, flown)
+
+
+def test_each_lack_has_its_own_sentence(flown: list[Maneuver]) -> None:
+    """One maneuver; too few; each needed channel; another aircraft: all different, all useful."""
+    other = replace(flown[2], aircraft=AIRCRAFT.model_copy(update={"name": "glider"}))
+    cases = {
+        "one maneuver only": flown[:1],
+        "3 maneuvers are too few": flown[:3],
+        "has no alpha;": [*flown[:3], without(flown[3], "alpha")],
+        "has no q;": [*flown[:3], without(flown[3], "q")],
+        "has no an;": [*flown[:3], without(flown[3], "an")],
+        "was flown by 'glider'": [*flown[:2], other, flown[3]],
+    }
+    sentences = {}
+    for words, given in cases.items():
+        sentence = told(given)
+        assert words in sentence
+        sentences[words] = sentence
+    assert len(set(sentences.values())) == len(cases)
+    # The maneuver is named, and what to do about it.
+    assert "maneuver 4 of 'virtual'" in sentences["has no q;"]
+    assert "maneuver 3 of 'virtual'" in sentences["was flown by 'glider'"]
+    for words in ("one maneuver only", "3 maneuvers are too few"):
+        assert "fly" in sentences[words]
+
+
+def test_two_channels_that_lack_are_told_together(flown: list[Maneuver]) -> None:
+    """Every maneuver is looked at, the last one too."""
+    bare = without(without(flown[3], "q"), "an")
+    assert "has no q, an;" in told([*flown[:3], bare])
+
+
+def test_no_maneuvers_at_all() -> None:
+    """Not an index error."""
+    assert "0 maneuvers are too few" in told([])
+
+
+def test_an_investigation_says_the_same(flown: list[Maneuver]) -> None:
+    """Nothing is fitted before the flights are found good."""
+    with pytest.raises(FlightError, match="too few"):
+        Investigation(flown[:2], AIRCRAFT)
+
+
+def test_inputs_that_move(flown: list[Maneuver]) -> None:
+    """A surface counts when it moves by half a degree over all maneuvers; hum does not count."""
+    flown = [with_channel(one, "throttle", 0.5) for one in flown]
+    assert moving_inputs(flown) == {"de", "da", "dr"}
+    stepped = [
+        with_channel(one, "throttle", 0.5 + 0.1 * number) for number, one in enumerate(flown)
+    ]
+    assert moving_inputs(stepped) == {"de", "da", "dr", "throttle"}
+    humming = [with_channel(one, "throttle", 0.5 + 0.01 * np.sin(one.block.times)) for one in flown]
+    assert moving_inputs(humming) == {"de", "da", "dr"}
+    still = [with_channel(one, "de", 0.02) for one in flown]
+    assert moving_inputs(still) == {"da", "dr"}
+    flap = [*flown[:3], with_channel(flown[3], "flap", 0.3), with_channel(flown[2], "flap", 0.0)]
+    assert "flap" in moving_inputs(flap)
+
+
+@pytest.mark.parametrize(
+    ("channel", "samples", "effect", "words"),
+    [
+        ("throttle", np.nan, "propulsion.Cm.throttle", "needs throttle, which is not recorded"),
+        ("throttle", 0.6, "propulsion.Cm.throttle", "needs throttle to move"),
+        ("da", 0.01, "aero.Cl.da3", "needs da to move"),
+        ("beta", np.nan, "sensor.beta.delay", "beta"),
+    ],
+)
+def test_effects_that_cannot_be_judged(
+    flown: list[Maneuver], channel: str, samples: float, effect: str, words: str
+) -> None:
+    """Asked for all the same: the sentence names the effect, the reason, and what to fly."""
+    given = [with_channel(one, channel, samples) for one in flown]
+    with pytest.raises(FlightError) as caught:
+        check_forced((effect,), AIRCRAFT, given)
+    assert str(caught.value).startswith(f"'{effect}'")
+    assert words in str(caught.value)
+    # The same from a search, before anything is fitted.
+    calls = []
+    with pytest.raises(FlightError, match="cannot be judged"):
+        Investigation(given, AIRCRAFT).run(
+            DiscrepancySettings(forced=(effect,)), progress=calls.append
+        )
+    assert calls == []
+
+
+def test_effects_that_do_not_exist(flown: list[Maneuver]) -> None:
+    """The nearest names are proposed."""
+    with pytest.raises(UnknownNameError, match=r"did you mean .*aero\.Cm\.alpha2"):
+        check_forced(("aero.Cm.alpha2x",), AIRCRAFT, flown)
+
+
+def test_all_kept_out(flown: list[Maneuver]) -> None:
+    """Nothing is left to learn from."""
+    every = tuple(one.id for one in flown)
+    with pytest.raises(GroundStationError, match="all maneuvers are kept out"):
+        Investigation(flown, AIRCRAFT).run(DiscrepancySettings(held_out=every))

@@ -1,0 +1,256 @@
+"""Proves what a search promises its user, on cheap maneuvers with an effect hidden in them.
+
+The shipped model flies eight maneuvers of five seconds with Cm curved in alpha; the program is
+given that model without the curve.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from core_kit import AIRCRAFT, TRUTH, maneuver
+
+from gsapp.discrepancy.results import Discrepancy
+from gsapp.discrepancy.settings import DiscrepancySettings, Progress, SearchStoppedError
+from gsapp.discrepancy.workflow import Investigation
+from gsapp.dynamics.model import Model
+from gsapp.identification.maneuver import Maneuver
+
+EFFECT, SIZE = "aero.Cm.alpha2", -3.0
+HELD_OUT = ("2", "5")
+SETTINGS = DiscrepancySettings(model=TRUTH, held_out=HELD_OUT)
+
+
+def flown(model: Model, *, quiet: tuple[str, ...] = ()) -> list[Maneuver]:
+    """Fly; the maneuvers `quiet` are recorded with other noise."""
+    return [
+        maneuver(
+            seed,
+            ("lon", "lat")[seed % 2],
+            duration=5.0,
+            model=model,
+            noise=0.8 if str(seed) in quiet else 1.0,
+        )
+        for seed in range(1, 9)
+    ]
+
+
+CURVED = TRUTH.with_effect(EFFECT, {"Cm_alpha2": SIZE})
+
+
+@pytest.fixture(scope="module")
+def search() -> Investigation:
+    """Return the flights made ready."""
+    return Investigation(flown(CURVED), AIRCRAFT, TRUTH)
+
+
+@pytest.fixture(scope="module")
+def told() -> list[Progress]:
+    """Return where progress of the first search is kept."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def answer(search: Investigation, told: list[Progress]) -> Discrepancy:
+    """Return the answer."""
+    return search.run(SETTINGS, progress=told.append)
+
+
+def learned(found: Discrepancy) -> dict[str, float]:
+    """Return every number that was fitted: derivatives, sizes with deviations, confidence."""
+    numbers = dict(found.model.derivatives)
+    for one in found.effects:
+        for name, (value, std) in one.parameters.items():
+            numbers[f"{one.effect}.{name}"] = value
+            numbers[f"{one.effect}.{name}.std"] = std
+        numbers[f"{one.effect}.confidence"] = one.confidence
+        numbers[f"{one.effect}.margin"] = one.margin
+    return numbers
+
+
+def test_the_hidden_effect_is_found(answer: Discrepancy) -> None:
+    """Named, alone, of its true size, and the gap is closed on maneuvers kept out."""
+    assert answer.verdict == "effects-found"
+    (one,) = answer.effects
+    assert one.effect == EFFECT
+    assert not one.forced
+    value, std = one.parameters["Cm_alpha2"]
+    assert abs(value - SIZE) < 3.5 * std
+    assert std < 0.1 * abs(SIZE)
+    assert one.confidence > 0.9
+    assert one.held_out > 5.0
+    assert answer.gap.closed == pytest.approx(1.0, abs=0.1)
+    assert answer.gap.on == HELD_OUT
+    assert answer.steps[0].misfit > answer.steps[1].misfit
+    assert EFFECT in answer.why or one.title in answer.why
+
+
+def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Investigation) -> None:
+    """Baseline, then the revised model: names, ranking, maps and histories of all maneuvers."""
+    assert [step.added for step in answer.steps] == ["", EFFECT]
+    assert answer.steps[0].ranking[0].effect == EFFECT
+    assert answer.model.parent == answer.steps[0].model.name
+    assert EFFECT in answer.model.evidence
+    assert answer.model.effects[0].id == EFFECT
+    scores = [one.score for one in answer.steps[0].ranking]
+    assert scores == sorted(scores, reverse=True)
+    assert [one.held_out for one in answer.maneuvers] == [
+        one.id in HELD_OUT for one in search.maneuvers
+    ]
+    for one in answer.maneuvers:
+        assert len(one.computed) == len(one.missing) == 2
+        assert one.computed[0].shape == one.measured.shape == (len(one.times), len(one.channels))
+        assert one.missing[0].shape == (len(one.times), 6)
+    assert answer.steps[0].map.shape == (8, 6)
+    # Pitch maneuvers lack most in Cm, and no longer.
+    pitching = [k for k, one in enumerate(search.maneuvers) if one.inputs == ("de",)]
+    column = answer.coefficients.index("Cm")
+    before, after = (step.map[pitching, column].mean() for step in answer.steps)
+    assert before > 1.2 * after
+    assert answer.disagreements[0].coefficient == "Cm"
+    assert answer.disagreements[0].channel == "q"
+
+
+def test_progress_goes_forward(answer: Discrepancy, told: list[Progress]) -> None:
+    """Shares grow from above zero to one; every call says what is being done."""
+    assert answer.verdict
+    shares = [one.share for one in told]
+    assert len(shares) > 8
+    assert shares == sorted(shares)
+    assert shares[0] > 0.0
+    assert shares[-1] == 1.0
+    assert all(one.doing for one in told)
+
+
+@pytest.mark.parametrize("calls", [1, 4, 9])
+def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
+    """At any call: before, within and after the fit of the baseline."""
+    made: list[Progress] = []
+
+    def stop(progress: Progress) -> bool | None:
+        made.append(progress)
+        return None if len(made) < calls else False
+
+    fresh = Investigation(search.maneuvers, AIRCRAFT, TRUTH)
+    with pytest.raises(SearchStoppedError, match="stopped"):
+        fresh.run(SETTINGS, progress=stop)
+    assert len(made) == calls
+
+
+def test_the_same_again_to_the_last_bit(search: Investigation, answer: Discrepancy) -> None:
+    """A second search on prepared flights: every number, history and word is the same."""
+    again = search.run(SETTINGS)
+    assert learned(again) == learned(answer)
+    assert again.why == answer.why
+    assert again.gap == answer.gap
+    assert again.observability == answer.observability
+    for one, other in zip(again.steps, answer.steps, strict=True):
+        assert one.ranking == other.ranking
+        assert np.array_equal(one.map, other.map, equal_nan=True)
+    for one, other in zip(again.maneuvers, answer.maneuvers, strict=True):
+        for ours, theirs in zip(one.computed, other.computed, strict=True):
+            assert np.array_equal(ours, theirs)
+
+
+def test_maneuvers_kept_out_teach_nothing(answer: Discrepancy) -> None:
+    """Their noise changed: all that was learned is the same to the last bit, the gap is not.
+
+    The flights are prepared anew, so this holds from the first sample to the last number.
+    """
+    changed = Investigation(flown(CURVED, quiet=HELD_OUT), AIRCRAFT, TRUTH).run(SETTINGS)
+    assert learned(changed) == learned(answer)
+    assert [one.effect for one in changed.ranking] == [one.effect for one in answer.ranking]
+    assert [one.score for one in changed.ranking] == [one.score for one in answer.ranking]
+    assert changed.steps[1].misfit != answer.steps[1].misfit
+    assert changed.gap.channels != answer.gap.channels
+
+
+def test_the_order_of_maneuvers_does_not_matter(answer: Discrepancy) -> None:
+    """Backward: the same effect and numbers but for rounding."""
+    backward = Investigation(flown(CURVED)[::-1], AIRCRAFT, TRUTH).run(SETTINGS)
+    ours, theirs = learned(backward), learned(answer)
+    assert ours.keys() == theirs.keys()
+    for name, value in theirs.items():
+        assert ours[name] == pytest.approx(value, rel=1e-5, abs=1e-7), name
+    assert [one.effect for one in backward.ranking[:3]] == [
+        one.effect for one in answer.ranking[:3]
+    ]
+    assert backward.gap.closed == pytest.approx(answer.gap.closed, rel=1e-5)
+    assert [one.id for one in backward.maneuvers] == [one.id for one in answer.maneuvers][::-1]
+
+
+def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> None:
+    """Its place is taken by no other name of the catalog: something is missing, unexplained."""
+    found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, refused=(EFFECT,)))
+    assert EFFECT not in [one.effect for one in found.effects]
+    assert all(EFFECT not in [one.effect for one in step.ranking] for step in found.steps)
+    assert found.verdict in ("unexplained", "ambiguous")
+    assert found.effects == ()
+
+
+def test_what_is_forced_comes_first(search: Investigation) -> None:
+    """In the order asked for, whatever the evidence; then what is proven. Its size is small."""
+    forced = "aero.Cn.beta3"
+    found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, forced=(forced,)))
+    assert [one.effect for one in found.effects] == [forced, EFFECT]
+    assert [one.forced for one in found.effects] == [True, False]
+    ((value, std),) = found.effects[0].parameters.values()
+    assert abs(value) < 4.0 * std
+    assert found.effects[0].confidence == 0.0
+    assert "put into the model by hand" in found.why
+    assert [step.added for step in found.steps] == ["", forced, EFFECT]
+
+
+def test_as_many_effects_as_allowed(search: Investigation) -> None:
+    """None: the model stays as it is, and the answer says that something is missing."""
+    found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, most_effects=0))
+    assert found.effects == ()
+    assert len(found.steps) == 1
+    assert found.ranking[0].effect == EFFECT
+    assert found.model.effects == ()
+    assert found.gap.closed is None
+
+
+def test_one_of_four_is_kept_out_of_each_kind(search: Investigation) -> None:
+    """By default: the second of every four with the same inputs."""
+    assert search.default_held_out == ("3", "4")
+    few = Investigation(flown(CURVED)[:4], AIRCRAFT, TRUTH)
+    assert few.default_held_out == ("3", "4")
+    assert len(few.default_held_out) < 4
+
+
+def test_wrong_values_are_told_from_missing_effects() -> None:
+    """Flights of the plain model; a model is given whose Cm_alpha is 15 % off: that, and no effect.
+
+    Fitted on the same flights instead, the model is adequate.
+    """
+    wrong = TRUTH.with_derivatives({"Cm_alpha": 1.15 * TRUTH.derivative("Cm_alpha")})
+    settings = DiscrepancySettings(model=wrong, held_out=HELD_OUT)
+    found = Investigation(flown(TRUTH), AIRCRAFT, wrong).run(settings)
+    assert found.verdict == "values-wrong"
+    assert found.effects == ()
+    assert "Cm_alpha" in found.values
+    assert len(found.values) <= 3
+    changed = found.values["Cm_alpha"]
+    assert changed.before == wrong.derivative("Cm_alpha")
+    assert abs(changed.after - TRUTH.derivative("Cm_alpha")) < 4.0 * changed.std
+    assert "Cm_alpha" in found.why
+    assert any("mass.cg.x" in one.effects for one in found.alternatives)
+
+
+def test_nothing_hidden_is_adequate() -> None:
+    """Flights of the model that is given: no effect, no value, no disturbance."""
+    settings = DiscrepancySettings(model=TRUTH, held_out=HELD_OUT)
+    found = Investigation(flown(TRUTH), AIRCRAFT, TRUTH).run(settings)
+    assert found.verdict == "model-adequate"
+    assert found.effects == ()
+    assert found.values == {}
+    assert found.disturbance == {}
+    assert found.disagreements == ()
+    assert found.steps[0].misfit == pytest.approx(1.0, abs=0.1)
