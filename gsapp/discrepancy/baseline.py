@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.record import Record
-from gsapp.discrepancy.filtering.tuning import tune
+from gsapp.discrepancy.filtering.tuning import choose_colors, tune
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
 
@@ -54,5 +54,7 @@ def baseline_fit(records: Sequence[Record], model: Model | None, tick: Tick) -> 
     """Return the baseline fitted to maneuvers."""
     start = start_model(records) if model is None else model
     fit = Fit.begin(records, start, free_of(start, model is None))
-    settle(fit, _PASSES, tick, "fitting the current model", fresh=True)
+    settle(fit, 2, tick, "fitting the current model", fresh=True)
+    choose_colors(fit, _ROUNDS)
+    settle(fit, _PASSES - 2, tick, "fitting the current model")
     return fit

@@ -84,7 +84,7 @@ def _floors(
     """Return what the noise of instruments alone makes of each missing coefficient."""
     random = np.random.default_rng(0).standard_normal((_PROBE, 1))
     smooth = float(np.std(found.smoother.smooth(random)))
-    slope = float(np.std(found.smoother.differentiate(random)))
+    slope = float(np.std(found.smoother.smooth(found.smoother.differentiate(random))))
     maneuver = record.maneuver
     geometry, mass = maneuver.aircraft.geometry, maneuver.aircraft.mass
     area = float(np.mean(record.motion.qbar)) * geometry.wing_area

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsapp.discrepancy.filtering.fitting import Fit, ManeuverState
+from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.information import Information
+from gsapp.discrepancy.filtering.linearizing import shown_along
+from gsapp.discrepancy.filtering.noise import NoiseModel
+from gsapp.discrepancy.filtering.passing import ManeuverState
 from gsapp.discrepancy.filtering.record import Record
 from gsapp.discrepancy.missing import MissingPart, missing_part
 from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverView
@@ -64,8 +67,6 @@ class HeldOut:
             for flight, one in noise.items()
         }
         flown = [_follow(records, fit, still) for fit in fits]
-        for fit in flown:
-            fit.linearize()
         self.simulated = tuple(
             _Simulated(
                 record=record,
@@ -164,17 +165,14 @@ class HeldOut:
         }
 
 
-def _follow(records: Sequence[Record], fit: Fit, noise: object) -> Fit:
+def _follow(records: Sequence[Record], fit: Fit, noise: Mapping[str, NoiseModel]) -> Fit:
     """Return a fit of other maneuvers with the model, values and biases of one, settled."""
     if not records:
         return fit.only(())
-    new = Fit.begin(records, fit.revised_model(), fit.free)
+    first = next(iter(noise.values()))
+    given = {record.flight: noise.get(record.flight, first) for record in records}
+    new = Fit.begin(records, fit.revised_model(), fit.free, given)
     new.values = dict(fit.values)
-    first = next(iter(fit.noise.values()))
-    given = noise if isinstance(noise, dict) else fit.noise
-    new.noise = {
-        flight: given.get(flight, next(iter(given.values()), first)) for flight in new.noise
-    }
     new.biases = {name: fit.biases.get(name, 0.0) for name in new.biases}
     states = {one.record.id: one for one in fit.maneuvers}
     for one in new.maneuvers:
@@ -188,10 +186,8 @@ def _follow(records: Sequence[Record], fit: Fit, noise: object) -> Fit:
 
 
 def _computed(fit: Fit, one: ManeuverState) -> FloatArray:
-    if one.filter is None:
-        raise ValueError("the maneuver was not simulated")
-    computed: FloatArray = one.filter.linearization.computed + fit.bias_of(one.record)
-    return computed
+    computed: FloatArray = shown_along(one.record, one.flight_model, one.motion)
+    return computed + fit.bias_of(one.record)
 
 
 def gap_of(held: HeldOut, shown: Sequence[ManeuverView], effects: int) -> Gap:

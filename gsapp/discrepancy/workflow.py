@@ -10,6 +10,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.baseline import Tick, baseline_fit, settle
+from gsapp.discrepancy.belonging import check_model
 from gsapp.discrepancy.candidates import Competitor, named_competitors, unnamed_competitors
 from gsapp.discrepancy.catalog import competitors as catalog_competitors
 from gsapp.discrepancy.catalog import record as catalog_record
@@ -19,6 +20,7 @@ from gsapp.discrepancy.filtering.record import Record, record_of
 from gsapp.discrepancy.finding import coefficient_map, disagreements
 from gsapp.discrepancy.naming import Decision, Kind, decide, probabilities, threshold
 from gsapp.discrepancy.observing import observability
+from gsapp.discrepancy.remarks import record_remarks
 from gsapp.discrepancy.results import (
     Candidate,
     ChangedValue,
@@ -35,7 +37,7 @@ from gsapp.discrepancy.settings import (
     SearchStoppedError,
 )
 from gsapp.discrepancy.showing import HeldOut, gap_of, views
-from gsapp.discrepancy.telling import alternatives_of, why
+from gsapp.discrepancy.telling import SUREST, alternatives_of, why
 from gsapp.discrepancy.values import changed_values
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import make_term
@@ -90,6 +92,8 @@ class Investigation:
         self, maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None = None
     ) -> None:
         check_maneuvers(maneuvers, aircraft)
+        if model is not None:
+            check_model(model, maneuvers)
         self._maneuvers = tuple(maneuvers)
         self._aircraft = aircraft
         self._model = model
@@ -168,7 +172,7 @@ class _Search:
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
         if len(self._held_out) >= len(of.maneuvers):
-            raise SearchStoppedError("all maneuvers are kept out; leave some to learn from")
+            raise FlightError("all maneuvers are kept out; leave some to learn from")
         check_forced(settings.forced, of.aircraft, of.maneuvers)
 
     def _tick(self, doing: str) -> None:
@@ -390,7 +394,7 @@ class _Search:
             maneuvers=shown,
             coefficients=COEFFICIENTS,
             channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
-            warnings=held.warnings,
+            warnings=(*held.warnings, *record_remarks(of.maneuvers, of.aircraft)),
         )
         self._done = 1.0
         self._tell("done")
@@ -410,7 +414,7 @@ class _Search:
             return model
         words = "; ".join(
             f"{one.effect} ({one.title}): "
-            + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")
+            + ("put in by hand" if one.forced else f"confidence {min(one.confidence, SUREST):.0%}")
             for one in effects
         )
         return model.model_copy(update={"evidence": words})

@@ -114,18 +114,17 @@ class Blocks:
         return mean
 
     @cached_property
-    def reaching(self) -> tuple[FloatArray, FloatArray]:
-        """Return what rates at each sample of a block, and at the one after it, add.
+    def reaching(self) -> FloatArray:
+        """Return what rates at each sample of a block, and at the one after it, change.
 
         Rates run in straight lines from sample to sample, as in the residual, where half a sample's
         delay would be seen too.
 
         Returns
         -------
-        seen : ndarray, shape (n_blocks, block + 1, n_channels, n_states)
-            To the means of the channels over the block.
-        carried : ndarray, shape (n_blocks, block + 1, n_x, n_states)
-            To the state at its end.
+        ndarray, shape (n_blocks, block + 1, n_channels + n_x, n_states)
+            The means of the channels over the block, by what is added; the state at its end, by
+            what must be taken from it.
         """
         found = self.linearization
         n_states, block, dt = len(found.states), self.block, found.record.dt
@@ -135,32 +134,39 @@ class Blocks:
         steps = np.zeros((whole, n_x, n_x))
         steps[: len(self.stepwise)] = self.stepwise[:whole]
         steps = steps.reshape(n_blocks, block, n_x, n_x)
-        seen = np.zeros((n_blocks, block + 1, n_channels, n_states))
-        carried = np.zeros((n_blocks, block + 1, n_x, n_states))
+        both = np.zeros((n_blocks, block + 1, n_channels + n_x, n_states))
+        seen, carried = both[:, :, :n_channels], both[:, :, n_channels:]
         # Backward through the block: how later channels, and its end, depend on a sample's state.
         later = np.zeros((n_blocks, n_channels, n_x))
         end = np.broadcast_to(np.eye(n_x), (n_blocks, n_x, n_x))
-        carried[:, block] = 0.5 * dt * end[:, :, :n_states]
+        carried[:, block] = -0.5 * dt * end[:, :, :n_states]
         for sample in range(block - 1, -1, -1):
             later = later @ steps[:, sample]
             end = end @ steps[:, sample]
             share = 1.0 if sample else 0.5
             seen[:, sample] = share * dt / block * later[:, :, :n_states]
-            carried[:, sample] = share * dt * end[:, :, :n_states]
+            carried[:, sample] = -share * dt * end[:, :, :n_states]
             if sample:
                 seen[:, sample] += 0.5 * dt / block * slopes[:, sample]
             later[:, :, :n_states] += slopes[:, sample]
-        return seen, carried
+        return both
+
+    @cached_property
+    def defects(self) -> FloatArray:
+        """Return by how much the model misses the motion in each step, shape (n - 1, n_x)."""
+        found = self.linearization
+        n_states = len(found.states)
+        gone = np.vstack((found.stepped, np.zeros_like(self.gust[:, 1:])))
+        by_gust = self.stepwise[:, :, n_states:] @ self.gust[:, :-1].T[:, :, None]
+        gone = gone + by_gust[:, :, 0].T
+        return np.ascontiguousarray((gone - np.vstack((found.states, self.gust))[:, 1:]).T)
 
     @cached_property
     def _unbiased(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         found = self.linearization
         record = found.record
         n_states, size = len(found.states), self.block
-        gone = np.vstack((found.stepped, np.zeros_like(self.gust[:, 1:])))
-        by_gust = self.stepwise[:, :, n_states:] @ self.gust[:, :-1].T[:, :, None]
-        gone = gone + by_gust[:, :, 0].T
-        defects = (gone - np.vstack((found.states, self.gust))[:, 1:]).T
+        defects = self.defects
         n_blocks, _, n_x = self.by_state.shape
         within = np.zeros((n_blocks, size + 1, n_x))
         padded = np.zeros((n_blocks * size, n_x))

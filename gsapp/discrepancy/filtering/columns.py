@@ -37,40 +37,36 @@ Column = tuple[Entry, ...]
 """All that one parameter changes, in one maneuver."""
 
 
-def forcing(own: Filter, columns: Sequence[Column]) -> tuple[FloatArray, FloatArray]:
+def forcing(own: Filter, columns: Sequence[Column], room: int = 0) -> tuple[FloatArray, FloatArray]:
     """Return z (n_blocks, n_channels, m) and b (n_blocks - 1, n_x, m), for `Filter.innovations`.
 
     The innovations of a column are what the residual's innovations hold of it for a parameter of
-    1; the deviations, what the filter's prediction must be corrected by, with a minus sign.
+    1; the deviations, what the filter's prediction must be corrected by, with a minus sign. Columns
+    of zeros, as many as `room` says, stand behind them: m is the number of both.
     """
     found = own.linearization
     channels = found.record.channels
-    n_blocks, _, n_x = own.by_state.shape
-    z = np.zeros((n_blocks, len(channels), len(columns)))
-    b = np.zeros((n_blocks, n_x, len(columns)))
+    n_blocks, n_channels, n_x = own.by_state.shape
+    out = np.zeros((n_blocks, n_channels + n_x, len(columns) + room))
     by_place: dict[str, list[tuple[int, FloatArray]]] = {}
     for number, column in enumerate(columns):
         for entry in column:
             by_place.setdefault(entry.place, []).append((number, entry.history))
-    seen, carried = own.blocks.reaching
     for place, entries in by_place.items():
         numbers = [number for number, _ in entries]
-        stacked = np.column_stack([history for _, history in entries])
+        histories = _samples(np.column_stack([history for _, history in entries]), own)
         if place.startswith("channel."):
             name = place.removeprefix("channel.")
             if name in channels:
-                z[:, channels.index(name), numbers] += own.blocks.means(stacked)
+                out[:, channels.index(name), numbers] += histories[:, :-1].mean(axis=1)
             continue
         rate, output = (_samples(one, own) for one in _ways(found, place))
-        histories = _samples(stacked, own)
-        shown = (seen @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
-        shown[:, :, :-1] += output[:, :-1].transpose(0, 2, 1) / own.block
-        arrived = (carried @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
-        changes = np.concatenate((shown, -arrived), axis=1) @ histories
+        by_sample = (own.blocks.reaching @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
+        by_sample[:, :n_channels, :-1] += output[:, :-1].transpose(0, 2, 1) / own.block
+        changes = by_sample @ histories
         for part, run in _runs(numbers):
-            z[:, :, run] += changes[:, : len(channels), part]
-            b[:, :, run] += changes[:, len(channels) :, part]
-    return z, b[:-1]
+            out[:, :, run] += changes[:, :, part]
+    return out[:, :n_channels], out[:-1, n_channels:]
 
 
 def _runs(numbers: Sequence[int]) -> list[tuple[slice, slice]]:
@@ -84,9 +80,12 @@ def _runs(numbers: Sequence[int]) -> list[tuple[slice, slice]]:
 
 def _samples(history: FloatArray, own: Filter) -> FloatArray:
     """Return the samples of each block and the one after it, (n_blocks, block + 1, ...)."""
-    starts = own.block * np.arange(len(own.by_state))
-    places = starts[:, None] + np.arange(own.block + 1)
-    taken: FloatArray = history[np.minimum(places, len(history) - 1)]
+    n_blocks, block = len(own.by_state), own.block
+    taken = np.empty((n_blocks, block + 1, history.shape[1]))
+    taken[:, :-1] = history[: n_blocks * block].reshape(n_blocks, block, -1)
+    after = history[block::block][:n_blocks]
+    taken[: len(after), -1] = after
+    taken[len(after) :, -1] = history[-1]
     return taken
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsapp.discrepancy.filtering.columns import Column, Entry, forcing
+from gsapp.discrepancy.filtering.columns import Column, Entry
 from gsapp.discrepancy.filtering.information import Information
-from gsapp.discrepancy.filtering.kalman import Filter, filter_of
+from gsapp.discrepancy.filtering.kalman import filter_of
 from gsapp.discrepancy.filtering.linearizing import (
     Linearization,
     Motion,
@@ -23,6 +23,12 @@ from gsapp.discrepancy.filtering.linearizing import (
     linearize,
 )
 from gsapp.discrepancy.filtering.noise import NoiseModel, first_noise
+from gsapp.discrepancy.filtering.passing import (
+    ManeuverState,
+    Seen,
+    followed,
+    seen_through,
+)
 from gsapp.discrepancy.filtering.paths import path_columns
 from gsapp.discrepancy.filtering.record import Record
 from gsapp.dynamics.buildup import derivative_names, reads_of
@@ -47,17 +53,6 @@ ColumnsOf = Callable[[Linearization], Sequence[Column]]
 def bias_name(flight: str, channel: str) -> str:
     """Return the name of the bias of a channel in a flight."""
     return f"bias.{flight}.{channel}"
-
-
-@dataclass(slots=True, kw_only=True, eq=False)
-class ManeuverState:
-    """One maneuver of a fit: where its motion stands, and what the last pass made of it."""
-
-    record: Record
-    flight_model: FlightModel
-    motion: Motion
-    filter: Filter | None = None
-    seen: tuple[FloatArray, FloatArray] | None = None
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -88,13 +83,19 @@ class Fit:
     # --- making ---------------------------------------------------------------------------------
 
     @classmethod
-    def begin(cls, records: Sequence[Record], model: Model, free: Sequence[str]) -> Fit:
-        """Return a fit that has seen nothing yet."""
-        flights = sorted({record.flight for record in records})
-        noise = {
-            flight: first_noise([one for one in records if one.flight == flight])
-            for flight in flights
-        }
+    def begin(
+        cls,
+        records: Sequence[Record],
+        model: Model,
+        free: Sequence[str],
+        noise: Mapping[str, NoiseModel] | None = None,
+    ) -> Fit:
+        """Return a fit that has seen nothing yet; without noise given, it is guessed."""
+        if noise is None:
+            noise = {
+                flight: first_noise([one for one in records if one.flight == flight])
+                for flight in sorted({record.flight for record in records})
+            }
         fit = cls(
             model=model,
             free=tuple(free),
@@ -104,7 +105,7 @@ class Fit:
                 for record in records
                 for name in record.channels
             },
-            noise=noise,
+            noise=dict(noise),
         )
         made: dict[int, FlightModel] = {}
         for record in records:
@@ -122,8 +123,7 @@ class Fit:
 
     def with_model(self, model: Model, free: Sequence[str]) -> Fit:
         """Return a fit of another model that starts where this one stands."""
-        fit = Fit.begin([one.record for one in self.maneuvers], model, free)
-        fit.noise = dict(self.noise)
+        fit = Fit.begin([one.record for one in self.maneuvers], model, free, self.noise)
         fit.biases = dict(self.biases)
         for new, old in zip(fit.maneuvers, self.maneuvers, strict=True):
             own = new.motion.states[8:]
@@ -236,40 +236,18 @@ class Fit:
                 columns.append((Entry(place=coefficient, history=read),))
         return columns
 
-    def whitened(
-        self, one: ManeuverState, extra: ColumnsOf | None = None
-    ) -> tuple[FloatArray, FloatArray, int]:
-        """Return whitened innovations of all columns of a maneuver, and the deviations.
+    def whitened(self, one: ManeuverState, extra: ColumnsOf | None = None) -> Seen:
+        """Return free parameters, extra columns and biases, in this order, as the filter sees them.
 
-        Returns
-        -------
-        innovations : ndarray, shape (n_blocks, n_channels, m)
-            Free parameters, extra columns, biases, initial states, the residual.
-        deviations : ndarray, shape (n_blocks, n_x, m)
-        n_local : int
-            Number of initial states.
+        The maneuver's filter must be up to date.
         """
-        assert one.filter is not None
-        linearization = one.filter.linearization
-        record = one.record
-        columns = [*self.model_columns(one, linearization)]
+        linearization = one.filtered.linearization
+        columns = self.model_columns(one, linearization)
         if extra is not None:
             columns += extra(linearization)
-        ones = np.ones(len(record))
-        columns += [(Entry(place=f"channel.{name}", history=ones),) for name in record.channels]
-        scales = one.filter.blocks.scales
-        n_x = len(scales)
-        z, b = forcing(one.filter, columns)
-        own_z, own_b, _ = one.filter.blocks.residual(self.bias_of(record))
-        count = len(columns)
-        all_z = np.zeros((*z.shape[:2], count + n_x + 1))
-        all_b = np.zeros((*b.shape[:2], count + n_x + 1))
-        all_z[:, :, :count], all_b[:, :, :count] = z, b
-        all_z[:, :, -1], all_b[:, :, -1] = own_z, own_b
-        start = np.zeros((n_x, count + n_x + 1))
-        start[:, count : count + n_x] = -np.diag(scales)
-        innovations, deviations = one.filter.innovations(all_z, all_b, start)
-        return one.filter.whitener @ innovations, deviations, n_x
+        ones = np.ones(len(one.record))
+        columns += [(Entry(place=f"channel.{name}", history=ones),) for name in one.record.channels]
+        return seen_through(one.filtered, columns, self.bias_of(one.record))
 
     def linearize(self) -> None:
         """Linearize along all motions as they stand, and filter with the noise as it stands."""
@@ -280,9 +258,7 @@ class Fit:
     def refilter(self) -> None:
         """Filter anew where only the noise changed."""
         for one in self.maneuvers:
-            if one.filter is not None:
-                noise = self.noise[one.record.flight]
-                one.filter = one.filter.with_noise(noise)
+            one.filter = one.filtered.with_noise(self.noise[one.record.flight])
 
     def information(self) -> Information:
         """Return the information of all maneuvers, as last filtered."""
@@ -313,32 +289,26 @@ class Fit:
         With `keep` what was seen of it stays, for `step`.
         """
         names, columns_of = ((), None) if extra is None else extra
-        assert one.filter is not None
-        innovations, deviations, n_local = self.whitened(one, columns_of)
+        seen = self.whitened(one, columns_of)
         if keep:
-            one.seen = innovations, deviations
-        rows = innovations.reshape(-1, innovations.shape[2])
-        local = rows[:, -1 - n_local : -1]
+            one.seen = seen
+        rows, n_local = seen.rows, seen.n_local
+        basis, _ = np.linalg.qr(rows[:, -1 - n_local : -1])
         rest = np.hstack((rows[:, : -1 - n_local], rows[:, -1:]))
-        basis, _ = np.linalg.qr(local)
         rest -= basis @ (basis.T @ rest)
         record = one.record
         biases = [bias_name(record.flight, name) for name in record.channels]
         return Information(
             names=(*self.free, *names, *biases),
             matrix=rest.T @ rest,
-            samples=float(one.filter.counted.sum()) - n_local,
+            samples=float(one.filtered.compared_counted.sum()) - n_local,
         )
 
     def cost(self) -> float:
         """Return minus two log likelihoods of all innovations, as last filtered."""
         left = self.information().with_priors(self.priors())
         left = left.projected((*self.free, *self.bias_names()))
-        sizes = sum(
-            len(one.filter.by_state) * one.filter.log_size
-            for one in self.maneuvers
-            if one.filter is not None
-        )
+        sizes = sum(len(one.filtered.compared) * one.filtered.log_size for one in self.maneuvers)
         return float(left.matrix[-1, -1]) + sizes
 
     # --- going on -------------------------------------------------------------------------------
@@ -370,35 +340,14 @@ class Fit:
 
     def _follow(self, one: ManeuverState, moves: Mapping[str, float]) -> None:
         """Move the motion of a maneuver to what the filter predicts with the moved parameters."""
-        if one.seen is None:
-            innovations, deviations, _ = self.whitened(one)
-        else:
-            innovations, deviations = one.seen
-            one.seen = None
-        record = one.record
-        names = [*self.free, *(bias_name(record.flight, name) for name in record.channels)]
-        shared = np.array([moves.get(name, 0.0) for name in names])
-        count = len(names)
-        rows = innovations.reshape(-1, innovations.shape[2])
-        residual = rows[:, -1] - rows[:, :count] @ shared
-        local = np.linalg.lstsq(rows[:, count:-1], residual, rcond=None)[0]
-        change = deviations[:, :, -1] - deviations[:, :, :-1] @ np.concatenate((shared, local))
-        assert one.filter is not None
-        own = one.filter
-        _, _, within = own.blocks.residual(self.bias_of(record))
-        moved = (own.blocks.reach @ change[:, None, :, None])[:, :, :, 0] + within
-        moved = moved.reshape(-1, moved.shape[2])
-        # Samples beyond the last whole block keep the last correction.
-        lacking = len(record) - len(moved)
-        moved = np.vstack((moved, np.repeat(moved[-1:], lacking, axis=0))).T
-        n_states = len(one.motion.states)
-        one.motion = Motion(
-            states=one.motion.states + moved[:n_states], gust=one.motion.gust + moved[n_states:]
-        )
+        flight = one.record.flight
+        names = (*self.free, *(bias_name(flight, name) for name in one.record.channels))
+        chosen = names if one.seen is not None else ()
+        moved = np.array([moves.get(name, 0.0) for name in chosen])
+        one.motion = followed(one, moved, self.bias_of(one.record))
 
     def residual_innovations(self, one: ManeuverState) -> FloatArray:
         """Return innovations (n_blocks, n_channels) as values and motion stand, not whitened."""
-        assert one.filter is not None
-        z, b, _ = one.filter.blocks.residual(self.bias_of(one.record))
-        found, _ = one.filter.innovations(z[:, :, None], b[:, :, None])
+        z, b, _ = one.filtered.residual(self.bias_of(one.record))
+        found, _ = one.filtered.innovations(z[:, :, None], b[:, :, None])
         return np.asarray(found[:, :, 0])

@@ -17,12 +17,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, solve_discrete_are, solve_discrete_lyapunov
+from scipy.linalg import LinAlgError, solve_discrete_lyapunov
 from scipy.linalg.lapack import dtbtrs
 
 from gsapp.discrepancy.filtering.blocks import Blocks, Way
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
 from gsapp.discrepancy.filtering.noise import NoiseModel
+from gsapp.discrepancy.filtering.riccati import steady_covariance
 from gsapp.foundation import FlightError
 from gsapp.quantities import BoolArray, FloatArray
 
@@ -52,6 +53,13 @@ class Filter:
     mean_injection : ndarray, shape (n_x, n_channels)
         For the mean dynamics.
     ways : tuple of Way
+    colors : ndarray, shape (n_channels,), or None
+        Correlation of each channel's noise from block to block, where any is colored. What is
+        compared are then the means of the next block less this share of the present ones, in
+        which the noise is white (Bryson and Henrikson, J. Spacecraft 5, 1968).
+    compared : ndarray, shape (n_compared, n_channels, n_x)
+        What is compared by the state at a block's start; n_compared is n_blocks, or one less.
+    compared_counted : ndarray of bool, shape (n_compared, n_channels)
     """
 
     blocks: Blocks
@@ -62,6 +70,9 @@ class Filter:
     covariance: FloatArray
     mean_injection: FloatArray
     ways: tuple[Way, ...]
+    colors: FloatArray | None
+    compared: FloatArray
+    compared_counted: BoolArray
 
     @property
     def linearization(self) -> Linearization:
@@ -107,20 +118,24 @@ class Filter:
 
         Returns
         -------
-        innovations : ndarray, shape (n_blocks, n_channels, m)
+        innovations : ndarray, shape (n_compared, n_channels, m)
             Zero for what does not count.
         deviations : ndarray, shape (n_blocks, n_x, m)
         """
         n, _, m = z.shape
+        if self.colors is not None:
+            z = z[1:] - self.colors[:, None] * z[:-1] - self.by_state[1:] @ b
+        if not self.compared_counted.all():
+            z = z * self.compared_counted[:, :, None]
         rows = np.zeros((n, self.by_state.shape[2], m))
-        np.matmul(self.injection, z[:-1], out=rows[1:])
+        np.matmul(self.injection, z[: n - 1], out=rows[1:])
         rows[1:] += b
         if start is not None:
             rows[0] = start
         deviations = solve_forward(self.propagation, rows)
-        found = z - self.by_state @ deviations
-        if not self.counted.all():
-            found *= self.counted[:, :, None]
+        found = z - self.compared @ deviations[: len(z)]
+        if not self.compared_counted.all():
+            found *= self.compared_counted[:, :, None]
         return found, deviations
 
     def adjoints(self, innovations: FloatArray) -> tuple[list[FloatArray], FloatArray]:
@@ -128,32 +143,36 @@ class Filter:
 
         Parameters
         ----------
-        innovations : ndarray, shape (n_blocks, n_channels)
+        innovations : ndarray, shape (n_compared, n_channels)
 
         Returns
         -------
         process : list of ndarray, shape (n_blocks - 1, n_x)
             For each of `ways`: the intensity of the process noise times this is its smoothed
             value, block by block.
-        measurement : ndarray, shape (n_blocks, n_channels)
+        measurement : ndarray, shape (n_compared, n_channels)
             Variance of the measurement noise times this is its smoothed value.
         """
         precision = self.whitener.T @ self.whitener
         weighted = innovations @ precision
-        rows = (weighted[:, None] @ self.by_state)[:, 0]
+        steps = len(self.injection)
+        rows = np.zeros((steps + 1, self.by_state.shape[2]))
+        rows[: len(weighted)] = (weighted[:, None] @ self.compared)[:, 0]
         # Backward in time: reversed, with transposed propagation.
         backward = np.ascontiguousarray(self.propagation[::-1].transpose(0, 2, 1))
         adjoint = solve_forward(backward, rows[::-1, :, None].copy())[::-1, :, 0]
         measurement = weighted.copy()
-        measurement[:-1] -= (adjoint[1:, None] @ self.injection)[:, 0]
-        process = [adjoint[1:] @ way.state + measurement[:-1] @ way.channels for way in self.ways]
+        measurement[:steps] -= (adjoint[1:, None] @ self.injection)[:, 0]
+        process = [
+            adjoint[1:] @ way.state + measurement[:steps] @ way.channels for way in self.ways
+        ]
         return process, measurement
 
     def expected(self) -> tuple[list[FloatArray], FloatArray]:
         """Return the covariances of `adjoints` where the noise model holds."""
         precision = self.whitener.T @ self.whitener
         M = self.propagation.mean(axis=0)
-        C = self.blocks.mean_by_state
+        C = self.compared.mean(axis=0)
         J = self.mean_injection
         scales = self.blocks.scales
         C_s, M_s = C * scales, M * scales / scales[:, None]
@@ -174,33 +193,49 @@ def filter_of(linearization: Linearization, noise: NoiseModel | None, motion: Mo
 
 def _filter(blocks: Blocks, noise: NoiseModel | None) -> Filter:
     channels = blocks.linearization.record.channels
+    colors = None if noise is None else noise.colors(channels, blocks.block)
+    compared, counted = blocks.by_state, blocks.counted
+    ways: tuple[Way, ...] = () if noise is None else blocks.ways
+    if colors is not None:
+        compared = blocks.by_state[1:] @ blocks.transition - colors[:, None] * compared[:-1]
+        counted = counted[1:] & (counted[:-1] | (colors == 0.0))
+        ways = tuple(
+            way._replace(channels=blocks.mean_by_state @ way.state - colors[:, None] * way.channels)
+            for way in ways
+        )
     if noise is None:
         gain = within = np.zeros((len(blocks.scales), len(channels)))
         covariance = np.eye(len(channels))
-        ways: tuple[Way, ...] = ()
     else:
-        ways = blocks.ways
-        gain, within, covariance = _gain(blocks, noise, channels)
+        gain, within, covariance = _gain(blocks, noise, channels, compared, ways)
     n_x = len(gain)
     injection = (blocks.transition.reshape(-1, n_x) @ gain).reshape(-1, n_x, len(channels))
     injection += within
-    if not blocks.counted.all():
-        injection *= blocks.counted[:-1, None, :]
+    steps = len(injection)
+    if not counted.all():
+        injection *= counted[:steps, None, :]
     lower = np.linalg.cholesky(covariance)
     return Filter(
         blocks=blocks,
-        propagation=blocks.transition - injection @ blocks.by_state[:-1],
+        propagation=blocks.transition - injection @ compared[:steps],
         injection=injection,
         whitener=np.linalg.inv(lower),
         log_size=2.0 * float(np.log(np.diag(lower)).sum()),
         covariance=covariance,
         ways=ways,
         mean_injection=blocks.mean_transition @ gain + within,
+        colors=colors,
+        compared=compared,
+        compared_counted=counted,
     )
 
 
 def _gain(
-    blocks: Blocks, noise: NoiseModel, channels: tuple[str, ...]
+    blocks: Blocks,
+    noise: NoiseModel,
+    channels: tuple[str, ...],
+    compared: FloatArray,
+    ways: tuple[Way, ...],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return steady gain, what noise within a block adds to it, and the innovations' covariance.
 
@@ -208,7 +243,7 @@ def _gain(
     """
     scales = blocks.scales
     A = blocks.mean_transition / scales[:, None] * scales
-    C = blocks.mean_by_state * scales
+    C = compared.mean(axis=0) * scales
     R = np.diag([noise.variances[name] / blocks.block for name in channels])
     Q = noise.process(blocks.V, len(scales) - 3) / scales[:, None] / scales
     # Channels in units of their noise: the equation is badly scaled otherwise.
@@ -216,7 +251,7 @@ def _gain(
     C, R = C / units[:, None], np.eye(len(channels))
     scaled = [
         (way.weight, way.state / scales[:, None] * scales, way.channels * scales / units[:, None])
-        for way in blocks.ways
+        for way in ways
     ]
     for least in (_LEAST, 1e3 * _LEAST, 1e6 * _LEAST):
         own = Q + least * np.eye(len(scales))
@@ -224,7 +259,7 @@ def _gain(
         shared = sum(weight * N @ own @ O.T for weight, N, O in scaled)  # noqa: E741
         noise_of_means = R + sum(weight * O @ own @ O.T for weight, _, O in scaled)  # noqa: E741
         try:
-            P = solve_discrete_are(A.T, C.T, arrived, noise_of_means, s=shared)
+            P = steady_covariance(A, C, arrived, noise_of_means, shared)
             break
         except (LinAlgError, ValueError):
             continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,6 +16,11 @@ GUST_ROWS = (0, 2, 1)
 """States that gusts along x, y, z enter: V, beta, alpha."""
 _FIRST_GUST = 0.1
 _FIRST_MOMENT = 0.01
+_HIGHEST = 12.0
+"""Frequency above which no aircraft of this size moves, Hz."""
+_FEWEST = 50
+_WHITE = 0.35
+"""Correlation below which noise counts as white."""
 _SMALLEST: Mapping[str, float] = {
     "V": 0.02,
     "ax": 0.01,
@@ -38,7 +43,10 @@ class NoiseModel:
     Attributes
     ----------
     variances : mapping of str to float
-        White noise of each channel per sample, SI squared.
+        Of the noise of each channel, white per sample, SI squared; of colored noise, of what each
+        sample adds to it.
+    correlations : mapping of str to float
+        Of colored noise from sample to sample, 0 to 1; channels with white noise are left out.
     gusts : tuple of float
         Intensity of the white noise behind the gusts along x, y, z, m^2/s^3.
     lengths : tuple of float
@@ -52,9 +60,16 @@ class NoiseModel:
     gusts: tuple[float, float, float] = (_FIRST_GUST,) * 3
     lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
     moments: float = _FIRST_MOMENT
+    correlations: Mapping[str, float] = field(default_factory=dict)
+
+    def colors(self, channels: Sequence[str], block: int) -> FloatArray | None:
+        """Return the correlation of noise between means of successive blocks; None where white."""
+        if not any(name in self.correlations for name in channels):
+            return None
+        return np.array([_of_means(self.correlations.get(name, 0.0), block) for name in channels])
 
     def with_value(self, name: str, value: float) -> NoiseModel:
-        """Return the model with one of its numbers changed: ``gust.w``, ``length.w``, ``moments``."""
+        """Return the model with one number changed: ``gust.w``, ``length.w``, ``moments``."""
         if name == "moments":
             return replace(self, moments=value)
         kind, _, axis = name.partition(".")
@@ -112,4 +127,48 @@ def first_noise(records: Sequence[Record]) -> NoiseModel:
                 size = float(np.median(np.abs(differences))) / 0.6745
                 found.setdefault(name, []).append(size * size / 20.0)
     variances = {name: float(np.median(values)) for name, values in found.items()}
-    return NoiseModel(variances=variances).with_variances(variances)
+    correlations = {name: _correlation(records, name) for name in variances}
+    return NoiseModel(
+        variances=variances,
+        correlations={name: one for name, one in correlations.items() if one > _WHITE},
+    ).with_variances(variances)
+
+
+def _of_means(correlation: float, block: int) -> float:
+    """Return the correlation between means of successive blocks of a first-order recursion."""
+    lags = np.arange(-(block - 1), block)
+    weights = block - np.abs(lags)
+    same = float((weights * correlation ** np.abs(lags)).sum())
+    return float((weights * correlation ** (lags + block)).sum()) / same
+
+
+def _correlation(records: Sequence[Record], name: str) -> float:
+    """Return the correlation of a channel's noise from sample to sample.
+
+    The shape of a first-order recursion fitted (Whittle) to the periodogram above the frequencies
+    at which an aircraft moves: there all is noise.
+    """
+    grid = np.concatenate(([0.0], np.linspace(0.3, 0.97, 68)))
+    cost = np.zeros(len(grid))
+    for record in records:
+        column = record.channels.index(name) if name in record.channels else -1
+        if column < 0 or not record.counted[:, column].all():
+            continue
+        power, angle = _periodogram(record.measured[:, column])
+        high = angle > 2.0 * np.pi * _HIGHEST * record.dt
+        power, angle = power[high], angle[high]
+        if len(power) < _FEWEST:
+            continue
+        shape = 1.0 + grid[:, None] ** 2 - 2.0 * grid[:, None] * np.cos(angle)
+        size = (power * shape).mean(axis=1)
+        cost += len(power) * np.log(size) - np.log(shape).sum(axis=1)
+    return float(grid[int(np.argmin(cost))])
+
+
+def _periodogram(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return power and angle (rad a sample); tapered, so that slow motion does not leak."""
+    count = len(samples)
+    taper = np.hanning(count)
+    slow = np.polyval(np.polyfit(np.arange(count), samples, 3), np.arange(count))
+    found = np.fft.rfft((samples - slow) * taper)
+    return np.abs(found) ** 2 / (taper**2).sum(), np.linspace(0.0, np.pi, len(found))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,7 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.quantities import FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Seen:
+class Seen(NamedTuple):
     """Columns of a maneuver seen through its filter.
 
     Attributes
@@ -74,10 +74,7 @@ def seen_through(own: Filter, columns: Sequence[Column], bias: FloatArray) -> Se
     scales = own.blocks.scales
     n_x, count = len(scales), len(columns)
     own_z, own_b, _ = own.blocks.residual(bias)
-    z = np.zeros((*own_z.shape, count + n_x + 1))
-    b = np.zeros((*own_b.shape, count + n_x + 1))
-    if columns:
-        z[:, :, :count], b[:, :, :count] = forcing(own, columns)
+    z, b = forcing(own, columns, room=n_x + 1)
     z[:, :, -1], b[:, :, -1] = own_z, own_b
     start = np.zeros((n_x, count + n_x + 1))
     start[:, count : count + n_x] = -np.diag(scales)
@@ -104,12 +101,19 @@ def followed(one: ManeuverState, moves: FloatArray, bias: FloatArray) -> Motion:
     residual = rows[:, -1] - rows[:, :count] @ moves
     local = np.linalg.lstsq(rows[:, count:-1], residual, rcond=None)[0]
     change = seen.deviations[:, :, -1] - seen.deviations[:, :, :-1] @ np.concatenate((moves, local))
+    if own.colors is not None:
+        # A block's means were compared before its start: they must not move it.
+        white = residual - rows[:, count:-1] @ local
+        plain = np.linalg.solve(own.whitener, white.reshape(seen.innovations.shape[:2]).T).T
+        change[1:] -= (own.injection @ plain[:, :, None])[:, :, 0]
     _, _, within = own.blocks.residual(bias)
     moved = (own.blocks.reach @ change[:, None, :, None])[:, :, :, 0] + within
     moved = moved.reshape(-1, moved.shape[2])
-    # Samples beyond the last whole block keep the last correction.
-    lacking = len(one.record) - len(moved)
-    moved = np.vstack((moved, np.repeat(moved[-1:], lacking, axis=0))).T
+    # Samples beyond the last whole block follow from the last one in it.
+    rest = [moved[-1]]
+    for k in range(len(moved) - 1, len(one.record) - 1):
+        rest.append(own.blocks.stepwise[k] @ rest[-1] + own.blocks.defects[k])
+    moved = np.vstack((moved, *rest[1:])).T
     n_states = len(one.motion.states)
     return Motion(
         states=one.motion.states + moved[:n_states], gust=one.motion.gust + moved[n_states:]

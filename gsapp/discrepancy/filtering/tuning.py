@@ -9,12 +9,13 @@ Comput. Graph. Stat. 28, 2019). One filter and one smoother pass serve all of th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from gsapp.discrepancy.filtering.fitting import Fit, ManeuverState
-from gsapp.discrepancy.filtering.kalman import filter_of
+from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.noise import GUST_ROWS, GUSTS, NoiseModel
+from gsapp.discrepancy.filtering.passing import ManeuverState
 
 _LARGEST_STEP = 6.0
 _UP, _DOWN = 0.6, 2.0
@@ -38,22 +39,45 @@ def tune(fit: Fit, rounds: int = 4) -> None:
     fit.refilter()
 
 
+def choose_colors(fit: Fit, rounds: int) -> None:
+    """Decide, in place, whether the noise of instruments is colored; the fit was linearized.
+
+    What looks like it may be turbulence. So both are tuned, and the more likely one stays.
+    """
+    colored = dict(fit.noise)
+    if not any(one.correlations for one in colored.values()):
+        return
+    tune(fit, rounds)
+    colored, with_colors = dict(fit.noise), _cost_each(fit)
+    fit.noise = {name: replace(one, correlations={}) for name, one in colored.items()}
+    fit.refilter()
+    tune(fit, rounds)
+    if _cost_each(fit) > with_colors:
+        fit.noise = colored
+        fit.refilter()
+
+
+def _cost_each(fit: Fit) -> float:
+    """Return minus two log likelihoods per block: colored noise leaves one block less."""
+    blocks = sum(len(one.filter.compared) for one in fit.maneuvers if one.filter is not None)
+    return fit.cost() / max(blocks, 1)
+
+
 def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> NoiseModel:
     found: dict[str, list[float]] = {}
     for one in chosen:
-        assert one.filter is not None
-        one.filter = filter_of(one.filter.linearization, noise, one.motion)
+        own = one.filter = one.filtered.with_noise(noise)
         held: dict[str, float] = {}
         expected: dict[str, float] = {}
-        process, measurement = one.filter.adjoints(fit.residual_innovations(one))
-        by_process, by_measurement = one.filter.expected()
+        process, measurement = own.adjoints(fit.residual_innovations(one))
+        by_process, by_measurement = own.expected()
         steps = slice(_SKIPPED, None)
         n_states = len(one.motion.states)
         V = float(np.mean(one.motion.states[0]))
         for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
             entry = np.zeros(n_states + 3)
             entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
-            for way, seen, usual in zip(one.filter.ways, process, by_process, strict=True):
+            for way, seen, usual in zip(own.ways, process, by_process, strict=True):
                 _add(
                     held,
                     expected,
@@ -62,7 +86,7 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
                     way.weight * len(seen[steps]) * float(entry @ usual @ entry),
                 )
         for row in (3, 4, 5):
-            for way, seen, usual in zip(one.filter.ways, process, by_process, strict=True):
+            for way, seen, usual in zip(own.ways, process, by_process, strict=True):
                 _add(
                     held,
                     expected,
@@ -71,7 +95,7 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
                     way.weight * len(seen[steps]) * float(usual[row, row]),
                 )
         measurement = measurement[steps]
-        counted = one.filter.counted[steps]
+        counted = own.compared_counted[steps]
         for column, name in enumerate(one.record.channels):
             _add(
                 held,
