@@ -80,6 +80,23 @@ class Information:
             samples=self.samples - len(out),
         )
 
+    def taken(self, nuisance: Sequence[str], names: Sequence[str]) -> FloatArray:
+        """Return by how much nuisance parameters take the part of others.
+
+        Returns
+        -------
+        ndarray, shape (len(nuisance), len(names))
+            Subtracted times their columns, these leave of the columns of `names` what no nuisance
+            parameter explains.
+        """
+        out = self.places(nuisance)
+        block = self.matrix[np.ix_(out, out)]
+        cross = self.matrix[np.ix_(out, self.places(names))]
+        scale = np.sqrt(np.maximum(block.diagonal(), 1e-300))
+        normal = block / scale[:, None] / scale + _RIDGE * np.eye(len(out))
+        found: FloatArray = np.linalg.solve(normal, cross / scale[:, None]) / scale[:, None]
+        return found
+
     def solution(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
         """Return values and covariance of these parameters, all others zero."""
         places = self.places(names)
