@@ -30,6 +30,7 @@ BENCHMARKS = {
     "truth": "errors over bounds, many seeds, white and colored noise",
     "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
     "linear_models": "three linear models beside the published table",
+    "discrepancy_speed": "CPU of a search for a missing effect, by phase",
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }
@@ -56,7 +57,7 @@ def main(arguments: list[str]) -> int:
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown or set(options) - {"--quick"}:
         print(__doc__)
-        print("\n".join(f"  {name:13} {what}" for name, what in BENCHMARKS.items()))
+        print("\n".join(f"  {name:17} {what}" for name, what in BENCHMARKS.items()))
         return 2
     print(f"{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores")
     for name in names or [name for name in BENCHMARKS if name not in ONLY_WHEN_NAMED]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
 from gsapp.discrepancy.filtering.noise import GUST_ROWS
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 
 _BLOCK = 0.04
 """Length of a block, s."""
@@ -82,7 +82,7 @@ class Blocks:
         wide = slopes.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * n_states)
         self.by_state = wide @ reach[:, :block, :n_states].reshape(n_blocks, -1, size) / block
         counted = record.counted[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _ENOUGH
-        self.counted = counted
+        self.counted: BoolArray = counted
         self.block = block
         self.stepwise = stepwise
         self.reach = reach[:, :block]

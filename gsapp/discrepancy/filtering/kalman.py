@@ -255,8 +255,12 @@ def _gain(
     ]
     for least in (_LEAST, 1e3 * _LEAST, 1e6 * _LEAST):
         own = Q + least * np.eye(len(scales))
-        arrived = sum(weight * N @ own @ N.T for weight, N, _ in scaled)
-        shared = sum(weight * N @ own @ O.T for weight, N, O in scaled)  # noqa: E741
+        arrived = np.zeros(Q.shape)
+        for weight, N, _ in scaled:
+            arrived += weight * N @ own @ N.T
+        shared = np.zeros(C.T.shape)
+        for weight, N, O in scaled:  # noqa: E741
+            shared += weight * N @ own @ O.T
         noise_of_means = R + sum(weight * O @ own @ O.T for weight, _, O in scaled)  # noqa: E741
         try:
             P = steady_covariance(A, C, arrived, noise_of_means, shared)

@@ -104,9 +104,9 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
                 float((measurement[counted[:, column], column] ** 2).sum()),
                 float(counted[:, column].sum() * by_measurement[column, column]),
             )
-        for name, usual in expected.items():
-            if usual > 0.0:
-                found.setdefault(name, []).append(held[name] / usual)
+        for name, size in expected.items():
+            if size > 0.0:
+                found.setdefault(name, []).append(held[name] / size)
     # The median over maneuvers: one that stalled, or was spoiled, says nothing of the air.
     ratios = {
         name: float(np.clip(np.median(values), 1.0 / _LARGEST_STEP, _LARGEST_STEP))
@@ -130,8 +130,8 @@ def _relaxed(ratio: float) -> float:
     very many rounds to go.
     """
     if ratio > 1.0:
-        return ratio**_UP
-    return ratio**_DOWN
+        return float(ratio**_UP)
+    return float(ratio**_DOWN)
 
 
 def _add(
