@@ -46,6 +46,8 @@ BIAS_PRIOR: Mapping[str, float] = {
 }
 """Zero error that an instrument may have after its calibration (SI), standard deviation."""
 
+_DERIVATIVES = frozenset(derivative_names())
+
 ColumnsOf = Callable[[Linearization], Sequence[Column]]
 """What to add to the columns of the model: candidates, in the order of their names."""
 
@@ -164,9 +166,7 @@ class Fit:
     def revised_model(self) -> Model:
         """Return the model with the values of the fit."""
         model = self.model
-        derivatives = {
-            name: value for name, value in self.values.items() if name in derivative_names()
-        }
+        derivatives = {name: value for name, value in self.values.items() if name in _DERIVATIVES}
         model = model.with_derivatives(derivatives)
         for effect in self.model.effects:
             prefix = f"{effect.id}."
@@ -210,9 +210,7 @@ class Fit:
         """Return the model linearized along a maneuver's motion."""
         model = one.flight_model
         equations = tuple(
-            name
-            for name in self.free
-            if name in model.parameter_names and name not in derivative_names()
+            name for name in self.free if name in model.parameter_names and name not in _DERIVATIVES
         )
         return linearize(one.record, model, np.array(model.defaults), one.motion, equations)
 
