@@ -76,7 +76,9 @@ def decide(screening: Screening, gain: FloatArray, *, least: float, temper: floa
     competitors = screening.competitors
     evidence = probabilities(competitors, gain * temper)
     order = np.argsort(-evidence, kind="stable")
-    if not len(order) or float(np.max(gain)) * temper < least:
+    # What has no name must be that much clearer.
+    clear = gain * temper + 2.0 * log_priors(competitors)
+    if not len(order) or float(np.max(clear)) < least:
         return Decision(kind="nothing", best=None, alternatives=(), evidence=evidence, gain=gain)
     best = competitors[int(order[0])]
     alternatives = _set(competitors, evidence, order)
@@ -96,11 +98,15 @@ def decide(screening: Screening, gain: FloatArray, *, least: float, temper: floa
 
 def probabilities(competitors: Sequence[Competitor], gain: FloatArray) -> FloatArray:
     """Return the probability of each candidate among all, for gains in the sum of squares."""
-    prior = np.array([0.0 if one.named else math.log(UNNAMED_PRIOR) for one in competitors])
-    log = 0.5 * gain + prior
+    log = 0.5 * gain + log_priors(competitors)
     weight = np.exp(log - log.max()) if len(log) else log
     found: FloatArray = weight / weight.sum()
     return found
+
+
+def log_priors(competitors: Sequence[Competitor]) -> FloatArray:
+    """Return the logarithm of each candidate's prior."""
+    return np.array([0.0 if one.named else math.log(UNNAMED_PRIOR) for one in competitors])
 
 
 def _set(

@@ -38,12 +38,16 @@ class Information:
 
     def __add__(self, other: Information) -> Information:
         """Return the sum; parameters that one lacks count as unseen by it."""
+        samples = self.samples + other.samples
+        if self.names == other.names:
+            return Information(names=self.names, matrix=self.matrix + other.matrix, samples=samples)
         names = tuple(dict.fromkeys((*self.names, *other.names)))
+        table = {name: index for index, name in enumerate(names)}
         total = np.zeros((len(names) + 1, len(names) + 1))
         for one in (self, other):
-            places = [*(names.index(name) for name in one.names), len(names)]
+            places = [*(table[name] for name in one.names), len(names)]
             total[np.ix_(places, places)] += one.matrix
-        return Information(names=names, matrix=total, samples=self.samples + other.samples)
+        return Information(names=names, matrix=total, samples=samples)
 
     def places(self, names: Iterable[str]) -> list[int]:
         """Return where names stand."""
@@ -79,23 +83,6 @@ class Information:
             matrix=0.5 * (left + left.T),
             samples=self.samples - len(out),
         )
-
-    def taken(self, nuisance: Sequence[str], names: Sequence[str]) -> FloatArray:
-        """Return by how much nuisance parameters take the part of others.
-
-        Returns
-        -------
-        ndarray, shape (len(nuisance), len(names))
-            Subtracted times their columns, these leave of the columns of `names` what no nuisance
-            parameter explains.
-        """
-        out = self.places(nuisance)
-        block = self.matrix[np.ix_(out, out)]
-        cross = self.matrix[np.ix_(out, self.places(names))]
-        scale = np.sqrt(np.maximum(block.diagonal(), 1e-300))
-        normal = block / scale[:, None] / scale + _RIDGE * np.eye(len(out))
-        found: FloatArray = np.linalg.solve(normal, cross / scale[:, None]) / scale[:, None]
-        return found
 
     def solution(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
         """Return values and covariance of these parameters, all others zero."""
