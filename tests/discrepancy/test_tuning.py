@@ -12,13 +12,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from core_kit import AIRCRAFT, NOISE, TOY_NOISE, TRUTH, Toy, maneuver, with_channel
 
+from gsapp.discrepancy.baseline import baseline_fit
 from gsapp.discrepancy.filtering.fitting import BIAS_PRIOR, Fit, ManeuverState, bias_name
 from gsapp.discrepancy.filtering.kalman import filter_of
 from gsapp.discrepancy.filtering.noise import NoiseModel, first_noise
 from gsapp.discrepancy.filtering.record import record_of
 from gsapp.discrepancy.filtering.tuning import tune
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.identification.axes import axis_derivatives
 
 
 def toy_fit(toys: list[Toy], noise: NoiseModel) -> Fit:
@@ -94,14 +94,8 @@ def fitted() -> dict[str, Fit]:
     fits = {}
     for name, gust in (("still", 0.0), ("gusts", 0.5)):
         flown = [maneuver(seed, gust=gust, flight=name) for seed in range(1, 6)]
-        fit = Fit.begin([record_of(one) for one in flown], TRUTH, axis_derivatives("both"))
-        for _ in range(3):
-            fit.linearize()
-            tune(fit, rounds=3)
-            fit.step(fit.information())
-        fit.linearize()
-        tune(fit, rounds=4)
-        fits[name] = fit
+        records = [record_of(one) for one in flown]
+        fits[name] = baseline_fit(records, TRUTH, lambda _: None)
     return fits
 
 
