@@ -68,7 +68,7 @@ def decided(
 
 
 def test_probabilities_are_likelihood_times_prior() -> None:
-    """Half the gain is log-likelihood; what has no name counts a thirtieth."""
+    """Half the gain is log-likelihood; what has no name is taken to be rarer."""
     found = probabilities((*NAMED, UNNAMED), np.array([30.0, 26.0, 0.0, 30.0]))
     raw = np.array([np.exp(15.0), np.exp(13.0), 1.0, UNNAMED_PRIOR * np.exp(15.0)])
     assert found == pytest.approx(raw / raw.sum())
