@@ -10,7 +10,7 @@ import numpy as np
 from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.information import Information
 from gsapp.discrepancy.filtering.linearizing import shown_along
-from gsapp.discrepancy.filtering.noise import NoiseModel
+from gsapp.discrepancy.filtering.noise import NoiseModel, variance_of_sample
 from gsapp.discrepancy.filtering.passing import ManeuverState
 from gsapp.discrepancy.filtering.record import Record
 from gsapp.discrepancy.missing import MissingPart, missing_part
@@ -77,9 +77,15 @@ class HeldOut:
         self.noise = noise
 
     def floor(self, record: Record, name: str) -> float:
-        """Return the noise of a channel, standard deviation of a sample."""
+        """Return the noise of a channel, standard deviation of a sample.
+
+        Tones that mean out over the filter's blocks (the engines shake the gyros) are in it.
+        """
         noise = self.noise.get(record.flight, next(iter(self.noise.values())))
-        return float(np.sqrt(noise.variances[name]))
+        correlation = noise.correlations.get(name, 0.0)
+        single = variance_of_sample(record, name, correlation)
+        believed = 0.0 if correlation else noise.variances[name]
+        return float(np.sqrt(max(single, believed)))
 
     # --- in innovations -------------------------------------------------------------------------
 

@@ -37,6 +37,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted([ROOT / "README.md", *DOCS.glob("*.md"), *DOCS.glob("decisions/*.md")])
 GUIDES = [
+    DOCS / "discrepancy.md",
     DOCS / "field-guide.md",
     DOCS / "files.md",
     DOCS / "identification.md",

@@ -19,6 +19,8 @@ _FIRST_MOMENT = 0.01
 _HIGHEST = 12.0
 """Frequency above which no aircraft of this size moves, Hz."""
 _FEWEST = 50
+_FEW = 10
+_MEDIAN_OF_NORMAL = 0.6745
 _WHITE = 0.35
 """Correlation below which noise counts as white."""
 _SMALLEST: Mapping[str, float] = {
@@ -116,22 +118,50 @@ class NoiseModel:
 
 def first_noise(records: Sequence[Record]) -> NoiseModel:
     """Return where tuning starts: third differences of the channels, which motion leaves alone."""
-    found: dict[str, list[float]] = {}
-    for record in records:
-        for column, name in enumerate(record.channels):
-            samples = np.where(record.counted[:, column], record.measured[:, column], np.nan)
-            differences = np.diff(samples, 3)
-            differences = differences[np.isfinite(differences)]
-            if differences.size > 10:
-                # Robust, so that the corners of an input do not count; 20 = 1 + 9 + 9 + 1.
-                size = float(np.median(np.abs(differences))) / 0.6745
-                found.setdefault(name, []).append(size * size / 20.0)
+    names = dict.fromkeys(name for record in records for name in record.channels)
+    correlations = {name: _correlation(records, name) for name in names}
+    found = {
+        name: [_from_differences(record, name) for record in records if name in record.channels]
+        for name in names
+    }
     variances = {name: float(np.median(values)) for name, values in found.items()}
-    correlations = {name: _correlation(records, name) for name in variances}
     return NoiseModel(
         variances=variances,
         correlations={name: one for name, one in correlations.items() if one > _WHITE},
     ).with_variances(variances)
+
+
+def _from_differences(record: Record, name: str) -> float:
+    """Return the variance of a channel's white noise from its third differences.
+
+    Robust, so that the corners of an input do not count.
+    """
+    column = record.channels.index(name)
+    samples = np.where(record.counted[:, column], record.measured[:, column], np.nan)
+    differences = np.diff(samples, 3)
+    differences = differences[np.isfinite(differences)]
+    if differences.size <= _FEW:
+        return _SMALLEST[name] ** 2
+    size = float(np.median(np.abs(differences))) / _MEDIAN_OF_NORMAL
+    # 20 = 1 + 9 + 9 + 1.
+    return size * size / 20.0
+
+
+def variance_of_sample(record: Record, name: str, correlation: float) -> float:
+    """Return the variance of a channel's noise, tones of the engines included; 0 if unknown.
+
+    From the power above the frequencies at which an aircraft moves; below, noise goes on flat, or
+    as a first-order recursion with this correlation from sample to sample.
+    """
+    column = record.channels.index(name)
+    if not record.counted[:, column].all():
+        return 0.0
+    power, angle = _periodogram(record.measured[:, column])
+    high = angle > 2.0 * np.pi * _HIGHEST * record.dt
+    if high.sum() < _FEWEST:
+        return 0.0
+    shape = 1.0 + correlation**2 - 2.0 * correlation * np.cos(angle[high])
+    return float((power[high] * shape).mean()) / (1.0 - correlation**2)
 
 
 def _of_means(correlation: float, block: int) -> float:
