@@ -308,7 +308,7 @@ def shows(
 
 
 def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> None:
-    """An effect of ten sigma, estimated from 15 noisy records, is found as ten with spread one.
+    """An effect of ten sigma, estimated from 8 noisy records, is found as ten with spread one.
 
     Records hold noise of instruments, of surface pots and gusts; what the baseline predicts is
     flown by JSBSim with the measured deflections. The estimate is the best there is.
@@ -317,7 +317,7 @@ def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> Non
     unit = [sensitivity.change_by(0, one, effect, small)[:, :, None] for one in PAIR]
     size = small * 10.0 / float(shows(baseline, unit, air)[0, 0]) ** 0.5
     found = []
-    for seed in range(15):
+    for seed in range(8):
         case = hidden(effect, size, seed=seed, gust=air.gust)
         columns = []
         for planned, one in zip(PAIR, unit, strict=True):
@@ -325,8 +325,8 @@ def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> Non
             columns.append(np.concatenate([one * size / small, residual[:, :, None]], axis=2))
         products = shows(baseline, columns, air)
         found.append(float(products[0, 1] / products[0, 0]) * 10.0)
-    assert np.mean(found) == pytest.approx(10.0, abs=0.9)
-    assert np.std(found) == pytest.approx(1.0, abs=0.5)
+    assert np.mean(found) == pytest.approx(10.0, abs=1.1)
+    assert np.std(found) == pytest.approx(1.0, abs=0.7)
 
 
 def noisy_residual(case: Case, planned: Planned) -> FloatArray:

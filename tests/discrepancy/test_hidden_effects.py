@@ -98,12 +98,11 @@ def test_wrong_values_are_no_effect() -> None:
     [
         one("aero.Cm.alpha2", -2.0),
         one("propulsion.Cm.throttle", 0.02, baseline="given"),
-        one("sensor.beta.delay", 0.05),
     ],
     ids=lambda case: case.kind,
 )
 def test_a_hidden_effect_is_named_sized_and_closes_the_gap(case: Case) -> None:
-    """In aerodynamics, propulsion and an instrument: first, alone, within 10 % of its size."""
+    """In aerodynamics and propulsion: first, alone, within 10 % of its size."""
     flown, found = answered(case)
     assert found.verdict == "effects-found"
     (effect,) = found.effects
