@@ -29,9 +29,8 @@ def free_of(model: Model, fitted: bool) -> tuple[str, ...]:
     return tuple(name for name in names if name.endswith("_0") or name in model.derivatives)
 
 
-def start_model(records: Sequence[Record]) -> Model:
+def start_model() -> Model:
     """Return the linear build-up with values from which the fit finds its way."""
-    del records
     shipped = load_model("b777")
     return Model(name="linear build-up", derivatives=shipped.derivatives)
 
@@ -52,7 +51,7 @@ def settle(fit: Fit, passes: int, tick: Tick, doing: str, *, fresh: bool = False
 
 def baseline_fit(records: Sequence[Record], model: Model | None, tick: Tick) -> Fit:
     """Return the baseline fitted to maneuvers."""
-    start = start_model(records) if model is None else model
+    start = start_model() if model is None else model
     fit = Fit.begin(records, start, free_of(start, model is None))
     settle(fit, 2, tick, "fitting the current model", fresh=True)
     choose_colors(fit, _ROUNDS)

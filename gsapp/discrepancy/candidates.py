@@ -17,6 +17,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.catalog import EffectRecord
 from gsapp.discrepancy.filtering.columns import Column, Entry
 from gsapp.discrepancy.filtering.linearizing import Linearization
+from gsapp.dynamics.flight_model import INPUTS
 from gsapp.dynamics.signals import (
     SURFACES,
     Backlash,
@@ -173,7 +174,7 @@ def _control_maker(term: Term) -> Maker | None:
         return None
 
     def make(found: Linearization) -> Column | None:
-        signal = found.inputs[("de", "da", "dr", "flap").index(channel)]
+        signal = found.inputs[INPUTS.index(channel)]
         dt = found.record.dt
         if isinstance(term, Lag | Delay):
             change = -np.gradient(signal, dt)
@@ -197,7 +198,7 @@ def _start(term: Term) -> Callable[[Sequence[Linearization]], float] | None:
     channel = SURFACES[term.target.partition(".")[2]]
 
     def start(found: Sequence[Linearization]) -> float:
-        row = ("de", "da", "dr", "flap").index(channel)
+        row = INPUTS.index(channel)
         return max(finite_size(term, one.inputs[row], one.record.dt) for one in found)
 
     return start
@@ -224,7 +225,7 @@ def _sensor_maker(term: Term) -> Maker | None:
         for channel in channels:
             if channel in ("de", "da", "dr", "flap"):
                 if isinstance(term, Lag | Delay):
-                    signal = found.inputs[("de", "da", "dr", "flap").index(channel)]
+                    signal = found.inputs[INPUTS.index(channel)]
                     # What was recorded late came earlier.
                     change = np.gradient(signal, found.record.dt)
                     entries.append(Entry(place=channel, history=change))

@@ -13,7 +13,7 @@ from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import COEFFICIENTS
-from gsapp.identification.coefficients import Coefficients, reconstruct
+from gsapp.identification.coefficients import Coefficients, bare_flight_model, reconstruct
 from gsapp.quantities import FloatArray
 
 _OPPOSITE = {"CX": "CA", "CZ": "CN"}
@@ -44,7 +44,7 @@ def missing_part(
     """Return measured minus modeled coefficients under each model, smoothed alike."""
     found = reconstruct(record.maneuver, motion=record.motion, cutoff=_CUTOFF)
     aircraft = record.maneuver.aircraft
-    bare = FlightModel(aircraft, Model())
+    bare = bare_flight_model(aircraft)
     histories = []
     for model in models:
         given = _modeled(FlightModel(aircraft, model), bare, record)

@@ -59,15 +59,8 @@ def candidate_columns(competitors: Sequence[Competitor], found: Linearization) -
 def screen(fit: Fit, competitors: Sequence[Competitor]) -> Screening:
     """Return what single candidates would gain; the fit must have made a pass."""
     names = tuple(one.id for one in competitors)
-    total: Information | None = None
-    for one in fit.maneuvers:
-        found = fit.information_of(
-            one, (names, lambda linearization: candidate_columns(competitors, linearization))
-        )
-        total = found if total is None else total + found
-    if total is None:
-        raise ValueError("no maneuver to screen")
-    whole = total.with_priors(fit.priors())
+    columns = (names, lambda linearization: candidate_columns(competitors, linearization))
+    whole = fit.information(columns).with_priors(fit.priors())
     left = whole.projected((*fit.free, *fit.bias_names()))
     order = left.places(names)
     gain, size, std = (one[order] for one in left.gains(whole))

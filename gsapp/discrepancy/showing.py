@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.discrepancy.filtering.fitting import Fit
-from gsapp.discrepancy.filtering.information import Information
 from gsapp.discrepancy.filtering.linearizing import shown_along
 from gsapp.discrepancy.filtering.noise import NoiseModel, variance_of_sample
 from gsapp.discrepancy.filtering.passing import ManeuverState
@@ -61,7 +60,7 @@ class HeldOut:
             )
         own = [one for one in records if one.id in self.ids]
         self._kept = [_follow(own, fit, noise) for fit in fits]
-        self._information = [one.pass_() if own else None for one in self._kept]
+        self._information = [one.pass_() for one in self._kept]
         still = {
             flight: replace(one, gusts=(_STILL,) * 3, moments=_STILL)
             for flight, one in noise.items()
@@ -75,12 +74,19 @@ class HeldOut:
             for place, record in enumerate(records)
         )
         self.noise = noise
+        self._floors: dict[tuple[str, str], float] = {}
 
     def floor(self, record: Record, name: str) -> float:
         """Return the noise of a channel, standard deviation of a sample.
 
         Tones that mean out over the filter's blocks (the engines shake the gyros) are in it.
         """
+        key = record.id, name
+        if key not in self._floors:
+            self._floors[key] = self._floor(record, name)
+        return self._floors[key]
+
+    def _floor(self, record: Record, name: str) -> float:
         noise = self.noise.get(record.flight, next(iter(self.noise.values())))
         correlation = noise.correlations.get(name, 0.0)
         single = variance_of_sample(record, name, correlation)
@@ -90,14 +96,12 @@ class HeldOut:
     # --- in innovations -------------------------------------------------------------------------
 
     def _squares(self, number: int) -> float:
-        information = self._information[number]
-        return 0.0 if information is None else float(information.matrix[-1, -1])
+        return float(self._information[number].matrix[-1, -1])
 
     @property
     def samples(self) -> float:
         """Return the number of innovations of the maneuvers kept out."""
-        information = self._information[-1]
-        return 0.0 if information is None else information.samples
+        return self._information[-1].samples
 
     def squares_above_floor(self, number: int) -> float:
         """Return the sum of squares above what noise alone gives; clearly so, or 0."""
@@ -106,11 +110,10 @@ class HeldOut:
 
     def misfits(self) -> list[float]:
         """Return the mean square of the whitened innovations under each model; 1 at the floor."""
-        found = []
-        for number, information in enumerate(self._information):
-            samples = 1.0 if information is None else max(information.samples, 1.0)
-            found.append(float(np.sqrt(self._squares(number) / samples)))
-        return found
+        return [
+            float(np.sqrt(self._squares(number) / max(information.samples, 1.0)))
+            for number, information in enumerate(self._information)
+        ]
 
     def gain(self, before: int, after: int) -> float:
         """Return the gain in log-likelihood from one model to another."""
@@ -123,14 +126,9 @@ class HeldOut:
         fit, kept = self.fits[number], self._kept[number]
         chosen = [screening.competitors[place] for place in places]
         names = tuple(one.id for one in chosen)
-        total: Information | None = None
-        for one in kept.maneuvers:
-            found = kept.information_of(
-                one, (names, lambda linearization: candidate_columns(chosen, linearization))
-            )
-            total = found if total is None else total + found
-        if total is None:
-            return tuple(0.0 for _ in names)
+        total = kept.information(
+            (names, lambda linearization: candidate_columns(chosen, linearization))
+        )
         shared = (*fit.free, *fit.bias_names())
         gains = []
         for name in names:
@@ -196,19 +194,14 @@ def _computed(fit: Fit, one: ManeuverState) -> FloatArray:
     return computed + fit.bias_of(one.record)
 
 
-def gap_of(held: HeldOut, shown: Sequence[ManeuverView], effects: int) -> Gap:
+def gap_of(held: HeldOut, effects: int) -> Gap:
     """Return the gap before and after on the maneuvers kept out."""
-    del shown
     last = len(held.fits) - 1
-    channels = {}
-    before_square = after_square = 0.0
-    for name in held.channels:
-        before, after = held.residuals(0, name), held.residuals(last, name)
-        if not before.size:
-            continue
-        before_square += float(np.sum(before**2 - 1.0))
-        after_square += float(np.sum(after**2 - 1.0))
-        channels[name] = _channel_gap(held, name, last)
+    channels = {
+        name: _channel_gap(held, name, last)
+        for name in held.channels
+        if held.residuals(0, name).size
+    }
     closed, std = _closed(held, last) if effects else (None, None)
     return Gap(channels=channels, closed=closed, closed_std=std, on=held.ids)
 
@@ -251,8 +244,7 @@ def _closed(held: HeldOut, last: int) -> tuple[float | None, float | None]:
     above the floor. Chance moves the sum of squares of n innovations by the root of 2 n; what is
     common to both models cancels.
     """
-    floor_samples = held.samples
-    if not floor_samples:
+    if not held.samples:
         return None, None
     taken = 2.0 * held.gain(0, last)
     if taken <= 0.0:

@@ -390,7 +390,7 @@ class _Search:
             values=values,
             alternatives=alternatives,
             disturbance=disturbance,
-            gap=gap_of(held, shown, len(effects)),
+            gap=gap_of(held, len(effects)),
             maneuvers=shown,
             coefficients=COEFFICIENTS,
             channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),

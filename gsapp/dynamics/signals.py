@@ -311,13 +311,10 @@ class Lag(SignalTerm):
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
         """Return the exact response to straight lines between the samples."""
         tau = parameters[0]
-        decay, old, new = _lag_weights(tau, dt)
+        decay, _, _ = _lag_weights(tau, dt)
 
         def run(history: FloatArray) -> FloatArray:
-            # Started at rest: the first output is the first input.
-            start = (1.0 - new) * history[:1]
-            out, _ = lfilter([new, old], [1.0, -decay], history, axis=0, zi=start)
-            return np.asarray(out)
+            return lagged(history, tau, dt)
 
         values = run(signal)
         if tau <= 0.0:
@@ -574,6 +571,17 @@ class Backlash(SignalTerm):
 
 def _at_least(time: Value) -> Value:
     return choose(time > SHORTEST, time, SHORTEST)
+
+
+def lagged(signal: FloatArray, tau: float, dt: float) -> FloatArray:
+    """Return a signal, shape (n, ...), after a first-order lag that was at rest before.
+
+    Exact for straight lines between the samples.
+    """
+    decay, old, new = _lag_weights(tau, dt)
+    start = (1.0 - new) * signal[:1]
+    out, _ = lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)
+    return np.asarray(out)
 
 
 def _lag_weights(tau: float, dt: float) -> tuple[float, float, float]:

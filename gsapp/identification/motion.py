@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import lfilter
 
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.equations import POLAR_STATES, quaternion_from_euler
 from gsapp.dynamics.flight_model import INPUTS
 from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
+from gsapp.dynamics.signals import lagged
 from gsapp.foundation import FlightError
 from gsapp.identification.air import air_density, airspeed
 from gsapp.identification.maneuver import Maneuver
@@ -283,13 +283,7 @@ class _Completion:
         """Return what the engines make of a lever: first order, settled at the start."""
         if lag <= 0.0 or not np.ptp(lever):
             return lever
-        # Exact for levers that move in straight lines between samples.
-        ratio = self.maneuver.dt / lag
-        decay = float(np.exp(-ratio))
-        mean = (1.0 - decay) / ratio
-        new, old = 1.0 - mean, mean - decay
-        followed, _ = lfilter([new, old], [1.0, -decay], lever, zi=[(1.0 - new) * lever[0]])
-        return np.asarray(followed)
+        return lagged(lever, lag, self.maneuver.dt)
 
 
 def turned_attitude(

@@ -258,16 +258,18 @@ class Fit:
         for one in self.maneuvers:
             one.filter = one.filtered.with_noise(self.noise[one.record.flight])
 
-    def information(self) -> Information:
-        """Return the information of all maneuvers, as last filtered."""
-        total: Information | None = None
+    def information(self, extra: tuple[tuple[str, ...], ColumnsOf] | None = None) -> Information:
+        """Return the information of all maneuvers, as last filtered.
+
+        Parameters
+        ----------
+        extra : tuple of names and function, optional
+            Columns of candidates. Without them what was seen stays, for `step`.
+        """
+        names = (*self.free, *(() if extra is None else extra[0]))
+        total = Information(names=names, matrix=np.zeros((len(names) + 1,) * 2), samples=0.0)
         for one in self.maneuvers:
-            found = self.information_of(one, keep=True)
-            total = found if total is None else total + found
-        if total is None:
-            return Information(
-                names=self.free, matrix=np.zeros((len(self.free) + 1,) * 2), samples=0.0
-            )
+            total = total + self.information_of(one, extra, keep=extra is None)
         return total
 
     def pass_(self) -> Information:

@@ -44,8 +44,7 @@ def choose_colors(fit: Fit, rounds: int) -> None:
 
     What looks like it may be turbulence. So both are tuned, and the more likely one stays.
     """
-    colored = dict(fit.noise)
-    if not any(one.correlations for one in colored.values()):
+    if not any(one.correlations for one in fit.noise.values()):
         return
     tune(fit, rounds)
     colored, with_colors = dict(fit.noise), _cost_each(fit)
@@ -59,7 +58,7 @@ def choose_colors(fit: Fit, rounds: int) -> None:
 
 def _cost_each(fit: Fit) -> float:
     """Return minus two log likelihoods per block: colored noise leaves one block less."""
-    blocks = sum(len(one.filter.compared) for one in fit.maneuvers if one.filter is not None)
+    blocks = sum(len(one.filtered.compared) for one in fit.maneuvers)
     return fit.cost() / max(blocks, 1)
 
 

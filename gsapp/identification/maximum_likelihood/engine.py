@@ -146,7 +146,7 @@ class Engine:
 
     # --- one step -------------------------------------------------------------------------------
 
-    def step(self, drives: Drives, x: FloatArray, h: float, values: FloatArray) -> FloatArray:
+    def _step(self, drives: Drives, x: FloatArray, h: float, values: FloatArray) -> FloatArray:
         """Return F_k(x_k) for x of shape (n_states, n - 1)."""
         rates = self.kernel.rates
         k1 = rates(drives.before, x, values)
@@ -250,7 +250,7 @@ class Engine:
             if near is None:
                 stepped, Phi = self._step_slopes(drives, x[:, :-1], h, values)
             else:
-                stepped, Phi = self.step(drives, x[:, :-1], h, values), near
+                stepped, Phi = self._step(drives, x[:, :-1], h, values), near
             gap = np.empty((1, x.shape[1], x.shape[0]))
             gap[0, 0] = start - x[:, 0]
             gap[0, 1:] = (stepped - x[:, 1:]).T
@@ -275,7 +275,7 @@ class Engine:
                 samples=drives.samples.part(slice(k, k + 2)),
                 halfway=drives.halfway.part(slice(k, k + 1)),
             )
-            x[:, k + 1 : k + 2] = self.step(one, x[:, k : k + 1], h, values)
+            x[:, k + 1 : k + 2] = self._step(one, x[:, k : k + 1], h, values)
             if not np.abs(x[:, k + 1]).max() < _BEYOND:
                 return None
         return x
