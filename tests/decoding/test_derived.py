@@ -82,9 +82,7 @@ def test_a_slow_sample_counts_from_when_it_was_there() -> None:
     np.testing.assert_array_equal(slow.at(at), [np.nan, 5.0, 10.0, 10.0, 20.0, np.nan])
 
 
-def test_inputs_from_two_messages_meet_row_by_row(cases: SimpleNamespace, tmp_path: Path) -> None:
-    """Elevators from two messages: the mean stands where both are, whichever came first."""
-    text = """
+TWO_ELEVATORS = """
 name = "t"
 [[channels]]
 id = "elevator_left"
@@ -95,7 +93,11 @@ id = "elevator_right"
 source = "DEBUG_VECT[right].x"
 unit = "deg"
 """
-    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
+
+
+def test_inputs_from_two_messages_meet_row_by_row(cases: SimpleNamespace, tmp_path: Path) -> None:
+    """Elevators from two messages: the mean stands where both are, whichever came first."""
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, TWO_ELEVATORS)))
     send = cases.Sender()
     records = []
     for k in range(100):
@@ -131,19 +133,6 @@ def test_a_slow_message_never_holds_back_a_quick_one(cases: SimpleNamespace) -> 
     rho = float(air_data.standard_density(np.array([95_000.0]))[0])
     assert found["V"][1][-1] == pytest.approx(20.0 * np.sqrt(1.225 / rho))
     assert decoder.sources["V"].timing == "arrival"
-
-
-TWO_ELEVATORS = """
-name = "t"
-[[channels]]
-id = "elevator_left"
-source = "DEBUG_VECT[left].x"
-unit = "deg"
-[[channels]]
-id = "elevator_right"
-source = "DEBUG_VECT[right].x"
-unit = "deg"
-"""
 
 
 def test_an_input_that_never_comes_costs_no_memory(cases: SimpleNamespace, tmp_path: Path) -> None:
