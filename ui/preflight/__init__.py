@@ -1,0 +1,1 @@
+"""The place Preflight: card, calibration, instruments, checklist, test cards."""
