@@ -1,0 +1,325 @@
+"""The aircraft with one surface moving live: the whole of it, and that surface close up."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ui.look import Look, mixed
+from ui.preflight.outlines import OUTLINES, Outline, Part, Points, View
+from ui.words import number_text
+
+Kind = Literal["surface", "vane"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceFigure:
+    """What is drawn.
+
+    Attributes
+    ----------
+    channel : str
+        The surface or vane.
+    title : str
+        Its name.
+    view : {"side", "above"}
+        From where its turning is seen close up.
+    kind : {"surface", "vane"}
+        A surface behind a fixed part, or a vane on a pivot.
+    sense : {-1, 1}
+        1 where a positive angle turns the trailing edge down (from the side) or to the left
+        (from above).
+    ticks : tuple of float
+        Angles on the protractor, deg, ascending.
+    angle : float or None
+        As measured now, deg; None where it is not known.
+    target : float or None
+        To be set, deg.
+    """
+
+    channel: str
+    title: str
+    view: View
+    kind: Kind
+    sense: int
+    ticks: tuple[float, ...]
+    angle: float | None = None
+    target: float | None = None
+
+    @property
+    def sides(self) -> tuple[str, str]:
+        """Return where the trailing edge is at the lowest and at the highest angle, in words."""
+        first, second = ("up", "down") if self.view == "side" else ("right", "left")
+        return (first, second) if self.sense > 0 else (second, first)
+
+    @property
+    def words(self) -> str:
+        """Return the picture in a sentence, for those who hear it."""
+        if self.angle is None:
+            return f"{self.title}: its angle is not known yet"
+        return f"{self.title}: trailing edge {self.leaning}"
+
+    @property
+    def leaning(self) -> str:
+        """Return where the trailing edge is now."""
+        if self.angle is None:
+            return "not known"
+        if abs(self.angle) < 1.0:
+            return "neutral"
+        return self.sides[1] if self.angle > 0 else self.sides[0]
+
+
+class AirplanePicture(QWidget):
+    """Draws a figure; simple, large, the trailing edge named.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.figure: SurfaceFigure | None = None
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        self.setMinimumHeight(self._look.px(150))
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return what it would like."""
+        return QSize(self._look.px(480), self._look.px(220))
+
+    def show_figure(self, figure: SurfaceFigure | None) -> None:
+        """Draw another figure."""
+        if figure == self.figure:
+            return
+        self.figure = figure
+        self.setAccessibleName("The aircraft" if figure is None else figure.words)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the whole aircraft and the surface close up."""
+        figure = self.figure
+        if figure is None:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        gap = self._look.px(8)
+        box = QRectF(self.rect()).adjusted(gap, gap, -gap, -gap)
+        left = box.left()
+        for view, share in self._wholes(figure, box):
+            whole = QRectF(left, box.top(), box.width() * share, box.height())
+            self._paint_whole(painter, whole, OUTLINES[view], figure)
+            left = whole.right() + gap
+        close = QRectF(left, box.top(), box.right() - left, box.height())
+        Closeup(self._look, figure).paint(painter, close)
+        painter.end()
+
+    @staticmethod
+    def _wholes(figure: SurfaceFigure, box: QRectF) -> list[tuple[View, float]]:
+        """Return the views of the whole aircraft with their shares of the width.
+
+        From above one sees whether it is the left or the right one, from the side how it moves.
+        """
+        tall = box.height() / max(box.width(), 1.0)
+        above = min(0.34, 0.95 * tall)
+        views: list[tuple[View, float]] = [("above", above)]
+        if figure.view == "side":
+            views.append(("side", 0.92 * (0.56 - above)))
+        return [(view, share) for view, share in views if figure.channel in OUTLINES[view].parts]
+
+    def _paint_whole(
+        self, painter: QPainter, box: QRectF, outline: Outline, figure: SurfaceFigure
+    ) -> None:
+        look = self._look
+        scale = min(box.width() / outline.size[0], box.height() / outline.size[1])
+        painter.save()
+        painter.translate(
+            box.left() + 0.5 * (box.width() - scale * outline.size[0]),
+            box.top() + 0.5 * (box.height() - scale * outline.size[1]),
+        )
+        painter.scale(scale, scale)
+        pen = QPen(look.color("muted"), look.px(1.5))
+        pen.setCosmetic(True)
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.setPen(pen)
+        painter.setBrush(body_color(look))
+        for shape in outline.shapes:
+            painter.drawPolygon(polygon(shape))
+        part = outline.parts.get(figure.channel)
+        if part is not None:
+            self._paint_part(painter, part, figure, outline)
+        painter.restore()
+
+    def _paint_part(
+        self, painter: QPainter, part: Part, figure: SurfaceFigure, outline: Outline
+    ) -> None:
+        look = self._look
+        pen = QPen(look.color("text"), look.px(1.5))
+        pen.setCosmetic(True)
+        painter.setPen(pen)
+        painter.setBrush(look.color("text"))
+        painter.save()
+        if part.turns:
+            painter.translate(*part.hinge)
+            painter.rotate(figure.sense * (figure.angle or 0.0))
+            painter.translate(-part.hinge[0], -part.hinge[1])
+        painter.drawPolygon(polygon(part.outline))
+        painter.restore()
+        ring = QPen(look.color("text"), look.px(2))
+        ring.setCosmetic(True)
+        painter.setPen(ring)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        middle = polygon(part.outline).boundingRect().center()
+        painter.drawEllipse(middle, *[0.1 * outline.size[0]] * 2)
+
+
+class Closeup:
+    """One surface in section with a protractor around its hinge.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    figure : SurfaceFigure
+        What is drawn.
+    """
+
+    def __init__(self, look: Look, figure: SurfaceFigure) -> None:
+        self._look = look
+        self._figure = figure
+        # Where the trailing edge points in neutral: aft, that is to the right or down.
+        self._aft = 0.0 if figure.view == "side" else 90.0
+
+    def paint(self, painter: QPainter, box: QRectF) -> None:
+        """Draw it into a box."""
+        look, figure = self._look, self._figure
+        widest = max([25.0, *(abs(tick) for tick in figure.ticks)]) + 6.0
+        letters = look.px(52)
+        # The chord lies along the box: a fixed part, the hinge, the moving part, the angles.
+        along = box.width() if figure.view == "side" else box.height()
+        across = box.height() if figure.view == "side" else box.width()
+        fixed = 0.3 if figure.kind == "surface" else 0.08
+        reach = min(
+            (along - letters) / (1.0 + fixed),
+            (0.5 * across - look.px(14)) / math.sin(math.radians(min(widest, 90.0))),
+        )
+        reach = max(reach, look.px(40))
+        start = 0.5 * (along - (1.0 + fixed) * reach - letters) + fixed * reach
+        if figure.view == "side":
+            hinge = QPointF(box.left() + start, box.center().y())
+        else:
+            hinge = QPointF(box.center().x(), box.top() + start)
+        self._paint_scale(painter, hinge, reach, widest)
+        self._paint_fixed(painter, hinge, reach)
+        if figure.target is not None:
+            self._paint_target(painter, hinge, reach)
+        self._paint_moving(painter, hinge, reach)
+
+    def _turned(self, angle: float) -> float:
+        """Return the direction on screen, deg clockwise from the right, of the trailing edge."""
+        # Down is clockwise where the edge points right; left is clockwise where it points down.
+        return self._aft + self._figure.sense * angle
+
+    def _at(self, hinge: QPointF, angle: float, distance: float) -> QPointF:
+        turned = math.radians(self._turned(angle))
+        return hinge + QPointF(distance * math.cos(turned), distance * math.sin(turned))
+
+    def _paint_scale(self, painter: QPainter, hinge: QPointF, reach: float, widest: float) -> None:
+        look, figure = self._look, self._figure
+        painter.setPen(QPen(look.color("axis"), look.px(1.5)))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        square = QRectF(hinge.x() - reach, hinge.y() - reach, 2 * reach, 2 * reach)
+        # Qt counts sixteenths of a degree, anticlockwise.
+        start = -self._turned(figure.sense * widest) * 16
+        painter.drawArc(square, round(start), round(2 * widest * 16))
+        painter.setFont(look.font("label"))
+        for tick in figure.ticks:
+            wanted = figure.target is not None and abs(tick - figure.target) < 1e-9
+            color = look.color("target" if wanted else "muted")
+            painter.setPen(QPen(color, look.px(2.5 if wanted else 1.5)))
+            painter.drawLine(self._at(hinge, tick, reach), self._at(hinge, tick, 1.05 * reach))
+            middle = self._at(hinge, tick, 1.05 * reach + look.px(19))
+            words = QRectF(middle.x() - look.px(24), middle.y() - look.px(9), look.px(48),
+                           look.px(18))  # fmt: skip
+            painter.drawText(words, Qt.AlignmentFlag.AlignCenter, f"{number_text(tick, 0)}°")
+        self._paint_sides(painter, hinge, reach, widest)
+
+    def _paint_sides(self, painter: QPainter, hinge: QPointF, reach: float, widest: float) -> None:
+        look = self._look
+        painter.setFont(look.font("label", strong=True))
+        painter.setPen(look.color("text"))
+        for words, angle in zip(self._figure.sides, (-widest, widest), strict=True):
+            end = self._at(hinge, angle, 0.8 * reach)
+            left = end.x() - look.px(60)
+            if self._figure.view == "side":
+                # Inside the arc, which leans over the words.
+                left = min(left, self._at(hinge, angle, reach).x() - look.px(114))
+            box = QRectF(left, end.y() - look.px(18), look.px(120), look.px(36))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, f"trailing edge\n{words}")
+
+    def _paint_fixed(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
+        look, figure = self._look, self._figure
+        painter.save()
+        painter.translate(hinge)
+        painter.rotate(self._aft)
+        painter.setPen(QPen(look.color("muted"), look.px(1.5)))
+        painter.setBrush(body_color(look))
+        half = 0.09 * reach
+        if figure.kind == "surface":
+            painter.drawPolygon(
+                polygon(((-0.3 * reach, -1.25 * half), (0.0, -half), (0.0, half),
+                         (-0.3 * reach, 1.25 * half)))
+            )  # fmt: skip
+        else:
+            painter.drawEllipse(QPointF(0.0, 0.0), 0.08 * reach, 0.08 * reach)
+        painter.restore()
+
+    def _paint_target(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
+        pen = QPen(self._look.color("target"), self._look.px(2.5))
+        pen.setDashPattern([4.0, 2.5])
+        painter.setPen(pen)
+        target = self._figure.target or 0.0
+        painter.drawLine(self._at(hinge, target, 0.1 * reach), self._at(hinge, target, reach))
+
+    def _paint_moving(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
+        look, figure = self._look, self._figure
+        known = figure.angle is not None
+        painter.save()
+        painter.translate(hinge)
+        painter.rotate(self._turned(figure.angle or 0.0))
+        half = 0.09 * reach if figure.kind == "surface" else 0.045 * reach
+        long = 0.9 * reach
+        shape = polygon(((0.0, -half), (long, -0.006 * reach), (long, 0.006 * reach), (0.0, half)))
+        if known:
+            painter.setPen(QPen(look.color("text"), look.px(1.5)))
+            painter.setBrush(look.color("text"))
+        else:
+            # Not known is not drawn as if it were.
+            painter.setPen(QPen(look.color("muted"), look.px(1.5), Qt.PenStyle.DashLine))
+            painter.setBrush(Qt.BrushStyle.BDiagPattern)
+        painter.drawPolygon(shape)
+        painter.setBrush(look.color("background"))
+        painter.setPen(QPen(look.color("text"), look.px(1.5)))
+        painter.drawEllipse(QPointF(0.0, 0.0), *[max(0.035 * reach, look.px(3))] * 2)
+        painter.restore()
+
+
+def polygon(points: Points) -> QPolygonF:
+    """Return points as Qt takes them."""
+    return QPolygonF([QPointF(x, y) for x, y in points])
+
+
+def body_color(look: Look) -> QColor:
+    """Return the fill of what does not move."""
+    return mixed(look.theme.plot, look.theme.text, 0.14)

@@ -1,0 +1,138 @@
+"""Outlines of the model airliner from the side and from above. Plain numbers, no Qt.
+
+Units are arbitrary: from the side x runs aft and y down, nose to the left; from above x runs to
+the right wing and y aft, nose up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+View = Literal["side", "above"]
+Points = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """What moves, as seen in one view.
+
+    Attributes
+    ----------
+    outline : tuple of (float, float)
+        Closed.
+    hinge : tuple of float
+        Where it turns, and where its ring is drawn.
+    turns : bool
+        Whether its turning can be seen in this view.
+    """
+
+    outline: Points
+    hinge: tuple[float, float]
+    turns: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outline:
+    """The aircraft in one view.
+
+    Attributes
+    ----------
+    size : tuple of float
+        Width and height of the box around it.
+    shapes : tuple
+        Closed outlines of what does not move, painted in this order.
+    parts : mapping of str to Part
+        What moves, by channel.
+    """
+
+    size: tuple[float, float]
+    shapes: tuple[Points, ...]
+    parts: Mapping[str, Part]
+
+
+def _mirrored(points: Points, about: float) -> Points:
+    return tuple((2 * about - x, y) for x, y in points)
+
+
+_ELEVATOR: Points = ((96, 18.2), (96, 20.6), (104.5, 19.6))
+_AILERON: Points = ((58.5, 27), (58.5, 29.4), (65.5, 28.6))
+_RUDDER: Points = ((96.2, 2.5), (100.6, 3.2), (100.6, 16.6), (94.6, 16.6))
+
+SIDE = Outline(
+    size=(108.0, 40.0),
+    shapes=(
+        # Fuselage.
+        (
+            (7, 22.5), (8, 20.5), (11, 18.4), (16, 16.8), (22, 16.2), (78, 16.2), (92, 17),
+            (100, 18.6), (100, 20), (90, 22.6), (76, 27), (68, 28.4), (20, 28.4), (12, 27.2),
+            (8, 24.8),
+        ),
+        # Fin.
+        ((78, 16.2), (90, 1.6), (96.2, 1.6), (94.6, 16.8)),
+        # Tailplane and wing, as sections.
+        ((84, 19.6), (86, 18.4), (96, 18.2), (96, 20.6), (86, 20.4)),
+        ((38, 28.6), (41, 26.6), (50, 26), (58.5, 27), (58.5, 29.4), (42, 30.2)),
+        # Engine.
+        ((33, 30.6), (35, 29.8), (46, 30.2), (50, 31.6), (50, 34.6), (46, 36.2), (35, 36.6),
+         (33, 35.6)),
+        # Boom of the vanes.
+        ((0.4, 22.2), (7.4, 22.2), (7.4, 23.2), (0.4, 23.2)),
+    ),
+    parts=MappingProxyType(
+        {
+            "elevator_left": Part(outline=_ELEVATOR, hinge=(96, 19.4)),
+            "elevator_right": Part(outline=_ELEVATOR, hinge=(96, 19.4)),
+            "aileron_left": Part(outline=_AILERON, hinge=(58.5, 28.2)),
+            "aileron_right": Part(outline=_AILERON, hinge=(58.5, 28.2)),
+            "rudder": Part(outline=_RUDDER, hinge=(95.4, 9.5), turns=False),
+            "alpha": Part(outline=((2, 21.9), (2, 23.5), (7.6, 23.2), (7.6, 22.2)),
+                          hinge=(2, 22.7)),
+        }
+    ),
+)  # fmt: skip
+"""Nose to the left, seen from its left."""
+
+_WING: Points = ((46, 34), (4, 57), (2.6, 60.5), (4, 62.5), (26, 56.2), (46, 54))
+_TAILPLANE: Points = ((47.4, 82), (33, 91), (32, 93.2), (33, 94.4), (48.6, 92))
+_ENGINE: Points = ((30.4, 37), (34.2, 36.6), (35, 38), (34.6, 46), (30.8, 47), (29.8, 38.4))
+_AILERON_ABOVE: Points = ((4.2, 60.4), (22.4, 54.6), (22.8, 57.2), (4.2, 62.6))
+_ELEVATOR_ABOVE: Points = ((33, 92.4), (47.6, 89.6), (48, 92.6), (33, 95))
+
+ABOVE = Outline(
+    size=(100.0, 106.0),
+    shapes=(
+        _WING,
+        _mirrored(_WING, 50),
+        _TAILPLANE,
+        _mirrored(_TAILPLANE, 50),
+        _ENGINE,
+        _mirrored(_ENGINE, 50),
+        (
+            (50, 7), (52, 8.2), (54, 12), (54.8, 18), (54.8, 70), (53.6, 84), (51.4, 97), (50, 99),
+            (48.6, 97), (46.4, 84), (45.2, 70), (45.2, 18), (46, 12), (48, 8.2),
+        ),
+        ((49.4, 80), (50, 78.6), (50.6, 80), (50.8, 95), (49.2, 95)),
+        ((49.6, 0.6), (50.4, 0.6), (50.4, 7.4), (49.6, 7.4)),
+    ),
+    parts=MappingProxyType(
+        {
+            "elevator_left": Part(outline=_ELEVATOR_ABOVE, hinge=(41, 92), turns=False),
+            "elevator_right": Part(
+                outline=_mirrored(_ELEVATOR_ABOVE, 50), hinge=(59, 92), turns=False
+            ),
+            "aileron_left": Part(outline=_AILERON_ABOVE, hinge=(13, 58.5), turns=False),
+            "aileron_right": Part(
+                outline=_mirrored(_AILERON_ABOVE, 50), hinge=(87, 58.5), turns=False
+            ),
+            "rudder": Part(outline=((49.1, 95), (50.9, 95), (50.2, 104.5), (49.8, 104.5)),
+                           hinge=(50, 95)),
+            "beta": Part(outline=((49.2, 2), (50.8, 2), (50.5, 8.4), (49.5, 8.4)), hinge=(50, 2)),
+        }
+    ),
+)  # fmt: skip
+"""Nose up, seen from above: the left wing is on the left."""
+
+OUTLINES: Mapping[View, Outline] = MappingProxyType({"side": SIDE, "above": ABOVE})
