@@ -7,6 +7,7 @@ sensor that a file leaves out takes the defaults given here.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
@@ -90,6 +91,8 @@ class MassProperties(StrictModel):
         kg m^2; Ixy = Iyz = 0 by symmetry.
     fuel : float
         The part of `mass` that is fuel at take-off, kg.
+    fuel_position : tuple of float
+        Where the fuel's own center of gravity lies, from the CG, m.
     fuel_flow_idle, fuel_flow_full : float
         All engines, kg/s.
     """
@@ -100,6 +103,7 @@ class MassProperties(StrictModel):
     izz: Inertia
     ixz: Inertia = 0.0
     fuel: Mass = 0.0
+    fuel_position: Position = AT_CG
     fuel_flow_idle: MassFlow = 0.0
     fuel_flow_full: MassFlow = 0.0
 
@@ -332,6 +336,8 @@ class Aircraft(StrictModel):
         For titles and reports.
     source : str
         Where the numbers come from.
+    axles : mapping of str to position
+        Centers of the wheels' axles, ``nose``, ``left``, ``right`` or ``main``, for weighing, m.
     """
 
     name: str = "aircraft"
@@ -342,6 +348,7 @@ class Aircraft(StrictModel):
     sensors: Sensors = Field(default_factory=Sensors)
     controls: Controls = Field(default_factory=Controls)
     limits: Limits = Field(default_factory=Limits)
+    axles: Mapping[str, Position] = Field(default_factory=dict)
 
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""

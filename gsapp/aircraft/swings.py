@@ -8,14 +8,20 @@ and carry the scatter of these.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic import field_validator, model_validator
 
+from gsapp.aircraft.measured import (
+    Measured,
+    MeasuredAngle,
+    MeasuredLength,
+    MeasuredMass,
+    MeasuredWeight,
+)
 from gsapp.aircraft.pendulum import (
     BifilarSwing,
     CompoundSwing,
@@ -28,7 +34,6 @@ from gsapp.aircraft.pendulum import (
     small_period,
 )
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.quantities import units
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Angle, Density, Ratio, Time, Volume
 
@@ -37,38 +42,6 @@ STOPWATCH = 0.05
 HIGH = 0.4
 """Rms height of the mass, over the radius of gyration about z, that no aircraft of usual shape
 reaches: wing, tail and fuselage lie nearly in one plane."""
-
-
-class Measured(NamedTuple):
-    """A quantity with its standard deviation, SI."""
-
-    value: float
-    std: float = 0.0
-
-
-def _measured(key: str) -> BeforeValidator:
-    def read(given: Any) -> Measured:
-        if isinstance(given, (list, tuple)):
-            if len(given) != 2:
-                raise ValueError(
-                    'must be a value, or a pair of value and standard deviation; write ["5.00 ft", '
-                    '"0.01 ft"]'
-                )
-            value, std = (units.parse(one, key) for one in given)
-            if std < 0.0:
-                raise ValueError("the standard deviation is negative; write it positive")
-            return Measured(value, std)
-        return Measured(units.parse(given, key))
-
-    parser: Callable[[Any], Measured] = read
-    return BeforeValidator(parser)
-
-
-MeasuredLength = Annotated[Measured, _measured("length")]
-MeasuredWeight = Annotated[Measured, _measured("weight")]
-MeasuredMass = Annotated[Measured, _measured("mass")]
-MeasuredInertia = Annotated[Measured, _measured("inertia")]
-MeasuredAngle = Annotated[Measured, _measured("angle")]
 
 
 class _Timing(StrictModel):

@@ -1,4 +1,4 @@
-"""What ``flight.toml`` holds: the facts about a flight that no instrument writes down."""
+"""The flight card, ``flight.toml``: the facts about a flight that no instrument writes down."""
 
 from __future__ import annotations
 
@@ -10,14 +10,36 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
+from gsapp.aircraft.measured import Measured
+from gsapp.aircraft.weighing import WeighingRecord
+from gsapp.flight.transmitter import Transmitter
 from gsapp.foundation import StrictModel
-from gsapp.quantities.fields import Angle, Frequency, Mass, Pressure, Speed, Temperature, Weight
+from gsapp.quantities.fields import (
+    Angle,
+    Frequency,
+    Mass,
+    Position,
+    Pressure,
+    Speed,
+    Temperature,
+    Weight,
+)
 
 # The unit in which each value with a unit is written; the file may be edited in any other.
 _WRITTEN_UNITS: dict[str, str] = {
     "takeoff_weight": "N",
     "landing_weight": "N",
     "fuel": "kg",
+    "fuel_end": "kg",
+    "mass": "kg",
+    "position": "m",
+    "flap": "rad",
+    "loads": "N",
+    "axles": "m",
+    "scale_error": "N",
+    "axle_error": "m",
+    "pitch": "rad",
+    "bank": "rad",
     "grid_rate": "Hz",
     "temperature": "K",
     "pressure": "Pa",
@@ -50,6 +72,24 @@ class Weather(StrictModel):
     remarks: str = ""
 
 
+class LoadingItem(StrictModel):
+    """Something on board that the aircraft file does not count, or that was taken out.
+
+    Attributes
+    ----------
+    what : str
+        In words: ``nose ballast``.
+    mass : float
+        kg; negative for what was taken out.
+    position : tuple of float
+        In the frame of the aircraft file, m.
+    """
+
+    what: str
+    mass: Mass
+    position: Position
+
+
 class FlightInfo(StrictModel):
     """The content of ``flight.toml``. Every value is SI once read; None = not known.
 
@@ -62,15 +102,23 @@ class FlightInfo(StrictModel):
     aircraft : str
         Name of the aircraft file in force.
     takeoff_weight, landing_weight : float or None
-        N. A scale's pounds may be written as ``"64.5 lb"``.
-    fuel : float or None
-        On board at take-off, kg.
+        N, as in table 6.2.3. A scale's pounds may be written as ``"46.5 lb"``.
+    fuel, fuel_end : float or None
+        On board at take-off and after landing, kg.
+    flap : float or None
+        Setting for the maneuvers, rad.
+    weighing : WeighingRecord or None
+        Readings of scales under the wheels, for weight and center of gravity.
+    loading : tuple of LoadingItem
+        What is on board beside, or missing from, what the aircraft file counts.
     weather : Weather
         The air at the field.
+    transmitter : Transmitter
+        Dual rates, mixers, trims.
     crew : mapping of str to str
         Role to name.
     notes, pilot_comments : str
-        In words, as many lines as needed.
+        In words, as many lines as needed; the comments are those of the debrief.
     source : str
         The link, or the file that was imported.
     channel_map : str
@@ -89,7 +137,12 @@ class FlightInfo(StrictModel):
     takeoff_weight: Weight | None = None
     landing_weight: Weight | None = None
     fuel: Mass | None = None
+    fuel_end: Mass | None = None
+    flap: Angle | None = None
+    weighing: WeighingRecord | None = None
+    loading: tuple[LoadingItem, ...] = ()
     weather: Weather = Weather()
+    transmitter: Transmitter = Transmitter()
     crew: Mapping[str, str] = Field(default_factory=dict)
     notes: str = ""
     pilot_comments: str = ""
@@ -117,24 +170,46 @@ class FlightInfo(StrictModel):
         return value
 
     def content(self) -> dict[str, Any]:
-        """Return what a TOML file holds: values with units as text, empty ones left out."""
-        return _written(self.model_dump())
+        """Return what a TOML file holds: values with units as text, what says nothing left out."""
+        return _written(_plain_first(self.model_dump(exclude_defaults=True)))
 
 
-def _written(values: Mapping[str, Any]) -> dict[str, Any]:
+def _plain_first(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values with tables last: what follows a table in TOML belongs to it."""
+    return dict(sorted(values.items(), key=lambda item: _is_table(item[1])))
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Mapping) or (
+        isinstance(value, (list, tuple)) and bool(value) and isinstance(value[0], Mapping)
+    )
+
+
+def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, Any]:
+    """Return a table for TOML; `unit` is that of everything in it where keys are free names."""
     content: dict[str, Any] = {}
     for key, value in values.items():
+        own = unit or _WRITTEN_UNITS.get(key)
         if value is None or value == "":
             continue
         if isinstance(value, Mapping):
-            inner = _written(value)
+            inner = _written(value, own)
             if inner:
                 content[key] = inner
-        elif key in _WRITTEN_UNITS and isinstance(value, float):
-            content[key] = f"{value!r} {_WRITTEN_UNITS[key]}"
+        elif _is_table(value):
+            content[key] = [_written(one) for one in value]
         else:
-            content[key] = value
+            content[key] = _text(value, own)
     return content
+
+
+def _text(value: Any, unit: str | None) -> Any:
+    if isinstance(value, Measured):
+        # A pair says how sure it is; what is not said stays unsaid.
+        return [_text(one, unit) for one in value] if value.std else _text(value.value, unit)
+    if isinstance(value, (list, tuple)):
+        return [_text(one, unit) for one in value]
+    return f"{value!r} {unit}" if unit is not None and isinstance(value, float) else value
 
 
 def current_versions() -> dict[str, str]:

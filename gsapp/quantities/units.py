@@ -67,7 +67,7 @@ QUANTITIES: dict[str, Quantity] = _quantities(
     mass="kg,slug,lb,oz",
     mass_flow="kg/s,slug/s,lb/s,lb/min,oz/min",
     force="N,lbf",
-    weight="N,lbf,lb",
+    weight="N,lbf,lb,kg",
     moment="N*m,lbf*ft",
     inertia="kg*m^2,slug*ft^2,lb*ft^2",
     density="kg/m^3,slug/ft^3",
@@ -102,9 +102,11 @@ _PINT_TEXT = {
     "l": "liter",
 }
 
-# A pound is a mass in `mass` and its weight in `weight`; pint's Hz is one radian per second.
+# A pound or kilogram is a mass in `mass` and what a scale shows for it in `weight`; pint's Hz is
+# one radian per second.
 _PINT_TEXT_OF_QUANTITY = {
     ("weight", "lb"): "lbf",
+    ("weight", "kg"): "kilogram_force",
     ("rotation_speed", "Hz"): "revolution / second",
 }
 
