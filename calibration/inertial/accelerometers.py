@@ -1,0 +1,403 @@
+"""Accelerometers: zero, scale and misalignment from the aircraft laid in six positions.
+
+At rest the three accelerometers read the specific force f, as long as gravity and along the body
+axis that points up. Their volts are
+
+    v = z + K f,    f = R(tilt) e,
+
+with the zeros z, the sensitivities on the diagonal of K, and what each reads of the other axes
+beside it. The aircraft never lies exactly in its position: each position has two small tilts of
+its own, known beforehand only to be small. All of it is found at once by least squares, with the
+readings weighted by their noise and the tilts by how well the aircraft is laid. So zero and scale
+come out clear of tilt to first order, and misalignment as uncertain as the laying makes it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from types import MappingProxyType
+from typing import Literal, get_args
+
+import numpy as np
+
+from calibration.certificate import Certificate
+from calibration.inertial.verdict import FactoryFigures, Verdict, covering, factory_figures
+from calibration.points import CalibrationError, CalibrationPoint
+from calibration.rest import Rest
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+ACCELEROMETERS = ("ax", "ay", "an")
+Position = Literal["z_down", "z_up", "x_up", "x_down", "y_up", "y_down"]
+POSITIONS: tuple[Position, ...] = get_args(Position)
+"""Which body axis points where: upright, on its back, nose up, nose down, right wing up, down."""
+POSITION_WORDS: Mapping[Position, str] = MappingProxyType(
+    {
+        "z_down": "upright and level",
+        "z_up": "on its back, level",
+        "x_up": "nose straight up",
+        "x_down": "nose straight down",
+        "y_up": "right wing straight up",
+        "y_down": "right wing straight down",
+    }
+)
+_FORCE: Mapping[Position, tuple[float, float, float]] = MappingProxyType(
+    {
+        "z_down": (0.0, 0.0, 1.0),
+        "z_up": (0.0, 0.0, -1.0),
+        "x_up": (1.0, 0.0, 0.0),
+        "x_down": (-1.0, 0.0, 0.0),
+        "y_up": (0.0, 1.0, 0.0),
+        "y_down": (0.0, -1.0, 0.0),
+    }
+)
+
+LAYING_ERROR = 2.0
+"""How far the aircraft may lie from its position, about either axis, half width at 95 %, deg."""
+ZERO_TOLERANCE, SCALE_TOLERANCE, ALIGNMENT_TOLERANCE = 0.05, 0.03, 3.0
+"""What the factory's figures may be off: g, relative, and deg."""
+_DEAD_SHARE = 0.2
+_FINEST = 2e-4
+"""V: no mean is known better, for the converter's steps are not all alike."""
+_ROUNDS = 20
+_UNLIKELY = 22.5
+"""Sum of squares that six degrees of freedom exceed once in a thousand times."""
+
+
+def specific_force(position: Position) -> Mapping[str, float]:
+    """Return what the accelerometers should show in a position, in units of local gravity."""
+    return dict(zip(ACCELEROMETERS, _FORCE[position], strict=True))
+
+
+def recognize_position(
+    volts: Mapping[str, float], *, factory: Mapping[str, FactoryFigures] | None = None
+) -> Position | None:
+    """Return the position whose forces the volts are near to by the factory's figures, or None."""
+    figures = factory or factory_figures()
+    force = np.array(
+        [(volts[n] - figures[n].zero) / figures[n].sensitivity for n in ACCELEROMETERS]
+    )
+    if not np.all(np.isfinite(force)):
+        return None
+    distance = {p: float(np.linalg.norm(force - np.array(f))) for p, f in _FORCE.items()}
+    nearest = min(POSITIONS, key=lambda p: distance[p])
+    return nearest if distance[nearest] < 0.35 else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionReading:
+    """The three accelerometers in one position.
+
+    Attributes
+    ----------
+    position : Position
+        How the aircraft lay.
+    rest : Rest
+        Of `ACCELEROMETERS`, found by `calibration.inertial.still_watch`.
+    """
+
+    position: Position
+    rest: Rest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AccelerometerFit:
+    """One accelerometer.
+
+    Attributes
+    ----------
+    channel : str
+        ``ax``, ``ay`` or ``an``.
+    zero, zero_uncertainty : float
+        Volts at zero g, V; half width at 95 %, as are all uncertainties here.
+    sensitivity, sensitivity_uncertainty : float
+        V/g, of standard gravity.
+    cross, cross_uncertainty : mapping of str to float
+        Angle by which it leans toward each other axis, deg.
+    zero_shift : float
+        From the factory's, g.
+    scale_deviation : float
+        From the factory's, relative.
+    verdict : Verdict
+        Against the factory's figures.
+    """
+
+    channel: str
+    zero: float
+    zero_uncertainty: float
+    sensitivity: float
+    sensitivity_uncertainty: float
+    cross: Mapping[str, float]
+    cross_uncertainty: Mapping[str, float]
+    zero_shift: float
+    scale_deviation: float
+    verdict: Verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SixPositions:
+    """What six positions tell.
+
+    Attributes
+    ----------
+    fits : mapping of str to AccelerometerFit
+        By channel.
+    readings : tuple of PositionReading
+        As taken.
+    tilts : tuple of float
+        How far the aircraft lay from each position, as far as it can be told, deg.
+    doubt : str
+        What does not fit together; empty where all does.
+    """
+
+    fits: Mapping[str, AccelerometerFit]
+    readings: tuple[PositionReading, ...]
+    tilts: tuple[float, ...]
+    doubt: str
+
+    def certificate(
+        self, channel: str, *, who: str, stamp: datetime, temperature: float | None = None
+    ) -> Certificate:
+        """Return the certificate of one accelerometer.
+
+        Raises
+        ------
+        CalibrationError
+            If its volts do not tell its acceleration.
+        """
+        fit = self.fits[channel]
+        if not fit.verdict.usable:
+            raise CalibrationError(fit.verdict.sentence)
+        points = tuple(
+            CalibrationPoint(
+                volts=reading.rest.volts[channel], value=specific_force(reading.position)[channel]
+            )
+            for reading in self.readings
+        )
+        residuals = np.array([p.value - (p.volts - fit.zero) / fit.sensitivity for p in points])
+        figures = factory_figures()[channel]
+        leans = ", ".join(
+            f"{fit.cross[other]:+.1f} deg toward {other} (to {fit.cross_uncertainty[other]:.1f})"
+            for other in fit.cross
+        )
+        return Certificate(
+            channel=channel,
+            unit=figures.unit,
+            coefficients=(-fit.zero / fit.sensitivity, 1.0 / fit.sensitivity),
+            range=covering(figures, *(point.volts for point in points)),
+            who=who,
+            stamp=stamp.replace(microsecond=0),
+            points=points,
+            rms_residual=float(np.sqrt(np.mean(residuals**2))),
+            max_residual=float(np.max(np.abs(residuals))),
+            temperature=temperature,
+            instrument="Accelerometer",
+            notes=(
+                f"Six positions. Zero to {1e3 * fit.zero_uncertainty / abs(fit.sensitivity):.1f} "
+                f"mg, scale to {100.0 * fit.sensitivity_uncertainty / abs(fit.sensitivity):.2f} %. "
+                f"Leans {leans}. {fit.verdict.sentence} "
+                "Straight to the ends of the range by the factory's word."
+            ),
+        )
+
+
+def six_positions(
+    readings: Sequence[PositionReading],
+    *,
+    laying_error: float = LAYING_ERROR,
+    gravity: float = GRAVITY,
+    factory: Mapping[str, FactoryFigures] | None = None,
+) -> SixPositions:
+    """Find zero, scale and misalignment of three accelerometers.
+
+    Parameters
+    ----------
+    readings : sequence of PositionReading
+        Each of `POSITIONS` at least once; a position may be read again to gain certainty.
+    laying_error : float
+        How far the aircraft may lie from a position, about either axis, half width at 95 %, deg.
+    gravity : float
+        At the field, m/s^2; between 9.78 at the equator and 9.83 at the poles.
+    factory : mapping of str to FactoryFigures, optional
+        Table 3.5.3 by default.
+
+    Raises
+    ------
+    CalibrationError
+        If a position is missing, or gives no number.
+    """
+    missing = [p for p in POSITIONS if all(reading.position != p for reading in readings)]
+    if missing:
+        raise CalibrationError(
+            f"the position '{POSITION_WORDS[missing[0]]}' is missing; lay the aircraft so"
+        )
+    volts = np.array([[r.rest.volts[name] for name in ACCELEROMETERS] for r in readings])
+    if not np.all(np.isfinite(volts)):
+        raise CalibrationError("an accelerometer gave no volts; check that all three are recorded")
+    spread = np.array([[r.rest.uncertainty[name] for name in ACCELEROMETERS] for r in readings])
+    problem = _Problem(
+        force=np.array([_FORCE[r.position] for r in readings]) * gravity / GRAVITY,
+        volts=volts,
+        noise=np.hypot(0.5 * spread, _FINEST),
+        tilt=0.5 * laying_error * DEGREE,
+    )
+    solution = problem.solve()
+    figures = factory or factory_figures()
+    fits = {name: _fit_of(index, solution, figures) for index, name in enumerate(ACCELEROMETERS)}
+    tilts = np.hypot(solution.tilts[:, 0], solution.tilts[:, 1]) / DEGREE
+    doubt = ""
+    if solution.misfit > _UNLIKELY:
+        worst = readings[int(np.argmax(tilts))].position
+        doubt = (
+            f"The six positions do not fit together; '{POSITION_WORDS[worst]}' is off by "
+            f"{np.max(tilts):.1f} deg, so lay the aircraft so once more."
+        )
+    return SixPositions(
+        fits=fits, readings=tuple(readings), tilts=tuple(tilts.tolist()), doubt=doubt
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Solution:
+    """Zeros (3,) and matrix (3, 3) with standard deviations; tilts (n, 2) rad; the misfit."""
+
+    zero: FloatArray
+    zero_std: FloatArray
+    matrix: FloatArray
+    matrix_std: FloatArray
+    tilts: FloatArray
+    misfit: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Problem:
+    """Forces (n, 3) in g as laid, volts (n, 3) with their noise (n, 3), and that of tilt, rad."""
+
+    force: FloatArray
+    volts: FloatArray
+    noise: FloatArray
+    tilt: float
+
+    def solve(self) -> _Solution:
+        """Solve by Gauss-Newton; the unknowns are z (3), K (9, by rows), and two tilts each."""
+        n = len(self.force)
+        level = np.column_stack([np.ones(n), self.force])
+        start = np.linalg.lstsq(level, self.volts, rcond=None)[0]
+        x = np.concatenate([start[0], start[1:].T.ravel(), np.zeros(2 * n)])
+        for _ in range(_ROUNDS):
+            residual, jacobian = self._linearized(x)
+            step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
+            x = x + step
+            if np.max(np.abs(step)) < 1e-12:
+                break
+        residual, jacobian = self._linearized(x)
+        std = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+        return _Solution(
+            zero=x[:3],
+            zero_std=std[:3],
+            matrix=x[3:12].reshape(3, 3),
+            matrix_std=std[3:12].reshape(3, 3),
+            tilts=x[12:].reshape(n, 2),
+            misfit=float(residual @ residual),
+        )
+
+    def _linearized(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what is left (3n + 2n,), each in its standard deviations, and its Jacobian."""
+        n = len(self.force)
+        matrix, tilts = x[3:12].reshape(3, 3), x[12:].reshape(n, 2)
+        residual = np.zeros(5 * n)
+        jacobian = np.zeros((5 * n, 12 + 2 * n))
+        for k, nominal in enumerate(self.force):
+            force, by_tilt = _tilted(nominal, tilts[k])
+            for i in range(3):
+                row = 3 * k + i
+                residual[row] = x[i] + matrix[i] @ force - self.volts[k, i]
+                jacobian[row, i] = 1.0
+                jacobian[row, 3 + 3 * i : 6 + 3 * i] = force
+                jacobian[row, 12 + 2 * k : 14 + 2 * k] = matrix[i] @ by_tilt
+                residual[row] /= self.noise[k, i]
+                jacobian[row] /= self.noise[k, i]
+        own = np.arange(2 * n)
+        residual[3 * n :] = x[12:] / self.tilt
+        jacobian[3 * n + own, 12 + own] = 1.0 / self.tilt
+        return residual, jacobian
+
+
+def _tilted(nominal: FloatArray, tilt: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a force leaning by two tilts (sines) toward the other axes, and its derivatives."""
+    axis = int(np.argmax(np.abs(nominal)))
+    others = [index for index in range(3) if index != axis]
+    size = float(np.linalg.norm(nominal))
+    along = math.sqrt(max(1.0 - float(tilt @ tilt), 1e-6))
+    force = nominal * along
+    force[others] = size * tilt
+    by_tilt = np.zeros((3, 2))
+    by_tilt[axis] = -nominal[axis] * tilt / along
+    by_tilt[others, [0, 1]] = size
+    return force, by_tilt
+
+
+def _fit_of(
+    index: int, solution: _Solution, factory: Mapping[str, FactoryFigures]
+) -> AccelerometerFit:
+    name = ACCELEROMETERS[index]
+    figures = factory[name]
+    k = float(solution.matrix[index, index])
+    # One that hardly answers has no direction to speak of; its verdict says so.
+    per_unit = k if abs(k) > 0.01 * abs(figures.sensitivity) else figures.sensitivity
+    others = [(other, ACCELEROMETERS[other]) for other in range(3) if other != index]
+    cross = {o: math.degrees(math.atan(solution.matrix[index, j] / per_unit)) for j, o in others}
+    cross_uncertainty = {
+        o: 2.0 * math.degrees(solution.matrix_std[index, j] / abs(per_unit)) for j, o in others
+    }
+    zero_shift = (float(solution.zero[index]) - figures.zero) / figures.sensitivity
+    deviation = k / figures.sensitivity - 1.0
+    shares = solution.matrix[index] / figures.sensitivity
+    return AccelerometerFit(
+        channel=name,
+        zero=float(solution.zero[index]),
+        zero_uncertainty=2.0 * float(solution.zero_std[index]),
+        sensitivity=k,
+        sensitivity_uncertainty=2.0 * float(solution.matrix_std[index, index]),
+        cross=cross,
+        cross_uncertainty=cross_uncertainty,
+        zero_shift=zero_shift,
+        scale_deviation=deviation,
+        verdict=_judge(index, shares, zero_shift, cross),
+    )
+
+
+def _judge(
+    index: int, shares: FloatArray, zero_shift: float, cross: Mapping[str, float]
+) -> Verdict:
+    name = ACCELEROMETERS[index]
+    loudest = int(np.argmax(np.abs(shares)))
+    if abs(shares[loudest]) < _DEAD_SHARE:
+        return Verdict(
+            kind="dead",
+            sentence=f"The accelerometer {name} does not answer to gravity; check its wires.",
+        )
+    if loudest != index:
+        return Verdict(
+            kind="swapped",
+            sentence=f"The accelerometer {name} answers to the axis of {ACCELEROMETERS[loudest]}; "
+            "the two are swapped, or the aircraft lay otherwise than asked.",
+        )
+    if shares[index] < 0.0:
+        return Verdict(kind="reversed", sentence=f"The accelerometer {name} has the wrong sign.")
+    deviation = shares[index] - 1.0
+    most = max(abs(angle) for angle in cross.values())
+    agrees = (
+        abs(zero_shift) <= ZERO_TOLERANCE
+        and abs(deviation) <= SCALE_TOLERANCE
+        and most <= ALIGNMENT_TOLERANCE
+    )
+    word = "as the factory says" if agrees else "not as the factory says"
+    return Verdict(
+        kind="agrees" if agrees else "differs",
+        sentence=f"The accelerometer {name} is {word}: zero {1e3 * zero_shift:+.0f} mg, "
+        f"scale {100.0 * deviation:+.1f} %, leaning {most:.1f} deg.",
+    )

@@ -1,0 +1,211 @@
+"""Finding a turn of the turntable as it happens: rest, turn, rest.
+
+Judged in blocks of a tenth of a second, counted from time zero, so that the result does not
+depend on how the samples were cut. Any gyro that moves makes a turn, since the one that is asked
+for may be dead or swapped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from calibration.inertial.gyros import ANGLE_ERROR, GYROS, Turn, turntable_scale
+from calibration.inertial.verdict import FactoryFigures, factory_figures
+from calibration.points import CalibrationError
+
+TurnState = Literal["unsettled", "ready", "turning", "stopping", "turned"]
+
+_PER_SECOND = 10
+_MOVING, _EDGE = 2.5, 0.5
+"""deg/s by the factory's scale, as the mean of a block: more than the first is a turn, which goes
+from where the rate has left the second to where it is back for good."""
+_READY, _STOPPED = 10, 15
+"""Blocks of rest before a turn may begin, and after which it is over."""
+_KEPT_BEFORE = 30
+"""Blocks of rest before the turn that count for its zero."""
+_LEAST = 20.0
+"""deg: less is a knock against the table."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurnReading:
+    """How a turn goes on.
+
+    Attributes
+    ----------
+    state : {"unsettled", "ready", "turning", "stopping", "turned"}
+        Not yet at rest; at rest, so turn now; turning; at rest after it; over.
+    angle : float
+        By the factory's scale of the gyro that moves most, deg, unsigned.
+    rate : float
+        Now, deg/s, likewise.
+    seconds : float
+        Since the turn began.
+    """
+
+    state: TurnState
+    angle: float = 0.0
+    rate: float = 0.0
+    seconds: float = 0.0
+
+
+class TurnWatch:
+    """Watches gyros until the table was turned and stands still again.
+
+    Parameters
+    ----------
+    channels : sequence of str
+        All gyros that are recorded.
+    factory : mapping of str to FactoryFigures, optional
+        Volts per unit; of the model airliner by default.
+    """
+
+    def __init__(
+        self,
+        channels: Sequence[str] = GYROS,
+        *,
+        factory: Mapping[str, FactoryFigures] | None = None,
+    ) -> None:
+        self._factory = factory or factory_figures()
+        self._channels = tuple(channels)
+        self._per_unit = np.array([abs(self._factory[name].sensitivity) for name in channels])
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what was; the table must rest before the next turn."""
+        self._times = np.empty(0)
+        self._volts = np.empty((0, len(self._channels)))
+        self._judged = 0
+        self._state: TurnState = "unsettled"
+        self._quiet = self._onset = 0
+        self._rest: list[npt.NDArray[np.float64]] = []
+        self._zero = np.zeros(len(self._channels))
+        self._swept = np.zeros(len(self._channels))
+        self._rate = 0.0
+        self._began = self._ended = 0.0
+
+    def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
+        """Take samples; arguments as for `calibration.rest.RestWatch.feed`."""
+        t = np.asarray(times, dtype=np.float64)
+        if not t.size or self._over:
+            return
+        columns = [np.asarray(volts[name], dtype=np.float64) for name in self._channels]
+        self._times = np.concatenate([self._times, t])
+        self._volts = np.concatenate([self._volts, np.column_stack(columns)])
+        while not self._over and self._judged < self._times.size:
+            number = _number(self._times[self._judged])
+            rest = np.floor(self._times[self._judged :] * _PER_SECOND + 1e-6)
+            length = int(np.searchsorted(rest, number, side="right"))
+            after = self._judged + length
+            if after == self._times.size:
+                break  # the block may go on
+            self._judge(number / _PER_SECOND, self._volts[self._judged : after])
+            self._judged = after
+            if self._state in ("unsettled", "ready"):
+                self._drop_before(number / _PER_SECOND - _KEPT_BEFORE / _PER_SECOND)
+
+    @property
+    def _over(self) -> bool:
+        return self._state == "turned"
+
+    @property
+    def reading(self) -> TurnReading:
+        """Return how the turn goes on."""
+        if self._state in ("unsettled", "ready"):
+            return TurnReading(state=self._state, rate=self._rate)
+        return TurnReading(
+            state=self._state,
+            angle=float(np.max(np.abs(self._swept))),
+            rate=self._rate,
+            seconds=self._ended - self._began,
+        )
+
+    def turn(self, channel: str, angle: float, *, angle_error: float = ANGLE_ERROR) -> Turn:
+        """Return the turn that was seen, about the axis of a gyro, through a known angle (deg).
+
+        Raises
+        ------
+        CalibrationError
+            If the turn is not over, or its record has gaps.
+        """
+        if self._state != "turned":
+            raise CalibrationError("the turn is not over; turn the table and let it stand still")
+        return turntable_scale(
+            channel,
+            self._times,
+            {name: self._volts[:, index] for index, name in enumerate(self._channels)},
+            angle=angle,
+            turning=(self._began, self._ended),
+            angle_error=angle_error,
+            factory=self._factory,
+        )
+
+    def _judge(self, start: float, volts: npt.NDArray[np.float64]) -> None:
+        present = np.isfinite(volts)
+        count = np.maximum(np.count_nonzero(present, axis=0), 1)
+        mean = np.sum(np.where(present, volts, 0.0), axis=0) / count
+        if self._state == "unsettled":
+            self._settle(mean)
+            return
+        rates = (mean - self._zero) / self._per_unit
+        self._rate = float(rates[np.argmax(np.abs(rates))])
+        quiet = bool(np.all(np.abs(rates) <= _EDGE))
+        if self._state != "ready":
+            self._follow(start, rates, quiet=quiet)
+        elif quiet:
+            self._onset = 0
+            self._swept[:] = 0.0
+            self._settle(mean)
+        else:
+            self._begin(start, rates)
+
+    def _begin(self, start: float, rates: npt.NDArray[np.float64]) -> None:
+        """Take a block that is no rest any more, and may be the beginning of a turn."""
+        if self._onset == 0:
+            self._began = start
+        self._onset += 1
+        self._follow(start, rates, quiet=False)
+        if np.max(np.abs(rates)) <= _MOVING:
+            self._state = "ready" if self._onset < _READY else "unsettled"
+        if self._state == "unsettled":
+            self._rest = []
+
+    def _follow(self, start: float, rates: npt.NDArray[np.float64], *, quiet: bool) -> None:
+        self._swept += rates / _PER_SECOND
+        if not quiet:
+            self._state, self._quiet = "turning", 0
+            self._ended = start + 1.0 / _PER_SECOND
+            return
+        self._state = "stopping"
+        self._quiet += 1
+        if self._quiet >= _STOPPED:
+            if np.max(np.abs(self._swept)) >= _LEAST:
+                self._state = "turned"
+            else:
+                self._state, self._rest = "unsettled", []
+
+    def _settle(self, mean: npt.NDArray[np.float64]) -> None:
+        """Take a block of rest; one that differs begins the rest anew."""
+        if self._rest:
+            off = np.abs(mean - np.mean(self._rest, axis=0)) / self._per_unit
+            if np.any(off > 2.0 * _EDGE):
+                self._rest = []
+        self._rest = [*self._rest[-(_KEPT_BEFORE - 1) :], mean]
+        if len(self._rest) >= _READY:
+            self._zero = np.mean(self._rest, axis=0)
+            self._onset = 0
+            self._state = "ready"
+
+    def _drop_before(self, time: float) -> None:
+        first = min(int(np.searchsorted(self._times, time - 1e-9)), self._judged)
+        self._times, self._volts = self._times[first:], self._volts[first:]
+        self._judged -= first
+
+
+def _number(time: float) -> int:
+    return int(np.floor(time * _PER_SECOND + 1e-6))

@@ -1,0 +1,266 @@
+"""Instruments at rest: whether all of them stood still, and their volts while they did.
+
+Samples are gathered into blocks of half a second, counted from time zero, and only whole blocks
+are judged: the result does not depend on how the samples were cut when they came in. A rest goes
+on for as long as the samples of each block are quiet and the means of its blocks lie together;
+the last of those that do not begins the next one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import stdtrit
+
+from calibration.points import CalibrationError
+from gsapp.quantities import FloatArray
+
+RestState = Literal["absent", "moving", "resting", "rested"]
+BLOCK = 0.5
+"""Length of a block, s."""
+_FEWEST = 5
+"""Samples that a block must have of each instrument."""
+_LONGEST = 240
+"""Blocks that are kept; a rest of more than two minutes counts with its last two."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestLimit:
+    """What still counts as rest, V.
+
+    Attributes
+    ----------
+    std : float
+        Largest standard deviation of the samples within half a second.
+    wander : float
+        Largest distance between the means of any two half seconds.
+    """
+
+    std: float
+    wander: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """A period of rest.
+
+    Attributes
+    ----------
+    start, end : float
+        Flight time, s.
+    volts, std : mapping of str to float
+        Mean and standard deviation of single samples by instrument, V.
+    uncertainty : mapping of str to float
+        Of the mean, half width at 95 %, V. From the scatter of half-second means, so that slow
+        noise counts in full; no finer than what the converter's steps allow.
+    """
+
+    start: float
+    end: float
+    volts: Mapping[str, float]
+    std: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestReading:
+    """How a rest goes on.
+
+    Attributes
+    ----------
+    state : {"absent", "moving", "resting", "rested"}
+        No samples yet; not still; still, but not for long enough; still for long enough.
+    progress : float
+        Share of the time of rest that has passed, 0 to 1.
+    rest : Rest or None
+        The rest so far; None before there are two blocks of it.
+    why : str
+        What moved last, in words; empty where nothing has.
+    """
+
+    state: RestState
+    progress: float = 0.0
+    rest: Rest | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    number: int
+    count: FloatArray
+    mean: FloatArray
+    std: FloatArray
+
+
+class RestWatch:
+    """Watches several instruments until all have been at rest for long enough.
+
+    Parameters
+    ----------
+    limits : mapping of str to RestLimit
+        The instruments watched, by channel.
+    seconds : float
+        How long the rest must be, s.
+    step : float
+        Of the converter, V.
+    """
+
+    def __init__(
+        self, limits: Mapping[str, RestLimit], *, seconds: float = 5.0, step: float = 5.0 / 2**12
+    ) -> None:
+        self._channels = tuple(limits)
+        self._std = np.array([limits[name].std for name in self._channels])
+        self._wander = np.array([limits[name].wander for name in self._channels])
+        self._needed = max(math.ceil(seconds / BLOCK - 1e-9), 2)
+        self._step = step
+        self._times = np.empty(0)
+        self._volts = np.empty((0, len(self._channels)))
+        self._run: deque[_Block] = deque(maxlen=_LONGEST)
+        self._why = ""
+        self._moving = False
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the instruments watched."""
+        return self._channels
+
+    def restart(self) -> None:
+        """Forget what was: a new rest must be seen from its beginning."""
+        self._run.clear()
+        self._times = self._times[:0]
+        self._volts = self._volts[:0]
+        self._why = ""
+        self._moving = False
+
+    def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
+        """Take samples.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Flight time, s, increasing.
+        volts : mapping of str to array_like, shape (n,)
+            By instrument, V; NaN where missing. Instruments that are not watched are left out.
+        """
+        t = np.asarray(times, dtype=np.float64)
+        if not t.size:
+            return
+        columns = [np.asarray(volts[name], dtype=np.float64) for name in self._channels]
+        self._times = np.concatenate([self._times, t])
+        self._volts = np.concatenate([self._volts, np.column_stack(columns)])
+        numbers = _numbers(self._times)
+        # The last block may go on; it waits for the first sample after it.
+        whole = int(np.searchsorted(numbers, numbers[-1]))
+        for number in np.unique(numbers[:whole]):
+            first, last = np.searchsorted(numbers, (number, number + 1))
+            self._judge(_block(int(number), self._volts[first:last]))
+        self._times, self._volts = self._times[whole:], self._volts[whole:]
+
+    @property
+    def reading(self) -> RestReading:
+        """Return how the rest goes on."""
+        if not self._run:
+            state: RestState = "moving" if self._moving else "absent"
+            return RestReading(state=state, why=self._why)
+        progress = min(len(self._run) / self._needed, 1.0)
+        rest = self._rest() if len(self._run) > 1 else None
+        state = "rested" if progress >= 1.0 else "resting"
+        return RestReading(state=state, progress=progress, rest=rest, why=self._why)
+
+    def _judge(self, block: _Block) -> None:
+        if self._run and block.number != self._run[-1].number + 1:
+            self._run.clear()
+            self._why = "there was a gap in the samples"
+        if np.any(block.count < _FEWEST):
+            missing = self._channels[int(np.argmin(block.count))]
+            self._run.clear()
+            self._moving = True
+            self._why = f"{missing} gave no samples at {block.number * BLOCK:.1f} s"
+            return
+        if np.any(block.std > self._std):
+            self._run.clear()
+            self._moving = True
+            self._why = self._moved(block, block.std, self._std)
+            return
+        means = np.array([*(known.mean for known in self._run), block.mean])
+        spread = np.ptp(means, axis=0)
+        if np.any(spread > self._wander):
+            self._run.clear()
+            self._why = self._moved(block, spread, self._wander)
+        self._run.append(block)
+
+    def _moved(self, block: _Block, found: FloatArray, allowed: FloatArray) -> str:
+        worst = int(np.argmax(found / allowed))
+        return (
+            f"{self._channels[worst]} moved by {1e3 * found[worst]:.1f} mV "
+            f"at {block.number * BLOCK:.1f} s"
+        )
+
+    def _rest(self) -> Rest:
+        count = np.array([block.count for block in self._run])
+        means = np.array([block.mean for block in self._run])
+        stds = np.array([block.std for block in self._run])
+        mean = np.sum(count * means, axis=0) / np.sum(count, axis=0)
+        std = np.sqrt(np.mean(stds**2 + (means - mean) ** 2, axis=0))
+        blocks = len(means)
+        scatter = np.std(means, axis=0, ddof=1) / math.sqrt(blocks)
+        # Without noise to blur the steps, the mean is known to half a step only.
+        steps = np.where(std < 0.5 * self._step, 0.5 * self._step, 0.0)
+        uncertainty = np.hypot(float(stdtrit(blocks - 1, 0.975)) * scatter, steps)
+        return Rest(
+            start=self._run[0].number * BLOCK,
+            end=(self._run[-1].number + 1) * BLOCK,
+            volts=self._named(mean),
+            std=self._named(std),
+            uncertainty=self._named(uncertainty),
+        )
+
+    def _named(self, values: FloatArray) -> Mapping[str, float]:
+        return MappingProxyType(dict(zip(self._channels, values.tolist(), strict=True)))
+
+
+def find_rest(
+    times: npt.ArrayLike,
+    volts: Mapping[str, npt.ArrayLike],
+    limits: Mapping[str, RestLimit],
+    *,
+    seconds: float = 5.0,
+) -> Rest:
+    """Return the rest at the end of a record; arguments as for `RestWatch`.
+
+    Raises
+    ------
+    CalibrationError
+        If the record does not end with a rest of that length; says what moved.
+    """
+    watch = RestWatch(limits, seconds=seconds)
+    watch.feed(times, volts)
+    reading = watch.reading
+    if reading.rest is None or reading.state != "rested":
+        why = reading.why or "the record is too short"
+        raise CalibrationError(
+            f"there was no rest of {seconds:g} s ({why}); leave the aircraft alone that long"
+        )
+    return reading.rest
+
+
+def _numbers(times: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the block to which each sample belongs."""
+    # A sample that rounding left just short of the border belongs to the block it begins.
+    return np.asarray(np.floor(times / BLOCK + 1e-9), dtype=np.int64)
+
+
+def _block(number: int, volts: FloatArray) -> _Block:
+    present = np.isfinite(volts)
+    count = np.count_nonzero(present, axis=0).astype(np.float64)
+    divisor = np.maximum(count, 1.0)
+    mean = np.sum(np.where(present, volts, 0.0), axis=0) / divisor
+    square = np.sum(np.where(present, (volts - mean) ** 2, 0.0), axis=0)
+    return _Block(number, count, mean, np.sqrt(square / np.maximum(count - 1.0, 1.0)))
