@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph
+from pyqtgraph.graphicsItems.ScatterPlotItem import Symbols
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import QFrame, QSizePolicy, QVBoxLayout, QWidget
@@ -22,6 +23,8 @@ from ui.words import MINUS
 _HIGH = 168
 """Points of height below which a plot says too little."""
 _MOST_POINTS = 4000
+_LARGE = 11
+"""Points across of a point with a shape of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,6 +42,8 @@ class Curve:
         Computed values are dashed.
     points : bool
         Points in place of a line.
+    symbol : str
+        Shape of large points, as pyqtgraph names it; empty for small round ones.
     """
 
     x: FloatArray
@@ -47,6 +52,7 @@ class Curve:
     name: str = ""
     dashed: bool = False
     points: bool = False
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +85,12 @@ class LegendMark(QWidget):
             painter.fillRect(box, band_color(look, curve))
             painter.setPen(look.color("span_edge"))
             painter.drawRect(box)
+        elif curve.symbol:
+            painter.setBrush(ink(look, curve.color))
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.translate(0.5 * self.width(), middle)
+            painter.scale(look.px(_LARGE), look.px(_LARGE))
+            painter.drawPath(Symbols[curve.symbol])
         elif curve.points:
             painter.setBrush(ink(look, curve.color))
             painter.setPen(Qt.PenStyle.NoPen)
@@ -300,7 +312,10 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
             return pyqtgraph.ScatterPlotItem(
                 curve.x[::every],
                 curve.y[::every],
-                size=look.px(5 if curve.name.startswith("maneuver") else 4),
+                size=look.px(
+                    _LARGE if curve.symbol else 5 if curve.name.startswith("maneuver") else 4
+                ),
+                symbol=curve.symbol or "o",
                 pen=None,
                 brush=pyqtgraph.mkBrush(color),
             )
