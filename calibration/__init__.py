@@ -1,7 +1,8 @@
 """Volts to engineering units: points, fits, hysteresis, certificates."""
 
 from calibration.certificate import Certificate
-from calibration.fit import CalibrationError, CalibrationPoint, Fit, fit_points
+from calibration.fit import Fit, fit_points
+from calibration.points import CalibrationError, CalibrationPoint
 from calibration.reading import (
     certificate_content,
     certificate_files,

@@ -14,7 +14,8 @@ from datetime import datetime
 import numpy as np
 import numpy.typing as npt
 
-from calibration.fit import CalibrationError, CalibrationPoint, fit_points, polynomial
+from calibration.fit import fit_points, polynomial
+from calibration.points import CalibrationPoint
 from gsapp.quantities import FloatArray, channel, to_si
 
 
@@ -240,4 +241,4 @@ def reference_ratio(certified: float | FloatArray, measured: FloatArray) -> Floa
     return certified / np.where(plausible, measured, certified)
 
 
-__all__ = ["CalibrationError", "CalibrationPoint", "Certificate", "reference_ratio"]
+__all__ = ["Certificate", "reference_ratio"]

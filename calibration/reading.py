@@ -10,7 +10,8 @@ from typing import Any, Literal
 from pydantic import Field
 
 from calibration.certificate import Certificate
-from calibration.fit import MAX_DEGREE, CalibrationPoint, turning_points
+from calibration.fit import MAX_DEGREE, turning_points
+from calibration.points import CalibrationPoint
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,

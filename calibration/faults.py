@@ -1,0 +1,190 @@
+"""What is wrong with an instrument, while one surface alone is moved by hand.
+
+The person is asked to move one surface, once, to one side and to hold it there. Its own volts must
+follow, no other's may; what follows instead, or does not, names the fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from gsapp.quantities import FloatArray, channel
+
+FaultKind = Literal["dead", "noisy", "clipped", "swapped", "reversed"]
+
+FOLLOWED_COUNTS = 40.0
+"""Counts of the converter by which a potentiometer's volts must move: about a degree."""
+
+NOISY_COUNTS = 10.0
+"""Standard deviation from one sample to the next, in counts, from which a contact is bad."""
+
+CLIPPED_SHARE = 0.2
+"""Share of the samples at an end of the converter from which an instrument is clipped."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InstrumentFault:
+    """One fault of one instrument.
+
+    Attributes
+    ----------
+    kind : {"dead", "noisy", "clipped", "swapped", "reversed"}
+    channel : str
+        Of the instrument at fault.
+    other : str
+        The channel that followed in its place, where swapped.
+    sentence : str
+        What was seen, and what to do.
+    """
+
+    kind: FaultKind
+    channel: str
+    other: str = ""
+    sentence: str = ""
+
+
+def find_faults(
+    moved: str,
+    volts: Mapping[str, FloatArray],
+    *,
+    sense: int = 0,
+    slope_sign: int = 0,
+    bits: int = 12,
+    full_scale: float = 5.0,
+) -> tuple[InstrumentFault, ...]:
+    """Judge the instruments while one of them was moved.
+
+    Parameters
+    ----------
+    moved : str
+        Channel whose surface was moved, from rest to one side.
+    volts : mapping of str to ndarray, shape (n,)
+        Channel -> its volts over the same time, V, from before the movement until after it; NaN
+        where missing. Channels that cannot have moved along only: not the partner of a surface
+        that is driven by the same rod.
+    sense : {-1, 0, +1}
+        Whether the surface was moved to larger (+1) or smaller values; 0 if that is not known.
+    slope_sign : {-1, 0, +1}
+        Sign of value against volts as the certificate before, or the partner, has it; 0 if not
+        known. With `sense` it tells whether the instrument is reversed.
+    bits, full_scale : int, float
+        Of the converter; full scale in V.
+
+    Returns
+    -------
+    tuple of InstrumentFault
+        Empty where all is well. At most one of dead, swapped, clipped, noisy, and reversed beside
+        noisy.
+    """
+    step = full_scale / 2**bits
+    own = _Movement.of(volts[moved], step, full_scale)
+    title = channel(moved).title
+    others = {
+        name: movement
+        for name, movement in (
+            (name, _Movement.of(samples, step, full_scale))
+            for name, samples in volts.items()
+            if name != moved
+        )
+        if movement.excursion > FOLLOWED_COUNTS * step
+    }
+    follower = max(others, key=lambda name: others[name].excursion, default="")
+    if own.clipped >= CLIPPED_SHARE:
+        return (
+            InstrumentFault(
+                kind="clipped",
+                channel=moved,
+                sentence=f"{title}: the volts stay at an end of the converter "
+                f"({own.middle:.2f} V); check the wiper, the supply and the ground",
+            ),
+        )
+    if own.excursion <= FOLLOWED_COUNTS * step:
+        if follower:
+            return (
+                InstrumentFault(
+                    kind="swapped",
+                    channel=moved,
+                    other=follower,
+                    sentence=f"{title} was moved, and {channel(follower).title} followed in its "
+                    "place; the plugs of the two are swapped",
+                ),
+            )
+        return (
+            InstrumentFault(
+                kind="dead",
+                channel=moved,
+                sentence=f"{title} was moved, and its volts stayed at {own.middle:.2f} V; "
+                "check plug, wiper and supply",
+            ),
+        )
+    found: list[InstrumentFault] = []
+    if own.noise > NOISY_COUNTS * step:
+        found.append(
+            InstrumentFault(
+                kind="noisy",
+                channel=moved,
+                sentence=f"{title}: samples scatter by {1e3 * own.noise:.0f} mV; "
+                "check the wiper and the shield",
+            )
+        )
+    if sense and slope_sign and np.sign(own.change) == -sense * slope_sign:
+        found.append(
+            InstrumentFault(
+                kind="reversed",
+                channel=moved,
+                sentence=f"{title}: the volts went {'up' if own.change > 0.0 else 'down'} where "
+                "they should have gone the other way; its end wires are exchanged, or it was "
+                "moved the wrong way",
+            )
+        )
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Movement:
+    """How the volts of one channel moved.
+
+    Attributes
+    ----------
+    excursion : float
+        Between the lowest and the highest running median, V, beyond what noise explains.
+    change : float
+        From the first samples to the last, V.
+    noise : float
+        Standard deviation from one sample to the next, V.
+    clipped : float
+        Share of samples at an end of the converter, or missing.
+    middle : float
+        Median, V.
+    """
+
+    excursion: float
+    change: float
+    noise: float
+    clipped: float
+    middle: float
+
+    @classmethod
+    def of(cls, samples: FloatArray, step: float, full_scale: float) -> _Movement:
+        good = samples[np.isfinite(samples)]
+        if good.size < 8:
+            return cls(excursion=0.0, change=0.0, noise=0.0, clipped=0.0, middle=float("nan"))
+        length = max(good.size // 20, 3)
+        medians = np.array(
+            [np.median(part) for part in np.array_split(good, max(good.size // length, 2))]
+        )
+        # Second differences: a steady movement is no noise.
+        noise = float(np.sqrt(np.mean(np.diff(good, 2) ** 2) / 6.0)) if good.size > 3 else 0.0
+        spread = float(np.ptp(medians)) - 6.0 * noise / np.sqrt(length)
+        tenth = max(good.size // 10, 1)
+        return cls(
+            excursion=max(spread, 0.0),
+            change=float(np.median(good[-tenth:]) - np.median(good[:tenth])),
+            noise=noise,
+            clipped=float(np.mean((good <= 1.5 * step) | (good >= full_scale - 2.5 * step))),
+            middle=float(np.median(good)),
+        )

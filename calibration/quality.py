@@ -1,0 +1,285 @@
+"""How good a calibration is, in the unit of the instrument: what a crew judges it by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from calibration.branches import BranchFit, Readings
+from calibration.fit import Fit, polynomial
+from gsapp.quantities import FloatArray
+
+PLACES = 9
+"""Where along the curve its uncertainty is written down."""
+
+_CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quality:
+    """What a calibration is worth. All in the unit of the certificate where nothing else is said.
+
+    Attributes
+    ----------
+    linearity : float
+        Largest distance of the curve from the straight line that fits it best over the range.
+    scatter : float or None
+        Standard deviation of one setting about its branch: reading the protractor, mostly. None
+        where the points leave no freedom to tell.
+    hysteresis : float or None
+        Width of the loop, by `calibration.branches`; None where only one direction was measured.
+    hysteresis_uncertainty : float or None
+        Half width of its 95 % interval.
+    return_to_zero : float or None
+        How far apart the instrument shows the same zero, reached from below and from above (both
+        by the curve); None where zero was not met from both sides.
+    resolution : float
+        One count of the converter where the curve is steepest.
+    covered : tuple of float
+        Lowest and highest value set.
+    travel : tuple of float or None
+        Of the surface, as far as it is known.
+    places : tuple of float
+        Voltages along the range, V, ascending.
+    half_widths : tuple of float
+        95 % half widths of the value there, for one reading whose direction is not known: from
+        scatter of the settings, play, and converter. What all settings have in common, as an error
+        of the protractor's own zero, no points can tell. Empty where nothing is known.
+    outliers : tuple of int
+        Indices of points that do not fit the others.
+    """
+
+    linearity: float
+    scatter: float | None
+    hysteresis: float | None
+    hysteresis_uncertainty: float | None
+    return_to_zero: float | None
+    resolution: float
+    covered: tuple[float, float]
+    travel: tuple[float, float] | None = None
+    places: tuple[float, ...] = ()
+    half_widths: tuple[float, ...] = ()
+    outliers: tuple[int, ...] = ()
+
+    @property
+    def coverage(self) -> float | None:
+        """Return the share of the travel that was covered, 0 to 1; None without a travel."""
+        if self.travel is None:
+            return None
+        low, high = sorted(self.travel)
+        covered = min(high, self.covered[1]) - max(low, self.covered[0])
+        return max(covered, 0.0) / (high - low)
+
+    @property
+    def uncertainty(self) -> float | None:
+        """Return the largest 95 % half width within the range; None where it is not known."""
+        return max(self.half_widths) if self.half_widths else None
+
+    def half_width(self, volts: npt.ArrayLike) -> FloatArray:
+        """Return the 95 % half width of the value at volts.
+
+        Parameters
+        ----------
+        volts : array_like, any shape
+            V, referred to the supply of the certificate.
+
+        Returns
+        -------
+        ndarray
+            NaN outside the range, where nothing was measured.
+        """
+        v = np.asarray(volts, dtype=np.float64)
+        if not self.places:
+            return np.full_like(v, np.nan)
+        return np.interp(v, self.places, self.half_widths, left=np.nan, right=np.nan)
+
+
+def assess(
+    readings: Readings,
+    branch_fit: BranchFit,
+    *,
+    travel: tuple[float, float] | None = None,
+    count: float,
+    outliers: tuple[int, ...] = (),
+) -> Quality:
+    """Judge a curve.
+
+    Parameters
+    ----------
+    readings : Readings
+        The points that it was drawn through.
+    branch_fit : BranchFit
+        The curve.
+    travel : tuple of float, optional
+        Of the surface, lowest and highest.
+    count : float
+        One count of the converter, V.
+    outliers : tuple of int
+        As found before.
+
+    Returns
+    -------
+    Quality
+    """
+    low, high = float(readings.volts.min()), float(readings.volts.max())
+    volts = np.linspace(low, high, 201)
+    slopes = np.abs(slope_of(branch_fit.coefficients, volts))
+    places = np.linspace(low, high, PLACES)
+    known = np.isfinite(branch_fit.scatter)
+    width = branch_fit.hysteresis
+    std = branch_fit.hysteresis_std
+    return Quality(
+        linearity=linearity(branch_fit.value(volts)),
+        scatter=branch_fit.scatter if known else None,
+        hysteresis=None if width is None else abs(width),
+        hysteresis_uncertainty=(
+            None if std is None or not known else std * student(branch_fit.freedom)
+        ),
+        return_to_zero=return_to_zero(readings, branch_fit),
+        resolution=float(slopes.max()) * count,
+        covered=(float(readings.values.min()), float(readings.values.max())),
+        travel=travel,
+        places=tuple(float(v) for v in places) if known else (),
+        half_widths=(
+            tuple(float(u) for u in half_widths(branch_fit, places, count)) if known else ()
+        ),
+        outliers=outliers,
+    )
+
+
+def slope_of(coefficients: tuple[float, ...], volts: FloatArray) -> FloatArray:
+    """Return the slope of a curve at volts, shape (n,), unit per volt."""
+    return polynomial([power * c for power, c in enumerate(coefficients)][1:], volts)
+
+
+def linearity(curve: FloatArray) -> float:
+    """Return how far a curve, at equal steps of volts, leaves the straight line nearest to it.
+
+    The line that makes the largest distance least is parallel to a chord; along a curve without an
+    inflection it is the chord of its ends. Found among lines through two of the points.
+
+    Parameters
+    ----------
+    curve : ndarray, shape (n,)
+        Values.
+
+    Returns
+    -------
+    float
+        In the unit of the values.
+    """
+    steps = np.linspace(-1.0, 1.0, curve.size)
+
+    def spread(slope: float) -> float:
+        return float(np.ptp(curve - slope * steps))
+
+    # The spread is convex in the slope: a golden section finds its least.
+    slopes = np.diff(curve) / np.diff(steps)
+    low, high = float(slopes.min()), float(slopes.max())
+    golden = 0.5 * (np.sqrt(5.0) - 1.0)
+    for _ in range(60):
+        inner, outer = high - golden * (high - low), low + golden * (high - low)
+        if spread(inner) < spread(outer):
+            high = outer
+        else:
+            low = inner
+    return 0.5 * spread(0.5 * (low + high))
+
+
+def return_to_zero(readings: Readings, branch_fit: BranchFit) -> float | None:
+    """Return how far apart zero is shown, reached from below and from above."""
+    spacing = np.ptp(readings.values) / max(readings.settings.max(), 1.0)
+    at_zero = np.abs(readings.values) <= 0.1 * spacing
+    up, down = at_zero & (readings.side > 0.0), at_zero & (readings.side < 0.0)
+    if not up.any() or not down.any():
+        return None
+    # What the curve shows, less what was set: settings need not be exactly zero.
+    shown = branch_fit.value(readings.volts) - readings.values
+    return float(abs(shown[down].mean() - shown[up].mean()))
+
+
+def half_widths(branch_fit: BranchFit, volts: FloatArray, count: float) -> FloatArray:
+    """Return the 95 % half width of the value that the curve tells at volts.
+
+    The instrument is on one branch or the other, h/2 away from the curve, and which one is not
+    known when it is read; to that come the uncertainty of the branch itself and the step of the
+    converter. The half width U holds 95 % of that sum: P(|h/2 + e| < U) = 0.95, with e by Student.
+
+    Parameters
+    ----------
+    branch_fit : BranchFit
+        The curve; its scatter must be known.
+    volts : ndarray, shape (n,)
+        V.
+    count : float
+        One count of the converter, V.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    # SciPy's special functions take a third of a second to import; no window waits for them.
+    from scipy.special import stdtr
+
+    steps = slope_of(branch_fit.coefficients, volts) * count
+    std = np.sqrt(
+        0.5 * (branch_fit.variance(volts, 1.0) + branch_fit.variance(volts, -1.0)) + steps**2 / 12.0
+    )
+    apart = 0.5 * abs(branch_fit.hysteresis or 0.0)
+    low = np.zeros_like(volts)
+    high = apart + (student(branch_fit.freedom) + 1.0) * std
+    scale = np.where(std > 0.0, std, 1.0)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        inside = stdtr(branch_fit.freedom, (middle - apart) / scale) - stdtr(
+            branch_fit.freedom, (-middle - apart) / scale
+        )
+        enough = inside > _CONFIDENCE
+        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+    return np.where(std > 0.0, high, apart)
+
+
+def student(freedom: float) -> float:
+    """Return how many standard deviations hold 95 % on both sides together."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 + 0.5 * _CONFIDENCE))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Calibration:
+    """A curve chosen on evidence, and how good it is.
+
+    Attributes
+    ----------
+    fit : Fit
+        The curve, midway between the branches.
+    quality : Quality
+    losses : dict of int to float
+        Root mean square error of predicting each setting from the others, by degree, in the unit
+        of the values; only degrees that could be tried.
+    branch_fit : BranchFit
+        The curve with its covariance.
+    """
+
+    fit: Fit
+    quality: Quality
+    losses: dict[int, float]
+    branch_fit: BranchFit
+
+    @property
+    def degree(self) -> int:
+        """Return the degree of the curve."""
+        return len(self.fit.coefficients) - 1
+
+    def value(self, volts: npt.ArrayLike) -> FloatArray:
+        """Return the values at volts, any shape; NaN outside the range that was measured."""
+        v = np.asarray(volts, dtype=np.float64)
+        inside = np.abs(v - self.branch_fit.middle) <= self.branch_fit.half * (1.0 + 1e-12)
+        return np.where(inside, polynomial(self.fit.coefficients, v), np.nan)
+
+    def uncertainty(self, volts: npt.ArrayLike) -> FloatArray:
+        """Return the 95 % half width of the value at volts; NaN outside the range."""
+        return self.quality.half_width(volts)
