@@ -38,6 +38,7 @@ from ui.opening import Opening
 from ui.pages import ComingPage, StartPage
 from ui.places import PLACES
 from ui.settings import SettingsStore, layouts_path, limits_path
+from ui.voice.voice import Voice
 
 log = logging.getLogger(__name__)
 
@@ -65,6 +66,8 @@ class MainWindow(QMainWindow):
     ----------
     desk : Desk
         The open flight.
+    voice : Voice
+        What is heard, with its mute.
     """
 
     def __init__(
@@ -85,7 +88,8 @@ class MainWindow(QMainWindow):
         self.flight_place = FlightPlace(StartPage(self.look), self.view)
         self.opening = Opening(self, self.desk, self.look, store, self.banners)
         limits = LimitBook(limits_path(store.path))
-        self.crew = Crew(self, self.desk, self.view, self.look, store, limits)
+        self.voice = Voice(self, muted=settings.muted)
+        self.crew = Crew(self, self.desk, self.view, self.look, store, limits, self.voice)
         self.bar = Bar(self.look)
         self.rail = Rail(self.look)
         self.gap = GapPlace(self.commands.actions, self.look, store, self.banners, faults)

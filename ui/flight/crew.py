@@ -6,16 +6,20 @@ import time
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QObject, QTimer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 
+from gsapp.session import Severity
 from gsapp.session.limit_book import LimitBook
 from ui.desk import Desk
 from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.small import GoToDialog, RangeDialog
 from ui.flight.controls import next_speed
+from ui.flight.lines import spoken_alarm
 from ui.flight.view import FlightView
 from ui.look import Look
 from ui.settings import SettingsStore
+from ui.voice.queue import Priority
+from ui.voice.voice import Voice
 
 _REPEAT = 2.0
 """Seconds between the sounds of a warning that nobody has acknowledged."""
@@ -38,6 +42,8 @@ class Crew(QObject):
         Remembers the sound.
     limits : LimitBook
         Remembers the limits that were typed.
+    voice : Voice
+        Is heard.
     """
 
     def __init__(
@@ -48,6 +54,7 @@ class Crew(QObject):
         look: Look,
         store: SettingsStore,
         limits: LimitBook,
+        voice: Voice,
     ) -> None:
         super().__init__(window)
         self._window = window
@@ -56,6 +63,7 @@ class Crew(QObject):
         self._look = look
         self._store = store
         self._limits = limits
+        self._voice = voice
         self._heard: frozenset[str] = frozenset()
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
@@ -204,18 +212,28 @@ class Crew(QObject):
     # Sound
 
     def mute(self) -> None:
-        """Turn the sound off or on."""
-        self._store.change(muted=not self._store.current.muted)
+        """Turn the sound off or on, words and tones alike."""
+        muted = not self._store.current.muted
+        self._store.change(muted=muted)
+        self._voice.mute(muted)
         self._desk.told.emit()
 
     def sound(self) -> None:
-        """Sound for every new alarm, and again and again for a warning nobody has seen."""
+        """Let every new alarm be heard, warnings in words; one that nobody has seen goes on."""
+        if self._voice.muted:
+            # What still waits when the sound comes back is news then.
+            self._heard = frozenset()
+            return
         waiting = self._desk.waiting()
-        keys = frozenset(f"{alarm.key}@{alarm.time}" for alarm in waiting)
-        new, self._heard = keys - self._heard, keys
-        severe = any(alarm.active and alarm.severity >= 2 for alarm in waiting)
+        keys = {f"{alarm.key}@{alarm.time}": alarm for alarm in waiting}
+        new = [alarm for key, alarm in keys.items() if key not in self._heard]
+        self._heard = frozenset(keys)
+        severe = any(alarm.active and alarm.severity is Severity.WARNING for alarm in waiting)
         now = time.monotonic()
-        due = severe and now - self._sounded >= _REPEAT
-        if (new or due) and not self._store.current.muted:
-            self._sounded = now
-            QApplication.beep()
+        if not new and not (severe and now - self._sounded >= _REPEAT):
+            return
+        self._sounded = now
+        warnings = [alarm for alarm in new if alarm.severity is Severity.WARNING]
+        self._voice.tone("warning" if severe or warnings else "caution")
+        if warnings:
+            self._voice.say(spoken_alarm(warnings[0]), Priority.WARNING)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
+from gsapp.quantities import channel
 from gsapp.session.alarms import Alarm
 from gsapp.session.limits import Severity
 from gsapp.session.marks import Mark as FlightMark
@@ -86,6 +87,15 @@ def alarm_sentence(alarm: Alarm, units: str) -> str:
         words = _MINUS_SIGN.sub("\N{MINUS SIGN}", unit_text(words))
         words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
     return words[:1].upper() + words[1:]
+
+
+def spoken_alarm(alarm: Alarm) -> str:
+    """Return an alarm in a few words for the ear: what, which side, what it means; no numbers."""
+    if alarm.rule is None:
+        return alarm.words
+    meaning = alarm.rule.words(alarm.severity)
+    head = f"{channel(alarm.rule.channel).title} {alarm.rule.side}"
+    return f"{head}, {meaning}" if meaning else head
 
 
 def alarm_lines(alarms: Iterable[Alarm], units: str) -> tuple[Line, ...]:

@@ -1,0 +1,172 @@
+"""What is heard, when, and what is forgotten: the rule of the speech queue, without Qt."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ui.voice.queue import APART, Priority, SpeechQueue
+
+NOTE, PROMPT, WARNING = Priority.NOTE, Priority.PROMPT, Priority.WARNING
+
+
+class Clock:
+    """A clock that stands until it is told."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def queue(clock: Clock) -> SpeechQueue:
+    return SpeechQueue(clock)
+
+
+def heard(queue: SpeechQueue) -> Iterator[str]:
+    """Let everything be spoken to its end."""
+    while queue.speaking is not None:
+        yield queue.speaking.words
+        queue.finished(queue.speaking)
+
+
+def words(queue: SpeechQueue) -> tuple[str | None, str | None]:
+    return tuple(  # type: ignore[return-value]
+        None if each is None else each.words for each in (queue.speaking, queue.waiting)
+    )
+
+
+def test_never_more_than_one_sentence_behind(queue: SpeechQueue) -> None:
+    """Of ten sentences given while the first is spoken, only the newest is still said."""
+    for number in range(10):
+        queue.offer(f"point {number}", PROMPT)
+    assert list(heard(queue)) == ["point 0", "point 9"]
+
+
+def test_a_warning_cuts_in_and_the_prompt_is_said_again(queue: SpeechQueue) -> None:
+    queue.offer("plus ten", PROMPT)
+    queue.offer("link lost", WARNING)
+    assert words(queue) == ("link lost", "plus ten")
+
+
+def test_what_is_newer_than_the_cut_off_sentence_waits_in_its_place(queue: SpeechQueue) -> None:
+    queue.offer("plus ten", PROMPT)
+    queue.offer("plus fifteen", PROMPT)
+    queue.offer("link lost", WARNING)
+    assert list(heard(queue)) == ["link lost", "plus fifteen"]
+
+
+def test_the_lesser_gives_way_to_what_waits(queue: SpeechQueue) -> None:
+    queue.offer("plus ten", PROMPT)
+    queue.offer("hold still", PROMPT)
+    queue.offer("four points left", NOTE)
+    assert list(heard(queue)) == ["plus ten", "hold still"]
+
+
+def test_a_prompt_takes_the_place_of_a_note_that_waits(queue: SpeechQueue) -> None:
+    queue.offer("plus ten", PROMPT)
+    queue.offer("four points left", NOTE)
+    queue.offer("hold still", PROMPT)
+    assert list(heard(queue)) == ["plus ten", "hold still"]
+
+
+def test_a_prompt_waits_for_a_warning_and_a_second_warning_goes_before_it(
+    queue: SpeechQueue,
+) -> None:
+    queue.offer("link lost", WARNING)
+    queue.offer("plus ten", PROMPT)
+    queue.offer("disk full", WARNING)
+    assert list(heard(queue)) == ["link lost", "disk full"]
+
+
+def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, clock: Clock) -> None:
+    queue.offer("hold still", PROMPT)
+    queue.offer("hold still", PROMPT)
+    assert list(heard(queue)) == ["hold still"]
+    clock.now += APART - 0.1
+    queue.offer("hold still", PROMPT)
+    assert list(heard(queue)) == []
+    clock.now += 0.2
+    queue.offer("hold still", PROMPT)
+    assert list(heard(queue)) == ["hold still"]
+    queue.offer("taken", PROMPT)
+    queue.offer("hold still", PROMPT)
+    assert list(heard(queue)) == ["taken", "hold still"]
+
+
+def test_mute_silences_at_once_and_nothing_old_is_heard_after(queue: SpeechQueue) -> None:
+    queue.offer("link lost", WARNING)
+    queue.offer("plus ten", PROMPT)
+    queue.mute(True)
+    assert words(queue) == (None, None)
+    queue.offer("disk full", WARNING)
+    queue.mute(False)
+    assert words(queue) == (None, None)
+    queue.offer("link lost", WARNING)  # still so: said again although it was said just now
+    assert words(queue) == ("link lost", None)
+
+
+def test_the_late_end_of_what_was_cut_off_changes_nothing(queue: SpeechQueue) -> None:
+    queue.offer("plus ten", PROMPT)
+    cut_off = queue.speaking
+    queue.offer("link lost", WARNING)
+    assert cut_off is not None
+    queue.finished(cut_off)
+    assert words(queue) == ("link lost", "plus ten")
+
+
+def test_empty_words_are_nothing(queue: SpeechQueue) -> None:
+    queue.offer("  ", WARNING)
+    assert words(queue) == (None, None)
+
+
+OFFERS = st.tuples(st.sampled_from("abcd"), st.sampled_from(list(Priority)))
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.lists(st.one_of(OFFERS, st.just("end"), st.just("mute"), st.just("unmute"))))
+def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
+    """Never silent with something waiting, never the lesser before the more urgent."""
+    queue = SpeechQueue(Clock())
+    for step in steps:
+        before = queue.speaking
+        if step == "end":
+            if before is not None:
+                queue.finished(before)
+        elif step in ("mute", "unmute"):
+            queue.mute(step == "mute")
+        else:
+            offered, priority = step  # type: ignore[misc]
+            queue.offer(offered, priority)
+            if priority is WARNING and not queue.muted and before is not None:
+                # Nothing lesser is spoken into a warning, nor goes on when one came.
+                assert queue.speaking is before or queue.speaking.words == offered
+                if before.priority < WARNING and before.words != offered:
+                    waited = queue.waiting
+                    assert queue.speaking.priority is WARNING or (
+                        waited is not None and waited.words == offered
+                    )
+        if queue.waiting is not None:
+            assert queue.speaking is not None
+            assert queue.waiting.priority <= queue.speaking.priority
+            assert queue.waiting.words != queue.speaking.words
+
+
+def test_the_rule_and_the_tones_know_nothing_of_qt() -> None:
+    code = (
+        "import sys, ui.voice.queue, ui.voice.tones; "
+        "sys.exit(any('PySide6' in name for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

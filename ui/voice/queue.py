@@ -1,0 +1,120 @@
+"""Which sentence is spoken, which waits, which is forgotten. No Qt, no sound.
+
+The rule:
+
+1. One sentence is spoken at a time and at most one waits: nothing that is heard is ever more than
+   one sentence behind.
+2. The more urgent goes first. It cuts off a less urgent one that is being spoken; what was cut
+   off waits, unless something newer waits already.
+3. Of two that would wait, the more urgent stays; of two equally urgent ones the newer, because it
+   is what holds now.
+4. Nothing is said twice: words that are being spoken or wait are not taken again, and the words
+   said last only after `APART` seconds, unless other words were said in between.
+5. Mute acts at once: what is spoken is cut off, what waits is forgotten, and nothing is taken, so
+   that nothing old is heard afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+
+APART = 10.0
+"""Seconds after which the very same words may follow upon themselves."""
+
+
+class Priority(IntEnum):
+    """How urgent a sentence is."""
+
+    NOTE = 0
+    PROMPT = 1
+    WARNING = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Utterance:
+    """Words to be spoken once.
+
+    Attributes
+    ----------
+    words : str
+    priority : Priority
+    """
+
+    words: str
+    priority: Priority
+
+
+class SpeechQueue:
+    """Decides what is heard; see the rule above.
+
+    Parameters
+    ----------
+    clock : callable
+        Seconds of a clock that never goes back.
+
+    Attributes
+    ----------
+    speaking : Utterance or None
+        To be heard now. Whoever speaks compares it with what it speaks after every call.
+    waiting : Utterance or None
+        To be heard next.
+    muted : bool
+        Whether nothing is.
+    """
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self.speaking: Utterance | None = None
+        self.waiting: Utterance | None = None
+        self.muted = False
+        self._last = ""
+        self._said_at = -math.inf
+
+    def offer(self, words: str, priority: Priority) -> None:
+        """Take words to be said, now, next, or not at all."""
+        words = words.strip()
+        if self.muted or not words or self._is_repeat(words, priority):
+            return
+        if self.waiting is not None and self.waiting.words == words:
+            self.waiting = None  # the same, and less urgent
+        offered = Utterance(words=words, priority=priority)
+        if self.speaking is None:
+            self._begin(offered)
+        elif priority > self.speaking.priority:
+            self.waiting = self.waiting or self.speaking
+            self._begin(offered)
+        elif self.waiting is None or priority >= self.waiting.priority:
+            self.waiting = offered
+
+    def finished(self, utterance: Utterance) -> None:
+        """Go on to what waits; an utterance that was cut off before has no say."""
+        if utterance is not self.speaking:
+            return
+        self._said_at = self._clock()
+        self.speaking = None
+        if self.waiting is not None:
+            following, self.waiting = self.waiting, None
+            self._begin(following)
+
+    def mute(self, muted: bool) -> None:
+        """Fall silent at once, or be ready to speak again."""
+        self.muted = muted
+        if muted:
+            self.speaking = self.waiting = None
+            # Whoever turns the sound on again wants to hear what holds then.
+            self._last = ""
+
+    def _is_repeat(self, words: str, priority: Priority) -> bool:
+        if self.speaking is not None and self.speaking.words == words:
+            return True
+        if self.waiting is not None and self.waiting.words == words:
+            return self.waiting.priority >= priority
+        return words == self._last and self._clock() - self._said_at < APART
+
+    def _begin(self, utterance: Utterance) -> None:
+        self.speaking = utterance
+        self._last = utterance.words
+        self._said_at = self._clock()

@@ -1,0 +1,189 @@
+"""Speaking one sentence at a time with whatever voice this computer has; none of it can fail.
+
+Qt's own speech comes with a package that need not be installed, and fails at import without the
+sound library of the system. Else the program that the system brings along speaks. Without any
+voice a tone says at least that there is something to be read, and how urgent it is.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from ui.voice.program import Program, Programs, installed
+from ui.voice.queue import Utterance
+from ui.voice.tones import TONE_OF, TONES
+
+log = logging.getLogger(__name__)
+
+_PROGRAMS: Programs = {
+    "linux": (("espeak-ng", "--stdin"), ("espeak", "--stdin")),
+    "darwin": (("say",),),
+    "win32": (
+        (
+            "powershell", "-NoProfile", "-Command",
+            "Add-Type -AssemblyName System.Speech; (New-Object System.Speech.Synthesis."
+            "SpeechSynthesizer).Speak([Console]::In.ReadToEnd())",
+        ),
+    ),
+}  # fmt: skip
+"""Programs that speak what they read from their input."""
+
+_BETWEEN = 0.15
+"""Seconds of silence after a tone that stands for words."""
+
+
+class Speaker(QObject):
+    """Speaks one utterance at a time.
+
+    Attributes
+    ----------
+    done : Signal(object)
+        An utterance was spoken to its end. One that was cut off says nothing.
+    failed : Signal(object)
+        This way of speaking does not work; the utterance that was not heard.
+    """
+
+    done = Signal(object)
+    failed = Signal(object)
+
+    def speak(self, utterance: Utterance) -> None:
+        """Speak now, in place of what is being spoken."""
+        raise NotImplementedError
+
+    def stop(self) -> None:
+        """Fall silent at once."""
+        raise NotImplementedError
+
+
+class ToneSpeaker(Speaker):
+    """A tone in place of words, where there is no voice.
+
+    Parameters
+    ----------
+    sound : callable
+        Plays a tone by its name.
+    """
+
+    def __init__(self, sound: Callable[[str], object], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._sound = sound
+        self._spoken: Utterance | None = None
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.timeout.connect(self._end)
+
+    def speak(self, utterance: Utterance) -> None:
+        """Play the tone of its priority."""
+        name = TONE_OF[utterance.priority]
+        self._spoken = utterance
+        self._sound(name)
+        self._timer.start(round(1000 * (TONES[name].seconds + _BETWEEN)))
+
+    def stop(self) -> None:
+        """Wait for nothing; a tone is over before it could be cut off."""
+        self._timer.stop()
+        self._spoken = None
+
+    def _end(self) -> None:
+        spoken, self._spoken = self._spoken, None
+        self.done.emit(spoken)
+
+
+class ProgramSpeaker(Speaker):
+    """Speaks with a program of the system, which reads the words from its input.
+
+    Parameters
+    ----------
+    command : sequence of str
+        Program and arguments.
+    """
+
+    def __init__(self, command: Sequence[str], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._command = tuple(command)
+        self._running: Program | None = None
+        self._spoken: Utterance | None = None
+
+    def speak(self, utterance: Utterance) -> None:
+        """Start the program."""
+        self.stop()
+        self._spoken = utterance
+        self._running = Program(self._command, self)
+        self._running.over.connect(self._over)
+        self._running.begin(f"{utterance.words}\n")
+
+    def stop(self) -> None:
+        """Kill the program."""
+        running, self._running = self._running, None
+        if running is not None:
+            running.cut_off()
+
+    def _over(self, well: bool) -> None:
+        self._running = None
+        (self.done if well else self.failed).emit(self._spoken)
+
+
+class QtSpeaker(Speaker):
+    """Speaks through QtTextToSpeech.
+
+    Raises
+    ------
+    ImportError
+        If it is not installed, or a library of the system that it stands on is missing.
+    OSError
+        If there is no engine that speaks.
+    """
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        from PySide6.QtTextToSpeech import QTextToSpeech
+
+        # The mock engine, which is there for tests, waits as if it spoke.
+        if not [name for name in QTextToSpeech.availableEngines() if name != "mock"]:
+            raise OSError("there is no engine that speaks")
+        self._states = QTextToSpeech.State
+        self._engine = QTextToSpeech(self)
+        if self._engine.state() == self._states.Error:
+            raise OSError(self._engine.errorString() or "the engine does not speak")
+        self._spoken: Utterance | None = None
+        self._began = False
+        self._engine.stateChanged.connect(self._changed)
+
+    def speak(self, utterance: Utterance) -> None:
+        """Give the words to the engine."""
+        self.stop()
+        self._spoken, self._began = utterance, False
+        self._engine.say(utterance.words)
+
+    def stop(self) -> None:
+        """Let the engine fall silent."""
+        if self._spoken is not None:
+            self._spoken = None
+            self._engine.stop()
+
+    def _changed(self, state: object) -> None:
+        if state == self._states.Speaking:
+            self._began = True
+            return
+        over = state == self._states.Error or (state == self._states.Ready and self._began)
+        if self._spoken is None or not over:
+            return
+        spoken, self._spoken = self._spoken, None
+        (self.failed if state == self._states.Error else self.done).emit(spoken)
+
+
+def find_speaker(sound: Callable[[str], object], parent: QObject | None = None) -> Speaker:
+    """Return the best voice that this computer has; tones by `sound` where it has none."""
+    ways: list[Callable[[], Speaker]] = [lambda: QtSpeaker(parent)]
+    command = installed(_PROGRAMS)
+    if command is not None:
+        ways.append(lambda: ProgramSpeaker(command, parent))
+    for way in ways:
+        try:
+            return way()
+        except (ImportError, OSError) as error:
+            log.info("voice: %s", error)
+    return ToneSpeaker(sound, parent)

@@ -1,0 +1,137 @@
+"""The voice of the window: words and tones, one mute for both."""
+
+from __future__ import annotations
+
+import logging
+import time
+
+from PySide6.QtCore import QObject, Signal
+
+from ui.voice.player import Player, find_player
+from ui.voice.queue import Priority, SpeechQueue, Utterance
+from ui.voice.speaker import Speaker, ToneSpeaker, find_speaker
+from ui.voice.tones import TONES
+
+log = logging.getLogger(__name__)
+
+
+class Voice(QObject):
+    """Says sentences by the rule of `ui.voice.queue`, and plays tones.
+
+    What the computer can do is looked for when something is to be heard for the first time:
+    engines take a while to start, and most windows are muted or quiet.
+
+    Parameters
+    ----------
+    muted : bool
+        Whether to begin in silence.
+    player, speaker : Player, Speaker, optional
+        In place of the best that this computer has.
+
+    Attributes
+    ----------
+    said : Signal(str)
+        A sentence begins; for those who would rather read it.
+    """
+
+    said = Signal(str)
+
+    def __init__(
+        self,
+        parent: QObject | None = None,
+        *,
+        muted: bool = False,
+        player: Player | None = None,
+        speaker: Speaker | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._queue = SpeechQueue(time.monotonic)
+        self._queue.mute(muted)
+        self._player = player
+        self._speaker: Speaker | None = None
+        if speaker is not None:
+            self._take(speaker)
+        self._spoken: Utterance | None = None
+        self._toned = ("", 0.0)
+
+    @property
+    def muted(self) -> bool:
+        """Return whether nothing is heard."""
+        return self._queue.muted
+
+    def say(self, words: str, priority: Priority = Priority.PROMPT) -> None:
+        """Say a sentence now, next or not at all; see `ui.voice.queue`."""
+        self._queue.offer(words, priority)
+        self._follow()
+
+    def tone(self, name: str) -> None:
+        """Play a tone of `ui.voice.tones`, at once and beside the words.
+
+        A more urgent sentence is not disturbed, and a tone that sounds is not begun again.
+
+        Raises
+        ------
+        KeyError
+            If there is no such tone.
+        """
+        tone = TONES[name]
+        spoken = self._queue.speaking
+        if not self.muted and (spoken is None or spoken.priority <= tone.priority):
+            self._sound(name)
+
+    def mute(self, muted: bool) -> None:
+        """Fall silent at once, or be ready to be heard again."""
+        self._queue.mute(muted)
+        self._follow()
+        self._toned = ("", 0.0)
+        if muted and self._player is not None:
+            self._player.stop()
+
+    def _sound(self, name: str) -> None:
+        now = time.monotonic()
+        sounding, until = self._toned
+        if name != sounding or now >= until:
+            self._toned = (name, now + TONES[name].seconds)
+            self._tones().play(name)
+
+    def _tones(self) -> Player:
+        if self._player is None:
+            self._player = find_player(self)
+        return self._player
+
+    def _voice(self) -> Speaker:
+        if self._speaker is None:
+            self._take(find_speaker(self._sound, self))
+        return self._speaker
+
+    def _take(self, speaker: Speaker) -> None:
+        if self._speaker is not None:
+            # Not at once: it may be the one that is telling of its failure.
+            self._speaker.deleteLater()
+        speaker.setParent(self)
+        self._speaker = speaker
+        speaker.done.connect(self._done)
+        speaker.failed.connect(self._failed)
+
+    def _follow(self) -> None:
+        """Let be heard what the queue wants heard."""
+        wanted = self._queue.speaking
+        if wanted is self._spoken:
+            return
+        self._spoken = wanted
+        if wanted is None:
+            self._voice().stop()
+            return
+        self.said.emit(wanted.words)
+        self._voice().speak(wanted)
+
+    def _done(self, utterance: Utterance) -> None:
+        self._queue.finished(utterance)
+        self._follow()
+
+    def _failed(self, utterance: Utterance) -> None:
+        """Go on with tones: a voice that failed once is not asked again."""
+        log.warning("the voice of this computer failed; tones take its place")
+        self._take(ToneSpeaker(self._sound, self))
+        if utterance is self._spoken:
+            self._voice().speak(utterance)
