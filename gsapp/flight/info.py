@@ -10,7 +10,6 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from gsapp.aircraft.measured import Measured
 from gsapp.aircraft.weighing import WeighingRecord
 from gsapp.flight.transmitter import Transmitter
 from gsapp.foundation import StrictModel
@@ -204,11 +203,10 @@ def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, An
 
 
 def _text(value: Any, unit: str | None) -> Any:
-    if isinstance(value, Measured):
-        # A pair says how sure it is; what is not said stays unsaid.
-        return [_text(one, unit) for one in value] if value.std else _text(value.value, unit)
     if isinstance(value, (list, tuple)):
-        return [_text(one, unit) for one in value]
+        # Of a value with its deviation; one that was not given stays unsaid.
+        given = value[:1] if len(value) == 2 and value[1] == 0.0 else value
+        return _text(given[0], unit) if len(given) == 1 else [_text(one, unit) for one in given]
     return f"{value!r} {unit}" if unit is not None and isinstance(value, float) else value
 
 

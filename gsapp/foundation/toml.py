@@ -50,6 +50,11 @@ def read_toml(path: Path | str, model: type[Model]) -> Model:
         If the file cannot be read, is not TOML (with line and column), or does not fit the
         model; every mistake is listed with key path and remedy.
     """
+    return validate(path, read_table(path), model)
+
+
+def read_table(path: Path | str) -> dict[str, Any]:
+    """Read a TOML file as it stands; see `read_toml` for the errors."""
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -65,10 +70,9 @@ def read_toml(path: Path | str, model: type[Model]) -> Model:
         )
         raise FileProblemsError(path, [problem]) from error
     try:
-        content = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise FileProblemsError(path, [_syntax_problem(str(error))]) from error
-    return validate(path, content, model)
 
 
 def validate(path: Path | str, content: Mapping[str, Any], model: type[Model]) -> Model:

@@ -1,0 +1,304 @@
+"""Test cards: the maneuvers and test points that a flight is made for, as a file.
+
+::
+
+    name = "B777, longitudinal"
+
+    [[cards]]
+    id = "E1"
+    speed = "100 ft/s"
+    surfaces = ["de"]
+    amplitude = "4 deg"
+    width = "0.45 s"
+    repeats = 3
+    [cards.tolerance]
+    speed = "5 ft/s"
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from gsapp.flight.replacing import write_whole
+from gsapp.foundation import FileProblem, FileProblemsError, StrictModel
+from gsapp.foundation.shipped import Shipped
+from gsapp.foundation.toml import read_table, toml_text, validate
+from gsapp.quantities.constants import DEGREE, FOOT
+from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Time
+
+SHIPPED: Final = Shipped(folder=Path(__file__).parent / "files", kind="test cards")
+
+Surface = Literal["de", "da", "dr"]
+Kind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep"]
+
+STEPS: Final[Mapping[str, int]] = {"doublet": 2, "3-2-1-1": 7, "pulse": 1}
+"""How many widths an input lasts; the others have no width of one step."""
+
+SURFACES: Final[Mapping[str, str]] = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+"""Surfaces in words."""
+
+_UNITS: Final[Mapping[str, str]] = {
+    "speed": "m/s",
+    "alpha": "rad",
+    "height": "m",
+    "flap": "rad",
+    "amplitude": "rad",
+    "width": "s",
+}
+_RATIOS = ("amplitude", "width")
+_SHORTEST, _LONGEST = 0.05, 30.0
+_LARGEST = 45.0 * DEGREE
+_MOST_REPEATS = 50
+
+
+class Tolerance(StrictModel):
+    """How far a maneuver may be from its card and still count.
+
+    Attributes
+    ----------
+    speed : float
+        m/s to either side.
+    alpha : float
+        rad to either side.
+    amplitude, width : float
+        Shares of what the card asks for.
+    """
+
+    speed: Speed = 5.0 * FOOT
+    alpha: Angle = 1.5 * DEGREE
+    amplitude: Ratio = 0.35
+    width: Ratio = 0.35
+
+    @field_validator("speed", "alpha", "amplitude", "width")
+    @classmethod
+    def _must_leave_room(cls, value: float) -> float:
+        if not value > 0.0:
+            raise ValueError("must be greater than zero; a pilot needs some room")
+        return value
+
+
+class TestCard(StrictModel):
+    """One planned maneuver, to be flown `repeats` times.
+
+    Attributes
+    ----------
+    id : str
+        Short, said over the radio: ``E1``.
+    title : str
+        In words; `heading` makes one where it is left out.
+    speed : float
+        Airspeed at the start, m/s.
+    alpha : float or None
+        Angle of attack at the start, rad; at 1 g the speed fixes it, so most cards leave it out.
+    height : float or None
+        Above the field, m.
+    flap : float
+        rad.
+    surfaces : tuple of str
+        ``de``, ``da``, ``dr``: those moved, in the order in which they are moved.
+    kind : str
+        Shape of each input.
+    amplitude : float or mapping
+        Half the peak-to-peak deflection, rad; one for all surfaces, or by surface.
+    width : float
+        Of one step, s: a doublet lasts two, a 3-2-1-1 seven. Of a sweep, all of it.
+    repeats : int
+        How many good ones are wanted.
+    tolerance : Tolerance
+    remarks : str
+        For the pilot: ``half stick, high rate``.
+    """
+
+    __test__ = False  # the name is the field's; it is no test of ours
+
+    id: str
+    title: str = ""
+    speed: Speed
+    alpha: Angle | None = None
+    height: Length | None = None
+    flap: Angle = 0.0
+    surfaces: tuple[Surface, ...]
+    kind: Kind = "doublet"
+    amplitude: Angle | Mapping[Surface, Angle]
+    width: Time
+    repeats: int = 1
+    tolerance: Tolerance = Tolerance()
+    remarks: str = ""
+
+    @field_validator("id")
+    @classmethod
+    def _must_be_said(cls, value: str) -> str:
+        if not value.strip():
+            raise ValueError("is empty; give a short one such as E1")
+        return value
+
+    @field_validator("speed")
+    @classmethod
+    def _must_fly(cls, value: float) -> float:
+        if not 0.0 < value < 200.0:
+            raise ValueError("is no speed of a model; write the airspeed at the start")
+        return value
+
+    @field_validator("surfaces")
+    @classmethod
+    def _must_move(cls, value: tuple[Surface, ...]) -> tuple[Surface, ...]:
+        if not value or len(set(value)) != len(value):
+            raise ValueError('names none, or one twice; write those moved, such as ["da", "dr"]')
+        return value
+
+    @field_validator("amplitude")
+    @classmethod
+    def _must_be_an_angle(cls, value: float | Mapping[Surface, float]) -> Any:
+        sizes = value.values() if isinstance(value, Mapping) else (value,)
+        if any(not 0.0 < size < _LARGEST for size in sizes):
+            raise ValueError("must lie between 0 and 45 deg; it is half of peak to peak")
+        return value
+
+    @field_validator("width")
+    @classmethod
+    def _must_be_a_time(cls, value: float) -> float:
+        if not _SHORTEST <= value <= _LONGEST:
+            raise ValueError(f"must lie from {_SHORTEST:g} to {_LONGEST:g} s; check its unit")
+        return value
+
+    @field_validator("repeats")
+    @classmethod
+    def _must_be_flown(cls, value: int) -> int:
+        if not 1 <= value <= _MOST_REPEATS:
+            raise ValueError(f"must lie from 1 to {_MOST_REPEATS}; write how many good ones count")
+        return value
+
+    @model_validator(mode="after")
+    def _must_fit_the_surfaces(self) -> TestCard:
+        sizes = self.amplitude
+        if isinstance(sizes, Mapping) and set(sizes) != set(self.surfaces):
+            raise ValueError(
+                f"amplitude is given for {', '.join(sizes)}, but {', '.join(self.surfaces)} move; "
+                "give one for each of them"
+            )
+        return self
+
+    @property
+    def amplitudes(self) -> Mapping[str, float]:
+        """Return the amplitude of each surface, rad."""
+        given = self.amplitude
+        if isinstance(given, Mapping):
+            return {name: given[name] for name in self.surfaces}
+        return dict.fromkeys(self.surfaces, given)
+
+    @property
+    def duration(self) -> float:
+        """Return how long the input of one surface lasts, s."""
+        return self.width * STEPS.get(self.kind, 1)
+
+    @property
+    def heading(self) -> str:
+        """Return the title, or one made of surfaces and shape."""
+        surfaces = " and ".join(SURFACES[name] for name in self.surfaces)
+        return self.title or f"{surfaces} {self.kind}".capitalize()
+
+
+class CardSet(StrictModel):
+    """A file of test cards.
+
+    Attributes
+    ----------
+    name : str
+        What the set is called.
+    aircraft : str
+        Name of the aircraft it is made for; empty for any.
+    remarks : str
+    cards : tuple of TestCard
+        In the order in which they are to be flown.
+    """
+
+    name: str = ""
+    aircraft: str = ""
+    remarks: str = ""
+    cards: tuple[TestCard, ...] = Field(min_length=1)
+
+    def card(self, card_id: str) -> TestCard | None:
+        """Return the card of that id, or None."""
+        return next((card for card in self.cards if card.id == card_id), None)
+
+    def content(self) -> dict[str, Any]:
+        """Return what a TOML file holds: values with units as text, defaults left out."""
+        kept = self.model_dump(exclude_defaults=True)
+        return {**kept, "cards": [_written(card) for card in kept["cards"]]}
+
+
+def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, Any]:
+    content: dict[str, Any] = {}
+    for key, value in values.items():
+        own = unit or _UNITS.get(key)
+        if isinstance(value, Mapping):
+            # A tolerance is a share where the card's own value has a unit.
+            plain = {name: value[name] for name in _RATIOS if key == "tolerance" and name in value}
+            rest = {name: one for name, one in value.items() if name not in plain}
+            content[key] = {**_written(rest, unit=own), **plain}
+        elif isinstance(value, float) and own is not None:
+            content[key] = f"{value!r} {own}"
+        else:
+            content[key] = list(value) if isinstance(value, tuple) else value
+    return content
+
+
+def shipped_cards() -> tuple[str, ...]:
+    """Return the names of the sets that come with the program."""
+    return SHIPPED.names()
+
+
+def load_cards(name_or_path: str | Path) -> CardSet:
+    """Read a set of test cards.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path, or the name of a shipped set such as ``b777``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all of all cards are named at once.
+    UnknownNameError
+        If there is neither such a file nor such a shipped set.
+    """
+    path = SHIPPED.find(name_or_path)
+    content = read_table(path)
+    twice = _ids_given_twice(content)
+    try:
+        found = validate(path, content, CardSet)
+    except FileProblemsError as error:
+        raise FileProblemsError(path, [*error.problems, *twice]) from error
+    if twice:
+        raise FileProblemsError(path, twice)
+    return found
+
+
+def save_cards(path: Path | str, cards: CardSet) -> Path:
+    """Write a set of test cards, whole or not at all; values are written in SI.
+
+    Raises
+    ------
+    FlightError
+        If the disk refuses.
+    """
+    return write_whole(path, toml_text(cards.content()))
+
+
+def _ids_given_twice(content: Mapping[str, Any]) -> list[FileProblem]:
+    cards = content.get("cards")
+    rows = cards if isinstance(cards, list) else []
+    ids = Counter(str(row["id"]) for row in rows if isinstance(row, dict) and "id" in row)
+    return [
+        FileProblem(
+            where="cards", what=f"{count} cards have the id '{name}'", remedy="give each its own"
+        )
+        for name, count in ids.items()
+        if count > 1
+    ]
