@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from calibration.fit import fit_points, polynomial
 from calibration.points import CalibrationPoint
+from calibration.quality import Quality
 from gsapp.quantities import FloatArray, channel, to_si
 
 
@@ -50,6 +51,8 @@ class Certificate:
         Of the surroundings, K.
     instrument, notes : str
         What was calibrated, and what is to be known about it.
+    quality : Quality or None
+        How good it is; None in files written before that was kept.
     """
 
     channel: str
@@ -67,6 +70,7 @@ class Certificate:
     temperature: float | None = None
     instrument: str = ""
     notes: str = ""
+    quality: Quality | None = None
     si_coefficients: tuple[float, ...] = field(init=False)
     end_slopes: tuple[float, float] = field(init=False)
 
@@ -125,6 +129,12 @@ class Certificate:
         )
 
     @property
+    def value_range(self) -> tuple[float, float]:
+        """Return the lowest and highest value that was calibrated, in the SI unit."""
+        ends = polynomial(self.si_coefficients, np.array(self.range))
+        return float(ends.min()), float(ends.max())
+
+    @property
     def degree(self) -> int:
         """Return the degree of the curve."""
         return len(self.coefficients) - 1
@@ -159,6 +169,29 @@ class Certificate:
         """Return where volts lie outside the range that was calibrated."""
         v = self._referred(volts, excitation)
         return (v < self.range[0]) | (v > self.range[1])
+
+    def uncertainty(
+        self, volts: npt.ArrayLike, excitation: npt.ArrayLike | None = None
+    ) -> FloatArray:
+        """Return the 95 % half width of the values that volts stand for.
+
+        Parameters
+        ----------
+        volts, excitation : array_like
+            As for `evaluate`.
+
+        Returns
+        -------
+        ndarray
+            In the SI unit of the channel. NaN outside `range`, and everywhere if the certificate
+            holds no quality.
+        """
+        v = self._referred(volts, excitation)
+        if self.quality is None:
+            return np.full_like(v, np.nan)
+        key = channel(self.channel).quantity
+        factor = to_si(1.0, self.unit, key) - to_si(0.0, self.unit, key)
+        return self.quality.half_width(v) * factor
 
     def volts(self, values: npt.ArrayLike, excitation: npt.ArrayLike | None = None) -> FloatArray:
         """Return the volts at which the instrument shows these values: the inverse of `evaluate`.

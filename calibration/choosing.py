@@ -8,10 +8,12 @@ fails at that, above all at the ends.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 
 import numpy as np
 
 from calibration.branches import BranchFit, Readings, fit_branches
+from calibration.certificate import Certificate
 from calibration.fit import MAX_DEGREE, checked_readings, curve_of
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import Calibration, assess
@@ -79,9 +81,59 @@ def calibrate(
                 raise
             chosen -= 1
     quality = assess(
-        readings, branch_fit, travel=travel, count=full_scale / 2**bits, outliers=outliers
+        fit, readings, branch_fit, travel=travel, count=full_scale / 2**bits, outliers=outliers
     )
     return Calibration(fit=fit, quality=quality, losses=losses, branch_fit=branch_fit)
+
+
+def certify(
+    calibration: Calibration,
+    points: Sequence[CalibrationPoint],
+    *,
+    channel_id: str,
+    unit: str,
+    who: str,
+    stamp: datetime,
+    excitation_voltage: float | None = None,
+    ratiometric: bool = False,
+    temperature: float | None = None,
+    instrument: str = "",
+    notes: str = "",
+) -> Certificate:
+    """Write down a calibration as the certificate of an instrument.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        From `calibrate`.
+    points : sequence of CalibrationPoint
+        The points that it was drawn through.
+    channel_id, unit, who, stamp, excitation_voltage, ratiometric, temperature, instrument, notes
+        As in `Certificate`.
+
+    Returns
+    -------
+    Certificate
+    """
+    volts = [point.volts for point in points]
+    return Certificate(
+        channel=channel_id,
+        unit=unit,
+        coefficients=calibration.fit.coefficients,
+        range=(min(volts), max(volts)),
+        who=who,
+        stamp=stamp.replace(microsecond=0),
+        points=tuple(points),
+        hysteresis=calibration.fit.hysteresis,
+        rms_residual=calibration.fit.rms,
+        max_residual=calibration.fit.maximum,
+        excitation_voltage=excitation_voltage,
+        ratiometric=ratiometric,
+        temperature=temperature,
+        instrument=instrument,
+        notes=notes,
+        quality=calibration.quality,
+    )
 
 
 def find_outliers(readings: Readings, *, setting_error: float | None = None) -> tuple[int, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration.branches import BranchFit, Readings, fit_branches
-from calibration.points import CalibrationError, CalibrationPoint
+from calibration.points import CalibrationError, CalibrationPoint, Direction
 from gsapp.quantities import FloatArray
 
 MAX_DEGREE = 3
@@ -137,6 +137,7 @@ __all__ = [
     "MAX_DEGREE",
     "CalibrationError",
     "CalibrationPoint",
+    "Direction",
     "Fit",
     "checked_readings",
     "curve_of",

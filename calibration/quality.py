@@ -23,6 +23,10 @@ class Quality:
 
     Attributes
     ----------
+    degree : int
+        Of the curve.
+    rms, maximum : float
+        As in `calibration.fit.Fit`.
     linearity : float
         Largest distance of the curve from the straight line that fits it best over the range.
     scatter : float or None
@@ -51,6 +55,9 @@ class Quality:
         Indices of points that do not fit the others.
     """
 
+    degree: int
+    rms: float
+    maximum: float
     linearity: float
     scatter: float | None
     hysteresis: float | None
@@ -97,6 +104,7 @@ class Quality:
 
 
 def assess(
+    fit: Fit,
     readings: Readings,
     branch_fit: BranchFit,
     *,
@@ -108,10 +116,12 @@ def assess(
 
     Parameters
     ----------
+    fit : Fit
+        The curve.
     readings : Readings
         The points that it was drawn through.
     branch_fit : BranchFit
-        The curve.
+        The same curve with its covariance.
     travel : tuple of float, optional
         Of the surface, lowest and highest.
     count : float
@@ -126,11 +136,15 @@ def assess(
     low, high = float(readings.volts.min()), float(readings.volts.max())
     volts = np.linspace(low, high, 201)
     slopes = np.abs(slope_of(branch_fit.coefficients, volts))
-    places = np.linspace(low, high, PLACES)
+    # The ends to the last bit, so that no voltage within the range lies outside.
+    places = np.array([low, *np.linspace(low, high, PLACES)[1:-1].round(4), high])
     known = np.isfinite(branch_fit.scatter)
     width = branch_fit.hysteresis
     std = branch_fit.hysteresis_std
     return Quality(
+        degree=branch_fit.degree,
+        rms=fit.rms,
+        maximum=fit.maximum,
         linearity=linearity(branch_fit.value(volts)),
         scatter=branch_fit.scatter if known else None,
         hysteresis=None if width is None else abs(width),

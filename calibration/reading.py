@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -10,8 +9,10 @@ from typing import Any, Literal
 from pydantic import Field
 
 from calibration.certificate import Certificate
-from calibration.fit import MAX_DEGREE, turning_points
+from calibration.file_values import difference, per_volt, read_in_unit, read_quantity
+from calibration.fit import MAX_DEGREE, Fit, turning_points
 from calibration.points import CalibrationPoint
+from calibration.quality_section import QualitySection, quality_content, read_quality
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -21,7 +22,7 @@ from gsapp.foundation import (
     read_toml,
     write_toml,
 )
-from gsapp.quantities import channel, from_si, normalize_unit, to_si
+from gsapp.quantities import channel, from_si, normalize_unit
 from gsapp.quantities.fields import Temperature, Voltage
 
 FOLDER = Path(__file__).parent / "files"
@@ -53,10 +54,8 @@ class _CertificateFile(StrictModel):
     excitation_voltage: Voltage | None = None
     ratiometric: bool = False
     fit: _FitSection
+    quality: QualitySection | None = None
     points: tuple[_Point, ...] = ()
-
-
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 def load_certificate(path: str | Path) -> Certificate:
@@ -73,19 +72,19 @@ def load_certificate(path: str | Path) -> Certificate:
     if problems:
         raise FileProblemsError(path, problems)
     coefficients = tuple(
-        _quantity(text, _per_volt(unit, power), f"fit.coefficients[{power}]", problems)
+        read_quantity(text, per_volt(unit, power), f"fit.coefficients[{power}]", problems)
         for power, text in enumerate(file.fit.coefficients)
     )
     points = tuple(
         CalibrationPoint(
             volts=point.volts,
-            value=_in_unit(point.value, unit, key, f"points[{index}].value", problems),
+            value=read_in_unit(point.value, unit, key, f"points[{index}].value", problems),
             direction=point.direction,
         )
         for index, point in enumerate(file.points)
     )
     rms, largest, hysteresis = (
-        0.0 if text is None else _quantity(text, _difference(unit), f"fit.{name}", problems)
+        0.0 if text is None else read_quantity(text, difference(unit), f"fit.{name}", problems)
         for name, text in (
             ("rms_residual", file.fit.rms_residual),
             ("max_residual", file.fit.max_residual),
@@ -93,6 +92,20 @@ def load_certificate(path: str | Path) -> Certificate:
         )
     )
     _check_curve(file, coefficients, problems)
+    quality = None
+    if file.quality is not None:
+        met = {point.direction for point in points}
+        quality = read_quality(
+            file.quality,
+            fit=Fit(
+                coefficients=coefficients, residuals=(), rms=rms, maximum=largest,
+                hysteresis=hysteresis,
+            ),
+            two_sided={"up", "down"} <= met,
+            unit=unit,
+            key=key,
+            problems=problems,
+        )  # fmt: skip
     if problems:
         raise FileProblemsError(path, problems)
     return Certificate(
@@ -111,6 +124,7 @@ def load_certificate(path: str | Path) -> Certificate:
         temperature=file.temperature,
         instrument=file.instrument,
         notes=file.notes,
+        quality=quality,
     )
 
 
@@ -175,7 +189,7 @@ def shipped_sets() -> tuple[str, ...]:
 def certificate_content(certificate: Certificate) -> dict[str, Any]:
     """Return what the file of a certificate holds; `load_certificate` reads it back exactly."""
     unit = certificate.unit
-    difference = _difference(unit)
+    step = difference(unit)
     content: dict[str, Any] = {
         "channel": certificate.channel,
         "unit": unit,
@@ -188,22 +202,24 @@ def certificate_content(certificate: Certificate) -> dict[str, Any]:
         celsius = from_si(certificate.temperature, "degC", "temperature")
         content["temperature"] = f"{round(celsius, 9)!r} degC"
     if certificate.excitation_voltage is not None:
-        content["excitation_voltage"] = f"{certificate.excitation_voltage!r} V"
+        content["excitation_voltage"] = f"{float(certificate.excitation_voltage)!r} V"
     content["ratiometric"] = certificate.ratiometric
     content["fit"] = {
         "coefficients": [
-            f"{coefficient!r} {_per_volt(unit, power)}".rstrip()
+            f"{float(coefficient)!r} {per_volt(unit, power)}".rstrip()
             for power, coefficient in enumerate(certificate.coefficients)
         ],
-        "range": [f"{volts!r} V" for volts in certificate.range],
-        "rms_residual": f"{certificate.rms_residual:.6g} {difference}".rstrip(),
-        "max_residual": f"{certificate.max_residual:.6g} {difference}".rstrip(),
-        "hysteresis": f"{certificate.hysteresis:.6g} {difference}".rstrip(),
+        "range": [f"{float(volts)!r} V" for volts in certificate.range],
+        "rms_residual": f"{certificate.rms_residual:.6g} {step}".rstrip(),
+        "max_residual": f"{certificate.max_residual:.6g} {step}".rstrip(),
+        "hysteresis": f"{certificate.hysteresis:.6g} {step}".rstrip(),
     }
+    if certificate.quality is not None:
+        content["quality"] = quality_content(certificate.quality, unit)
     content["points"] = [
         {
-            "volts": f"{point.volts!r} V",
-            "value": f"{point.value!r} {unit}".rstrip(),
+            "volts": f"{float(point.volts)!r} V",
+            "value": f"{float(point.value)!r} {unit}".rstrip(),
             "direction": point.direction,
         }
         for point in certificate.points
@@ -272,52 +288,3 @@ def _check_curve(
                     remedy="widen fit.range to cover all points",
                 )
             )
-
-
-def _per_volt(unit: str, power: int) -> str:
-    base = _difference(unit) if power else unit
-    if power == 0:
-        return base
-    per = "V" if power == 1 else f"V^{power}"
-    return f"{base or '1'}/{per}"
-
-
-def _difference(unit: str) -> str:
-    """Return the unit of a difference: a step of one degree Celsius is one kelvin."""
-    return {"degC": "K", "degF": "delta_degF"}.get(unit, unit)
-
-
-def _quantity(text: str, unit: str, where: str, problems: list[FileProblem]) -> float:
-    """Read a number that must carry exactly this unit."""
-    match = _NUMBER_AND_UNIT.fullmatch(text)
-    if match is None or match.group(2).replace(" ", "") != unit:
-        problems.append(
-            FileProblem(
-                where=where,
-                what=f"'{text}' is not a number in {unit or 'no unit'}",
-                remedy=f'write for example "1.0 {unit}"'.replace(' "', '"'),
-            )
-        )
-        return float("nan")
-    return float(match.group(1))
-
-
-def _in_unit(text: str, unit: str, key: str, where: str, problems: list[FileProblem]) -> float:
-    """Read a number in any unit of the quantity, and return it in `unit`."""
-    match = _NUMBER_AND_UNIT.fullmatch(text)
-    if match is None:
-        problems.append(
-            FileProblem(
-                where=where,
-                what=f"'{text}' does not begin with a number",
-                remedy=f'write for example "1.0 {unit}"',
-            )
-        )
-        return float("nan")
-    number = float(match.group(1))
-    try:
-        written = normalize_unit(match.group(2), key)
-        return number if written == unit else from_si(to_si(number, written, key), unit, key)
-    except UnitError as error:
-        problems.append(FileProblem.of(where, error))
-        return float("nan")
