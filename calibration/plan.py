@@ -1,0 +1,333 @@
+"""What is calibrated on an aircraft, in which order, and at which settings: a TOML file.
+
+::
+
+    name = "B777"
+
+    [[instruments]]
+    channel = "elevator_left"
+    title = "Left elevator"
+    kind = "surface"
+    unit = "deg"
+    settings = ["-20 deg", "-10 deg", "0 deg", "10 deg", "20 deg"]
+    check_settings = ["-10 deg", "0 deg", "10 deg"]
+    travel = ["-25 deg", "25 deg"]
+    positive = "trailing edge down"
+    negative = "trailing edge up"
+    partner = "elevator_right"
+    ratiometric = true
+    view = "side"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from gsapp.foundation import (
+    FileProblem,
+    FileProblemsError,
+    StrictModel,
+    UnitError,
+    UnknownNameError,
+    read_toml,
+)
+from gsapp.foundation.shipped import Shipped
+from gsapp.quantities import INSTRUMENTS, base_id, channel, from_si, normalize_unit, parse
+
+Kind = Literal["surface", "vane", "gyro", "accelerometer", "pressure"]
+PlaneView = Literal["side", "above"]
+
+PLANS = Shipped(folder=Path(__file__).parent / "plans", kind="calibration plan")
+
+SET_BY_HAND: frozenset[str] = frozenset({"surface", "vane"})
+"""Kinds that are set to angles against a protractor."""
+
+_FEWEST = 3
+_CHECKED = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InstrumentPlan:
+    """How one instrument is calibrated.
+
+    Attributes
+    ----------
+    channel : str
+        Channel id; its volts are ``<channel>_volts``.
+    title : str
+        As the crew calls it.
+    kind : {"surface", "vane", "gyro", "accelerometer", "pressure"}
+        Which steps it takes.
+    unit : str
+        Of settings, travel and certificate.
+    settings : tuple of float
+        Angles at the protractor, ascending, `unit`; taken up, then down. Empty for instruments
+        that are not set by hand.
+    check_settings : tuple of float
+        The three of the short check, ascending, `unit`.
+    travel : tuple of float or None
+        Least and greatest value it reaches on the aircraft, `unit`.
+    positive, negative : str
+        What a positive and a negative value look like, such as ``trailing edge down``.
+    partner : str
+        Channel on the other side of the aircraft; empty where there is none.
+    sign_with_partner : int
+        +1 where both values have the same sign when both are driven together, else -1.
+    ratiometric : bool
+        Whether its volts follow the supply.
+    view : {"side", "above"}
+        From where the aircraft is drawn so that the movement is seen.
+    """
+
+    channel: str
+    title: str
+    kind: Kind
+    unit: str
+    settings: tuple[float, ...] = ()
+    check_settings: tuple[float, ...] = ()
+    travel: tuple[float, float] | None = None
+    positive: str = ""
+    negative: str = ""
+    partner: str = ""
+    sign_with_partner: int = 1
+    ratiometric: bool = False
+    view: PlaneView = "side"
+
+    @property
+    def by_hand(self) -> bool:
+        """Return whether it is set to angles by hand, as surfaces and vanes are."""
+        return self.kind in SET_BY_HAND
+
+    @property
+    def positive_words(self) -> str:
+        """Return what to do so that its sign is proven."""
+        return f"Move the {self.title.lower()} {self.positive}"
+
+    def setting_words(self, value: float) -> str:
+        """Return a setting as the crew reads it off: ``20 deg trailing edge up``, not -20."""
+        size = f"{abs(value):g} {self.unit}".rstrip()
+        if value == 0.0:
+            return size
+        return f"{size} {self.positive if value > 0.0 else self.negative}".rstrip()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrationPlan:
+    """The instruments of an aircraft in the order in which they are calibrated."""
+
+    name: str
+    instruments: tuple[InstrumentPlan, ...]
+
+    def __getitem__(self, channel_id: str) -> InstrumentPlan:
+        """Return the plan of one channel.
+
+        Raises
+        ------
+        UnknownNameError
+            If the plan leaves it out.
+        """
+        for instrument in self.instruments:
+            if instrument.channel == channel_id:
+                return instrument
+        raise UnknownNameError(
+            f"the calibration plan '{self.name}' has no '{channel_id}'; it has {self.listing}"
+        )
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the ids of its channels, in order."""
+        return tuple(instrument.channel for instrument in self.instruments)
+
+    @property
+    def listing(self) -> str:
+        """Return its channels for a sentence."""
+        return ", ".join(self.channels)
+
+    def only(self, kinds: Sequence[Kind]) -> CalibrationPlan:
+        """Return the plan reduced to instruments of these kinds."""
+        return CalibrationPlan(
+            name=self.name,
+            instruments=tuple(one for one in self.instruments if one.kind in kinds),
+        )
+
+
+class _InstrumentTable(StrictModel):
+    channel: str
+    title: str = ""
+    kind: Kind
+    unit: str
+    settings: tuple[str, ...] = ()
+    check_settings: tuple[str, ...] = ()
+    travel: tuple[str, str] | None = None
+    positive: str = ""
+    negative: str = ""
+    partner: str = ""
+    sign_with_partner: Literal[1, -1] = 1
+    ratiometric: bool = False
+    view: PlaneView = "side"
+
+
+class _PlanFile(StrictModel):
+    name: str
+    instruments: tuple[_InstrumentTable, ...] = Field(min_length=1)
+
+
+def load_plan(name_or_path: str | Path) -> CalibrationPlan:
+    """Read a calibration plan, or a shipped one such as ``b777``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named, with key path and remedy.
+    UnknownNameError
+        If there is no such file and none of that name is shipped.
+    """
+    path = PLANS.find(name_or_path)
+    file = read_toml(path, _PlanFile)
+    reader = _Reader(file)
+    instruments = tuple(reader.instrument(at) for at in range(len(file.instruments)))
+    if reader.problems:
+        raise FileProblemsError(path, reader.problems)
+    return CalibrationPlan(name=file.name, instruments=instruments)
+
+
+class _Reader:
+    """Turns the tables of a file into plans and collects what is wrong with them."""
+
+    def __init__(self, file: _PlanFile) -> None:
+        self._file = file
+        self.problems: list[FileProblem] = []
+
+    def instrument(self, at: int) -> InstrumentPlan:
+        """Return the plan of one table; only fit for use if no problem was found."""
+        table = self._file.instruments[at]
+        quantity, unit = self._quantity_and_unit(at)
+        values = [
+            tuple(self._value(at, key, index, text, quantity, unit) for index, text in items)
+            for key, items in (
+                ("settings", enumerate(table.settings)),
+                ("check_settings", enumerate(table.check_settings)),
+                ("travel", enumerate(table.travel or ())),
+            )
+        ]
+        settings, check_settings, travel = values
+        self._check_partner(at)
+        self._check_ascending(at, "settings", settings)
+        self._check_ascending(at, "check_settings", check_settings)
+        self._check_ascending(at, "travel", travel)
+        if table.kind in SET_BY_HAND:
+            self._check_set_by_hand(at, settings, check_settings, travel)
+        return InstrumentPlan(
+            channel=table.channel,
+            title=table.title or table.channel,
+            kind=table.kind,
+            unit=unit,
+            settings=settings,
+            check_settings=check_settings,
+            travel=(travel[0], travel[1]) if len(travel) == 2 else None,
+            positive=table.positive,
+            negative=table.negative,
+            partner=table.partner,
+            sign_with_partner=table.sign_with_partner,
+            ratiometric=table.ratiometric,
+            view=table.view,
+        )
+
+    def _report(self, at: int, key: str, what: str, remedy: str) -> None:
+        where = f"instruments[{at}].{key}"
+        self.problems.append(FileProblem(where=where, what=what, remedy=remedy))
+
+    def _quantity_and_unit(self, at: int) -> tuple[str, str]:
+        table = self._file.instruments[at]
+        earlier = [other.channel for other in self._file.instruments[:at]]
+        if table.channel in earlier:
+            first = earlier.index(table.channel)
+            self._report(
+                at,
+                "channel",
+                f"'{table.channel}' stands in instruments[{first}] already",
+                "remove one of the two",
+            )
+        try:
+            quantity = channel(table.channel).quantity
+        except UnknownNameError as error:
+            self.problems.append(FileProblem.of(f"instruments[{at}].channel", error))
+            return "", table.unit
+        if base_id(table.channel) not in INSTRUMENTS:
+            self._report(
+                at,
+                "channel",
+                f"'{table.channel}' has no volts of its own",
+                f"calibrate one of {', '.join(INSTRUMENTS)}",
+            )
+        try:
+            return quantity, normalize_unit(table.unit, quantity)
+        except UnitError as error:
+            self.problems.append(FileProblem.of(f"instruments[{at}].unit", error))
+            return "", table.unit
+
+    def _value(self, at: int, key: str, index: int, text: str, quantity: str, unit: str) -> float:
+        if not quantity:
+            return float("nan")
+        try:
+            value = float(from_si(parse(text, quantity), unit, quantity))
+        except UnitError as error:
+            self.problems.append(FileProblem.of(f"instruments[{at}].{key}[{index}]", error))
+            return float("nan")
+        # Back and forth through SI leaves -20 deg a bit off in the last digit.
+        return float(f"{value:.12g}") + 0.0
+
+    def _check_partner(self, at: int) -> None:
+        table = self._file.instruments[at]
+        channels = [other.channel for other in self._file.instruments]
+        if not table.partner:
+            return
+        if table.partner not in channels or table.partner == table.channel:
+            self._report(
+                at,
+                "partner",
+                f"'{table.partner}' is not another instrument of this plan",
+                "name the channel on the other side of the aircraft, or leave the key out",
+            )
+
+    def _check_ascending(self, at: int, key: str, values: Sequence[float]) -> None:
+        if any(not low < high for low, high in pairwise(values) if low == low and high == high):
+            self._report(at, key, "does not ascend", "list the values from least to greatest")
+
+    def _check_set_by_hand(
+        self,
+        at: int,
+        settings: Sequence[float],
+        check_settings: Sequence[float],
+        travel: Sequence[float],
+    ) -> None:
+        table = self._file.instruments[at]
+        if len(settings) < _FEWEST:
+            self._report(
+                at,
+                "settings",
+                f"holds {len(settings)} settings, too few for a curve",
+                f"give at least {_FEWEST}, as five from -20 deg to 20 deg",
+            )
+        if len(check_settings) != _CHECKED:
+            self._report(
+                at,
+                "check_settings",
+                f"holds {len(check_settings)} settings",
+                "give the three at which the short check is made",
+            )
+        for key, text in (("positive", table.positive), ("negative", table.negative)):
+            if not text:
+                self._report(at, key, "is missing", 'say what is seen, as "trailing edge down"')
+        if len(travel) == 2:
+            for key, values in (("settings", settings), ("check_settings", check_settings)):
+                if any(not travel[0] <= value <= travel[1] for value in values if value == value):
+                    self._report(
+                        at, key, "reaches beyond the travel", "keep the settings within travel"
+                    )

@@ -1,0 +1,220 @@
+"""Watching one instrument that is set by hand: when a sign is proven, when a point may be taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from calibration.certificate import Certificate
+from calibration.fit import Direction
+from calibration.plan import InstrumentPlan
+from calibration.watching import VoltsWatch, WatchReading
+from calibration.wizard.arrival import Arrival, Side
+from calibration.wizard.schedule import Slot
+from calibration.wizard.state import HandWork
+from gsapp.quantities import FloatArray, channel, from_si
+
+Hint = Literal[
+    "", "absent", "clipped", "unmoved", "moving", "noisy", "wrong_side", "elsewhere", "wait",
+    "little", "against",
+]  # fmt: skip
+
+_APART = 0.02
+"""Volts from a rest that count as elsewhere: half a degree on most instruments."""
+_APART_STDS = 6.0
+_SIGN_MOVE = 0.15
+"""Volts that a movement must have so that it proves a sign: about four degrees."""
+_SIGN_HOLD = 1.0
+"""Seconds that it must be held."""
+_UNSURE_HOLD = 1.5
+"""Seconds more that a rest must last where nothing tells whether it is the setting asked for."""
+_NEAR = 0.3
+"""Of the distance between settings: a rest nearer than that to the setting is meant to be it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """What the volts allow at this moment.
+
+    Attributes
+    ----------
+    data : dict or None
+        Of the step that may be taken now.
+    hint : str
+        Why none may, or what is odd about it; empty where all is well.
+    value : float or None
+        Where the instrument seems to stand, by the points taken so far, in its unit.
+    """
+
+    data: dict[str, Any] | None = None
+    hint: Hint = ""
+    value: float | None = None
+
+
+class HandWatch:
+    """Follows the volts of one instrument between two steps.
+
+    Parameters
+    ----------
+    instrument : InstrumentPlan
+        Which.
+    former : Certificate or None
+        In force; it tells what movement to expect.
+    """
+
+    def __init__(self, instrument: InstrumentPlan, former: Certificate | None) -> None:
+        self._instrument = instrument
+        self._former = former
+        self._watch = VoltsWatch()
+        self._arrival = Arrival()
+
+    @property
+    def reading(self) -> WatchReading:
+        """Return the volts as they are."""
+        return self._watch.reading
+
+    def restart(self) -> None:
+        """Demand a movement and a new rest, since a step was made."""
+        self._watch.restart()
+        self._arrival.restart()
+
+    def feed(self, times: FloatArray, volts: FloatArray, excitation: FloatArray) -> None:
+        """Take the samples of a tenth of a second, each shape (n,), s and V; NaN where missing."""
+        self._watch.feed(times, volts, excitation)
+        present = volts[np.isfinite(volts)]
+        if present.size:
+            self._arrival.feed(float(present.mean()))
+
+    def value_now(self) -> float | None:
+        """Return what the volts stand for by the certificate in force, in its unit."""
+        if self._former is None or self.reading.state == "absent":
+            return None
+        return self._by_former(self.reading)
+
+    def former_rising(self) -> bool | None:
+        """Return whether volts rise towards positive values by the certificate in force."""
+        return None if self._former is None else sum(self._former.end_slopes) > 0.0
+
+    def look_for_sign(self, *, confirmed: bool) -> Look:
+        """Return whether the movement to the positive side was seen.
+
+        Parameters
+        ----------
+        confirmed : bool
+            Whether the crew says that what was seen was the movement asked for.
+        """
+        reading = self.reading
+        if reading.state in ("absent", "clipped"):
+            return Look(hint="absent" if reading.state == "absent" else "clipped")
+        side = self._arrival.side(reading.volts, _SIGN_MOVE)
+        if side is None:
+            moved = self._side(reading) is not None
+            return Look(hint="little" if moved else "unmoved")
+        rising = side == "below"
+        if not confirmed:
+            if reading.state != "steady" or reading.steady_for < _SIGN_HOLD:
+                return Look(hint="moving")
+            if self.former_rising() not in (None, rising):
+                return Look(hint="against")
+        return Look(data={"rising": rising})
+
+    def look_for_point(self, work: HandWork, at: int, *, by_key: bool) -> Look:
+        """Return whether the point of a setting can be taken now.
+
+        Parameters
+        ----------
+        work : HandWork
+            What was taken so far; its sign is proven.
+        at : int
+            Place of the setting in `work`.
+        by_key : bool
+            Whether the crew says that the instrument stands at the setting.
+        """
+        reading = self.reading
+        if reading.state == "absent":
+            return Look(hint="absent")
+        if reading.state == "clipped":
+            return Look(hint="clipped")
+        slot = work.slots[at]
+        direction = _direction(self._side(reading), rising=bool(work.rising))
+        value = self._standing(work, reading)
+        if reading.state == "moving":
+            return Look(hint="moving", value=value)
+        hint = self._doubt(slot, direction, value, reading, work)
+        if hint and not by_key:
+            return Look(hint=hint, value=value)
+        data = {
+            "value": slot.value,
+            "volts": reading.volts,
+            "direction": direction,
+            "slot": at,
+            "excitation": reading.excitation,
+            "std": reading.std,
+            "uncertainty": reading.uncertainty,
+        }
+        return Look(data=data, hint=hint, value=value)
+
+    def _doubt(
+        self,
+        slot: Slot,
+        direction: Direction,
+        value: float | None,
+        reading: WatchReading,
+        work: HandWork,
+    ) -> Hint:
+        """Return why a rest is perhaps not the one asked for."""
+        if direction == "single":
+            return "unmoved"
+        if reading.state == "noisy":
+            return "noisy"
+        if value is not None and abs(value - slot.value) > _NEAR * self._spacing(work):
+            return "elsewhere"
+        if slot.direction not in ("single", direction):
+            return "wrong_side"
+        if value is None and not self._as_before(slot, reading, work):
+            return "wait" if reading.steady_for < _UNSURE_HOLD else ""
+        return ""
+
+    def _side(self, reading: WatchReading) -> Side | None:
+        apart = max(_APART, _APART_STDS * reading.std)
+        return self._arrival.side(reading.volts, apart)
+
+    def _spacing(self, work: HandWork) -> float:
+        """Return the least distance between two settings."""
+        return float(np.diff(np.unique([slot.value for slot in work.slots])).min())
+
+    def _standing(self, work: HandWork, reading: WatchReading) -> float | None:
+        """Return where the instrument stands by the points taken; None before they can tell."""
+        points = [(taken.volts, taken.value) for taken in work.points]
+        volts, values = np.array(points).reshape(-1, 2).T
+        if np.unique(values).size < 2 or np.ptp(volts) < _APART:
+            return None
+        # The two settings nearest to it: a line through them follows a curve well enough.
+        order = np.argsort(np.abs(volts - reading.volts), kind="stable")
+        first = order[0]
+        second = next(at for at in order if values[at] != values[first])
+        rise = volts[second] - volts[first]
+        if abs(rise) < _APART:
+            return None
+        slope = (values[second] - values[first]) / rise
+        return float(values[first] + slope * (reading.volts - volts[first]))
+
+    def _as_before(self, slot: Slot, reading: WatchReading, work: HandWork) -> bool:
+        """Return whether the certificate in force says that this is the setting."""
+        if self._former is None:
+            return False
+        return abs(self._by_former(reading) - slot.value) < _NEAR * self._spacing(work)
+
+    def _by_former(self, reading: WatchReading) -> float:
+        assert self._former is not None  # noqa: S101 - asked by the callers
+        si = float(self._former.evaluate(reading.volts, reading.excitation))
+        quantity = channel(self._instrument.channel).quantity
+        return float(from_si(si, self._instrument.unit, quantity))
+
+
+def _direction(side: Side | None, *, rising: bool) -> Direction:
+    if side is None:
+        return "single"
+    return "up" if (side == "below") == rising else "down"

@@ -1,0 +1,43 @@
+"""The settings that an instrument is brought to, in order: up, then down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from calibration.fit import Direction
+from calibration.plan import InstrumentPlan
+
+Mode = Literal["full", "check"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slot:
+    """One setting to be taken.
+
+    Attributes
+    ----------
+    value : float
+        In the unit of the plan.
+    direction : {"up", "down", "single"}
+        From which side it is to be reached; ``single`` where that does not matter.
+    turns : bool
+        Whether the side changes here: the setting has to be passed first and come back to.
+    """
+
+    value: float
+    direction: Direction
+    turns: bool = False
+
+
+def schedule(instrument: InstrumentPlan, mode: Mode) -> tuple[Slot, ...]:
+    """Return the settings of an instrument: all of them up and down, or the check's three up."""
+    if mode == "check":
+        return _leg(instrument.check_settings, "up")
+    return _leg(instrument.settings, "up") + _leg(instrument.settings[::-1], "down")
+
+
+def _leg(values: tuple[float, ...], direction: Direction) -> tuple[Slot, ...]:
+    return tuple(
+        Slot(value=value, direction=direction, turns=at == 0) for at, value in enumerate(values)
+    )

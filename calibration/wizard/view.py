@@ -1,0 +1,137 @@
+"""What goes into the wizard and what comes out: actions, and a frozen view to draw and to speak."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from calibration.certificate import Certificate
+from calibration.comparing import Drift
+from calibration.fit import CalibrationPoint, Direction
+from calibration.plan import InstrumentPlan
+from calibration.quality import Calibration
+from calibration.watching import WatchReading
+from calibration.wizard.schedule import Slot
+
+ActionKind = Literal[
+    "take",
+    "repeat",
+    "delete",
+    "add",
+    "undo",
+    "back",
+    "next",
+    "skip",
+    "confirm_sign",
+    "choose_degree",
+    "accept",
+    "abort",
+    "open",
+]
+Phase = Literal["begin", "sign", "points", "fit", "done", "aborted"]
+Tone = Literal["", "steady", "taken", "moved", "error"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Action:
+    """One thing that the crew does.
+
+    Attributes
+    ----------
+    kind : str
+        ``take`` a reading now; ``repeat`` a point (the last, or `index`); ``delete`` a point
+        (`index`); ``add`` a setting (`value`); ``undo`` the last step; ``back`` to the instrument
+        before; ``next``: go on without (begin, leave a setting out, leave an instrument for
+        later); ``skip`` the instrument (`reason`): it is uncalibrated; ``confirm_sign`` (`yes`);
+        ``choose_degree`` (`degree`, None for the evidence); ``accept``; ``abort``; ``open`` an
+        instrument (`channel`).
+    """
+
+    kind: ActionKind
+    index: int | None = None
+    value: float | None = None
+    reason: str = ""
+    yes: bool = True
+    degree: int | None = None
+    channel: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WizardView:
+    """The wizard as it is to be shown.
+
+    Attributes
+    ----------
+    instrument : InstrumentPlan or None
+        At hand.
+    index, count : int
+        Which one it is, from 0, and how many there are.
+    phase : str
+        Which page it is.
+    prompt : str
+        What to do now, one sentence.
+    spoken : str
+        The same in few words; changes only when there is something new to say.
+    target : float or None
+        Setting asked for, in the unit of the instrument.
+    direction : {"up", "down", "single"}
+        From which side.
+    reading : WatchReading or None
+        Volts of the instrument at hand.
+    value_now : float or None
+        What they stand for by the certificate in force, unit of the instrument.
+    points : tuple of CalibrationPoint
+        Taken so far, in order.
+    remaining : tuple of Slot
+        Settings still to be taken, the next first.
+    calibration : Calibration or None
+        The curve, as soon as the points allow one.
+    drift : Drift or None
+        Of that curve against the certificate in force.
+    degree : int or None
+        Chosen by hand; None where the evidence decides.
+    sentences : tuple of str
+        What is wrong or worth knowing: faults, outliers, what keeps a fit from being accepted.
+    can : frozenset of str
+        Kinds of actions that are possible now.
+    progress : float
+        Of the whole, 0 to 1.
+    accepted : tuple of str
+        Channels that are done.
+    skipped : mapping of str to str
+        Channels left uncalibrated, and why.
+    certificates : mapping of str to Certificate
+        Made so far, by channel.
+    message : str
+        What just happened.
+    tone : str
+        What to sound: ``steady``, ``taken``, ``moved``, ``error``; empty for nothing.
+    event : int
+        Counts what happened, so that the same message or tone twice is told apart.
+    """
+
+    instrument: InstrumentPlan | None
+    index: int
+    count: int
+    phase: Phase
+    prompt: str
+    spoken: str = ""
+    target: float | None = None
+    direction: Direction = "single"
+    reading: WatchReading | None = None
+    value_now: float | None = None
+    points: tuple[CalibrationPoint, ...] = ()
+    remaining: tuple[Slot, ...] = ()
+    calibration: Calibration | None = None
+    drift: Drift | None = None
+    degree: int | None = None
+    sentences: tuple[str, ...] = ()
+    can: frozenset[str] = frozenset()
+    progress: float = 0.0
+    accepted: tuple[str, ...] = ()
+    skipped: Mapping[str, str] = field(default_factory=dict)
+    certificates: Mapping[str, Certificate] = field(default_factory=dict)
+    message: str = ""
+    tone: Tone = ""
+    event: int = 0
