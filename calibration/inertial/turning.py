@@ -29,7 +29,7 @@ _READY, _STOPPED = 10, 15
 _KEPT_BEFORE = 30
 """Blocks of rest before the turn that count for its zero."""
 _LEAST = 20.0
-"""deg: less is a knock against the table."""
+"""deg: less is a knock against the table, unless asked otherwise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +61,9 @@ class TurnWatch:
     ----------
     channels : sequence of str
         All gyros that are recorded.
+    least : float
+        What counts as a turn, deg by the factory's scale. Half of the angle asked for keeps the
+        laying of the aircraft on its table from being taken for one.
     factory : mapping of str to FactoryFigures, optional
         Volts per unit; of the model airliner by default.
     """
@@ -69,10 +72,12 @@ class TurnWatch:
         self,
         channels: Sequence[str] = GYROS,
         *,
+        least: float = _LEAST,
         factory: Mapping[str, FactoryFigures] | None = None,
     ) -> None:
         self._factory = factory or factory_figures()
         self._channels = tuple(channels)
+        self._least = least
         self._per_unit = np.array([abs(self._factory[name].sensitivity) for name in channels])
         self.restart()
 
@@ -184,7 +189,7 @@ class TurnWatch:
         self._state = "stopping"
         self._quiet += 1
         if self._quiet >= _STOPPED:
-            if np.max(np.abs(self._swept)) >= _LEAST:
+            if np.max(np.abs(self._swept)) >= self._least:
                 self._state = "turned"
             else:
                 self._state, self._rest = "unsettled", []

@@ -1,0 +1,422 @@
+"""A virtual aircraft on the ground, and the hands that calibrate its instruments.
+
+Everything about it is drawn from a seed: how each potentiometer is bent and how much play its
+linkage has, where gyros and accelerometers stand, the weather. What is true is there for tests to
+ask; what the ground gets are the converter's volts, a hundred times a second. How far it is asked
+to go on at a time changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibration import load_certificates
+from calibration.inertial import Position, specific_force
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.pilot.bench.faults import BenchFault
+from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR, Breath, Laying, Setting, Tremor, Turning
+from gsapp.dynamics.pilot.bench.harm import Harm
+from gsapp.dynamics.pilot.bench.potentiometer import POTENTIOMETERS, Linkage, Potentiometer
+from gsapp.dynamics.pilot.bench.transducers import (
+    ACCELEROMETERS,
+    GYROS,
+    Transducer,
+    Triad,
+    drawn_accelerometers,
+    drawn_gyros,
+)
+from gsapp.dynamics.pilot.converter import BITS, DAQ, STEP
+from gsapp.foundation import FlightError
+from gsapp.quantities import INSTRUMENTS, Block, FloatArray
+
+RATE = 100
+"""Samples a second."""
+LAYING_ERROR = 0.8
+"""Standard deviation about either axis with which the aircraft is laid in a position, deg."""
+MARK_ERROR = 0.12
+"""Standard deviation of each end of a turn of the table, deg."""
+TURN_UPRIGHT: Mapping[str, Position] = {"p": "x_down", "q": "y_up", "r": "z_down"}
+"""How the aircraft lies on the table to turn about each axis."""
+_LAYING_SECONDS, _BEFORE_TURN = 3.0, 3.0
+_BATTERY = 8.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchWeather:
+    """The air at the field: static pressure, Pa, and temperature, K."""
+
+    pressure: float
+    temperature: float
+
+
+class VirtualBench:
+    """An aircraft on the ground whose surfaces are moved by hand.
+
+    Parameters
+    ----------
+    seed : int
+        Same seed, same aircraft, same weather, same hands.
+    faults : sequence of BenchFault
+        What is wrong with it.
+    aircraft : str
+        Whose gyros and accelerometers; a file, or the name of a shipped one.
+
+    Attributes
+    ----------
+    potentiometers : dict of str to Potentiometer
+        As they really are, by channel, reversed ones included.
+    gyros, accelerometers : Triad
+        As they really are; deg/s and g.
+    pressures : dict of str to Transducer
+        As they really are; Pa.
+    weather : BenchWeather
+    """
+
+    def __init__(
+        self, seed: int = 0, *, faults: Sequence[BenchFault] = (), aircraft: str = "b777"
+    ) -> None:
+        drawing, self._hands, noise, harming = np.random.default_rng([seed, 0xBE]).spawn(4)
+        nominal = load_certificates("b777")
+        described = load_aircraft(aircraft)
+        self.potentiometers = {name: Potentiometer.drawn(name, drawing) for name in POTENTIOMETERS}
+        self.gyros: Triad = drawn_gyros(nominal, described, drawing)
+        self.accelerometers: Triad = drawn_accelerometers(nominal, described, drawing)
+        air = described.sensors.air_data
+        self.pressures = {
+            "static_pressure": Transducer.drawn(
+                nominal["static_pressure"], drawing, zero_std=150.0, noise=air.static_noise
+            ),
+            "dynamic_pressure": Transducer.drawn(
+                nominal["dynamic_pressure"], drawing, zero_std=12.0, noise=air.noise
+            ),
+        }
+        for fault in faults:
+            if fault.kind == "reversed":
+                self._reverse(fault.channel)
+        self.weather = BenchWeather(
+            pressure=float(drawing.uniform(96e3, 102e3)),
+            temperature=float(drawing.uniform(278.0, 306.0)),
+        )
+        self._supply = float(drawing.uniform(4.85, 4.96))
+        self._supply_swing = float(drawing.uniform(0.002, 0.008))
+        self._gust_phases = drawing.uniform(0.0, 2.0 * np.pi, 3)
+        self._others = {
+            "temperature": float(nominal["temperature"].volts(self.weather.temperature)),
+            "throttle": float(nominal["throttle"].volts(0.0)),
+            "flap": float(nominal["flap"].volts(0.0)),
+        }
+        self._noise = noise
+        self._tremor = Tremor(1.0 / RATE)
+        self._harm = Harm(faults, harming)
+        self._ticks = 0
+        self._held = ""
+        self._settings = {}
+        self._linkages = {}
+        self._angles = {}
+        for name, potentiometer in self.potentiometers.items():
+            # As the last flight left it, and the play with it.
+            angle = float(drawing.uniform(-2.0, 2.0))
+            self._settings[name] = Setting(begin=-1.0, seconds=1.0, start=angle, target=angle)
+            play = potentiometer.play
+            self._linkages[name] = Linkage(play, angle + play * float(drawing.uniform(-0.5, 0.5)))
+            self._angles[name] = angle
+        self._up = _up_in("z_down")
+        self._motions: deque[Laying | Turning] = deque()
+        self._covered = False
+        self._breath: Breath | None = None
+
+    def _reverse(self, name: str) -> None:
+        """Mount an instrument the other way round."""
+        if name in GYROS:
+            self.gyros = self.gyros.reversed(GYROS.index(name))
+        elif name in ACCELEROMETERS:
+            self.accelerometers = self.accelerometers.reversed(ACCELEROMETERS.index(name))
+        elif name in self.pressures:
+            self.pressures[name] = self.pressures[name].reversed()
+        else:
+            self.potentiometers[name] = self.potentiometers[name].reversed()
+
+    # --- what is true ---------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Return the time since the box was switched on, s."""
+        return self._ticks / RATE
+
+    @property
+    def ticks(self) -> int:
+        """Return how many samples there were."""
+        return self._ticks
+
+    def angle(self, channel: str) -> float:
+        """Return where a surface or vane really is, deg, tremor included."""
+        return self._angles[_surface(channel)]
+
+    def aim(self, channel: str) -> float:
+        """Return where the hand really has set a surface, or is about to, deg.
+
+        Apart from what it was asked by the error of setting a protractor.
+        """
+        return self._settings[_surface(channel)].target
+
+    @property
+    def up(self) -> tuple[float, float, float]:
+        """Return the direction that points up once the aircraft lies still, in body axes."""
+        for motion in reversed(self._motions):
+            if isinstance(motion, Laying):
+                return motion.target
+        return self._up
+
+    @property
+    def busy(self) -> bool:
+        """Return whether a hand is still at it."""
+        return (
+            any(setting.end > self.time for setting in self._settings.values())
+            or bool(self._motions)
+            or (self._breath is not None and self._breath.end > self.time)
+        )
+
+    # --- what hands do --------------------------------------------------------------------------
+
+    def set_angle(self, channel: str, angle: float) -> float:
+        """Set a surface or vane to an angle by hand.
+
+        Parameters
+        ----------
+        channel : str
+            One of `POTENTIOMETERS`.
+        angle : float
+            As read off the protractor, deg. The stops end it.
+
+        Returns
+        -------
+        float
+            How long it takes, s.
+
+        Raises
+        ------
+        FlightError
+            If it is no surface.
+        """
+        name = _surface(channel)
+        here = float(self._settings[name].angles(np.array([self.time]))[0])
+        stop = self.potentiometers[name].travel
+        error = float(self._hands.normal(0.0, SETTING_ERROR))
+        target = min(max(angle + error, -stop), stop)
+        self._settings[name] = Setting.by_hand(self.time, here, target)
+        self._held = name
+        return self._settings[name].seconds
+
+    def release(self) -> None:
+        """Take the hand off; the surface stays where it is."""
+        self._held = ""
+
+    def lie(self, position: Position) -> float:
+        """Lay the aircraft in a position; return how long that takes, s."""
+        self._held = ""
+        up = _up_in(position)
+        leaning = self._hands.normal(0.0, math.radians(LAYING_ERROR), 3)
+        direction = np.array(up) + np.where(np.abs(up) > 0.5, 0.0, leaning)
+        direction /= np.linalg.norm(direction)
+        laying = Laying(
+            begin=self._free_at(),
+            seconds=_LAYING_SECONDS,
+            start=self.up,
+            target=(float(direction[0]), float(direction[1]), float(direction[2])),
+        )
+        self._motions.append(laying)
+        return laying.end - self.time
+
+    def turn(self, channel: str, angle: float, *, seconds: float | None = None) -> float:
+        """Turn the aircraft on its table.
+
+        Parameters
+        ----------
+        channel : str
+            ``p``, ``q`` or ``r``: the axis, which is brought upright first where it is not.
+        angle : float
+            deg, right-handed about the body axis: right wing down, nose up, nose right.
+        seconds : float, optional
+            For the turn itself; about 30 deg/s by default.
+
+        Returns
+        -------
+        float
+            How long it takes with all that goes before, s.
+
+        Raises
+        ------
+        FlightError
+            If it is no axis, or the turn takes no time.
+        """
+        if channel not in GYROS:
+            raise FlightError(f"'{channel}' is no axis of a turn; choose p, q or r")
+        if seconds is not None and not seconds > 0.0:
+            raise FlightError(f"a turn cannot take {seconds:g} s; give it more than none")
+        axis = GYROS.index(channel)
+        if abs(self.up[axis]) < 0.9:
+            self.lie(TURN_UPRIGHT[channel])
+        marks = float(self._hands.normal(0.0, MARK_ERROR * math.sqrt(2.0)))
+        turning = Turning(
+            begin=self._free_at() + _BEFORE_TURN,
+            seconds=seconds or max(abs(angle) / 30.0, 2.0),
+            angle=angle + marks,
+            axis=axis,
+            ripple=float(self._hands.uniform(-0.2, 0.2)),
+        )
+        self._motions.append(turning)
+        return turning.end - self.time
+
+    def cover(self) -> None:
+        """Put the cover on the pitot."""
+        self._covered = True
+
+    def uncover(self) -> None:
+        """Take the cover off: the wind is felt."""
+        self._covered = False
+
+    def blow(self) -> float:
+        """Take the cover off and blow into the pitot; return how long that takes, s."""
+        self._covered = False
+        self._breath = Breath(
+            begin=self.time + 0.5,
+            seconds=float(self._hands.uniform(1.0, 1.8)),
+            peak=float(self._hands.uniform(500.0, 2200.0)),
+        )
+        return self._breath.end - self.time
+
+    def _free_at(self) -> float:
+        return self._motions[-1].end if self._motions else self.time
+
+    # --- what the box converts ------------------------------------------------------------------
+
+    def advance(self, ticks: int) -> FloatArray:
+        """Go on and return the converter's volts.
+
+        Parameters
+        ----------
+        ticks : int
+            A hundred a second.
+
+        Returns
+        -------
+        ndarray, shape (ticks, 20)
+            V, in the order of `gsapp.dynamics.pilot.converter.DAQ`.
+        """
+        times = (self._ticks + np.arange(ticks)) / RATE
+        # Row by row, so that the numbers do not depend on how far it goes at a time.
+        white = self._noise.standard_normal((ticks, len(DAQ) + 1))
+        supply = self._supply - 2e-5 * times
+        supply = supply + self._supply_swing * np.sin(2.0 * np.pi * times / 90.0)
+        columns = self._surfaces(times, supply, self._tremor(white[:, -1]))
+        columns.update(self._inertial(times, white))
+        columns.update(self._air(times, white))
+        columns["excitation"] = supply
+        columns["battery"] = np.full(ticks, 0.2 * _BATTERY)
+        noise = {name: pot.noise for name, pot in self.potentiometers.items()}
+        volts = np.empty((ticks, len(DAQ)))
+        for index, name in enumerate(DAQ):
+            own = columns[name] if name in columns else np.full(ticks, self._others[name])
+            small = 0.0 if name in _NOISY_THEMSELVES else noise.get(name, 0.5e-3)
+            volts[:, index] = own + small * white[:, index]
+        volts = self._harm.act(volts)
+        self._ticks += ticks
+        counts = np.clip(np.round(volts / STEP), 0, 2**BITS - 1)
+        return np.asarray(counts * STEP, dtype=np.float64)
+
+    def step(self, seconds: float) -> Block:
+        """Go on for some time; return what a session's history would hold of it.
+
+        Returns
+        -------
+        Block
+            ``<instrument>_volts`` of all instruments and ``excitation``, V.
+        """
+        first = self._ticks
+        volts = self.advance(round(seconds * RATE))
+        return Block(
+            channels=(*(f"{name}_volts" for name in INSTRUMENTS), "excitation"),
+            times=(first + np.arange(len(volts))) / RATE,
+            values=volts[:, : len(INSTRUMENTS) + 1],
+        )
+
+    def _surfaces(
+        self, times: FloatArray, supply: FloatArray, tremor: FloatArray
+    ) -> dict[str, FloatArray]:
+        columns = {}
+        for name, potentiometer in self.potentiometers.items():
+            angles = self._settings[name].angles(times)
+            if name == self._held:
+                angles = angles + tremor
+            shaft = self._linkages[name].follow(angles)
+            if times.size:
+                self._angles[name] = float(angles[-1])
+            columns[name] = potentiometer.volts(shaft, supply)
+        return columns
+
+    def _inertial(self, times: FloatArray, white: FloatArray) -> dict[str, FloatArray]:
+        up = np.tile(self._up, (times.size, 1))
+        rates = np.zeros((times.size, 3))
+        while self._motions and times.size:
+            motion = self._motions[0]
+            # From its beginning on; after its end it stands still at what it has reached.
+            after = times >= motion.begin
+            if isinstance(motion, Laying):
+                ups, spins = motion.motion(times)
+                up[after], rates[after] = ups[after], rates[after] + spins[after]
+            else:
+                sense = math.copysign(1.0, self._up[motion.axis])
+                turning = sense * motion.rates(times)[:, None] * np.array(self._up)
+                rates += np.where(after[:, None], turning, 0.0)
+            if motion.end > times[-1]:
+                break
+            self._motions.popleft()
+            if isinstance(motion, Laying):
+                self._up = motion.target
+        force = up * np.array([1.0, 1.0, -1.0])
+        gyros = self.gyros.volts(rates, times, _columns(white, GYROS))
+        accelerometers = self.accelerometers.volts(force, times, _columns(white, ACCELEROMETERS))
+        both = np.hstack([gyros, accelerometers])
+        return dict(zip((*GYROS, *ACCELEROMETERS), both.T, strict=True))
+
+    def _air(self, times: FloatArray, white: FloatArray) -> dict[str, FloatArray]:
+        a, b, c = self._gust_phases
+        wind = 2.0 + 0.9 * np.sin(0.6 * times + a) + 0.6 * np.sin(1.9 * times + b)
+        wind = wind + 0.4 * np.sin(4.3 * times + c)
+        felt = np.zeros(times.size) if self._covered else 0.6 * wind * np.abs(wind)
+        if self._breath is not None:
+            felt = felt + self._breath.pressure(times)
+        given = {
+            "static_pressure": np.full(times.size, self.weather.pressure),
+            "dynamic_pressure": felt,
+        }
+        return {
+            name: self.pressures[name].volts(values, white[:, DAQ.index(name)])
+            for name, values in given.items()
+        }
+
+
+_NOISY_THEMSELVES = frozenset((*GYROS, *ACCELEROMETERS, "static_pressure", "dynamic_pressure"))
+
+
+def _columns(white: FloatArray, names: Sequence[str]) -> FloatArray:
+    return white[:, [DAQ.index(name) for name in names]]
+
+
+def _surface(channel: str) -> str:
+    if channel not in POTENTIOMETERS:
+        raise FlightError(
+            f"'{channel}' cannot be set by hand; choose one of {', '.join(POTENTIOMETERS)}"
+        )
+    return channel
+
+
+def _up_in(position: Position) -> tuple[float, float, float]:
+    """Return the direction that points up in a position, in body axes."""
+    force = specific_force(position)
+    return force["ax"], force["ay"], -force["an"]
