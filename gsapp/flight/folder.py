@@ -8,6 +8,7 @@
     channel_map.toml       the channel map in force
     calibration/*.toml     the certificates in force, named by their instruments
     limits.toml            the crew's own limits, if any
+    cards.toml             the test cards of the flight, if any
     events.jsonl           marks, notes, alarms
     <on-board log>         named in flight.toml
     recorder.*             state, lock and words of the recorder
@@ -27,12 +28,14 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.flight.cards.card import CardSet, load_cards, save_cards
 from gsapp.flight.events import EventLog
 from gsapp.flight.info import FlightInfo, current_versions, now
 from gsapp.flight.names import (
     AIRCRAFT_FILE,
     CACHE_FOLDER,
     CALIBRATION_FOLDER,
+    CARDS_FILE,
     CHANNEL_MAP_FILE,
     EVENTS_FILE,
     FRAMES_FILE,
@@ -176,6 +179,11 @@ class FlightFolder:
         return self.path / CALIBRATION_FOLDER
 
     @property
+    def cards_file(self) -> Path:
+        """Return where the test cards of the flight are."""
+        return self.path / CARDS_FILE
+
+    @property
     def cache_folder(self) -> Path:
         """Return where engineering units are cached."""
         return self.path / CACHE_FOLDER
@@ -284,6 +292,20 @@ class FlightFolder:
             copy_atomically(source, target)
         self.update_info(onboard_log=target.name)
         return target
+
+    def keep_cards(self, cards: CardSet) -> Path:
+        """Write the test cards of the flight into the folder; those that were there go."""
+        return save_cards(self.cards_file, cards)
+
+    def cards(self) -> CardSet | None:
+        """Read the test cards of the flight; None if it has none.
+
+        Raises
+        ------
+        FileProblemsError
+            If the file holds mistakes; all are named.
+        """
+        return load_cards(self.cards_file) if self.cards_file.is_file() else None
 
     def certificate_files(self) -> tuple[Path, ...]:
         """Return the copies of the certificates, sorted."""

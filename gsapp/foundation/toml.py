@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -29,7 +30,7 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
-def read_toml(path: Path | str, model: type[Model]) -> Model:
+def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Model:
     """Read a TOML file into a model.
 
     Parameters
@@ -38,6 +39,8 @@ def read_toml(path: Path | str, model: type[Model]) -> Model:
         The file.
     model : type of BaseModel
         What it should hold.
+    distinct : str
+        Key of a list of tables, each of which must have an ``id`` of its own.
 
     Returns
     -------
@@ -50,11 +53,31 @@ def read_toml(path: Path | str, model: type[Model]) -> Model:
         If the file cannot be read, is not TOML (with line and column), or does not fit the
         model; every mistake is listed with key path and remedy.
     """
-    return validate(path, read_table(path), model)
+    content = _read_table(path)
+    twice = _given_twice(content, distinct)
+    try:
+        found = validate(path, content, model)
+    except FileProblemsError as error:
+        raise FileProblemsError(path, [*error.problems, *twice]) from error
+    if twice:
+        raise FileProblemsError(path, twice)
+    return found
 
 
-def read_table(path: Path | str) -> dict[str, Any]:
-    """Read a TOML file as it stands; see `read_toml` for the errors."""
+def _given_twice(content: Mapping[str, Any], key: str) -> list[FileProblem]:
+    rows = content.get(key)
+    tables = [row for row in rows if isinstance(row, dict)] if isinstance(rows, list) else []
+    ids = Counter(str(row["id"]) for row in tables if "id" in row)
+    return [
+        FileProblem(
+            where=key, what=f"the id '{name}' is given {count} times", remedy="give each its own"
+        )
+        for name, count in ids.items()
+        if count > 1
+    ]
+
+
+def _read_table(path: Path | str) -> dict[str, Any]:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:

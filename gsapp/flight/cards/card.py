@@ -17,7 +17,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -25,9 +24,9 @@ from typing import Any, Final, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.flight.replacing import write_whole
-from gsapp.foundation import FileProblem, FileProblemsError, StrictModel
+from gsapp.foundation import StrictModel, read_toml
 from gsapp.foundation.shipped import Shipped
-from gsapp.foundation.toml import read_table, toml_text, validate
+from gsapp.foundation.toml import toml_text
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Time
 
@@ -268,16 +267,7 @@ def load_cards(name_or_path: str | Path) -> CardSet:
     UnknownNameError
         If there is neither such a file nor such a shipped set.
     """
-    path = SHIPPED.find(name_or_path)
-    content = read_table(path)
-    twice = _ids_given_twice(content)
-    try:
-        found = validate(path, content, CardSet)
-    except FileProblemsError as error:
-        raise FileProblemsError(path, [*error.problems, *twice]) from error
-    if twice:
-        raise FileProblemsError(path, twice)
-    return found
+    return read_toml(SHIPPED.find(name_or_path), CardSet, distinct="cards")
 
 
 def save_cards(path: Path | str, cards: CardSet) -> Path:
@@ -289,16 +279,3 @@ def save_cards(path: Path | str, cards: CardSet) -> Path:
         If the disk refuses.
     """
     return write_whole(path, toml_text(cards.content()))
-
-
-def _ids_given_twice(content: Mapping[str, Any]) -> list[FileProblem]:
-    cards = content.get("cards")
-    rows = cards if isinstance(cards, list) else []
-    ids = Counter(str(row["id"]) for row in rows if isinstance(row, dict) and "id" in row)
-    return [
-        FileProblem(
-            where="cards", what=f"{count} cards have the id '{name}'", remedy="give each its own"
-        )
-        for name, count in ids.items()
-        if count > 1
-    ]

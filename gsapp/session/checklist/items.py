@@ -1,0 +1,357 @@
+"""The checklist as a file: items ticked by hand, and items judged by a rule from telemetry.
+
+Rules are a small closed vocabulary; each is a table with its ``kind``:
+
+============ ====================================================================================
+kind         green when
+============ ====================================================================================
+within       a channel lies between `low` and `high`; red beyond `low_red`, `high_red`
+link         frames come, and no more than `loss` of them get lost; red above `loss_red`
+recorder     the recorder runs and what it writes grows
+space        the disk takes `time` more of recording, and `gigabytes`; red below `time_red`
+alive        every channel is fresh, plausible, off its end stops; not stuck, if `moving`
+calibrated   every channel has a certificate in force
+follows      a surface goes with its stick, the right way, to both sides
+engines      engine speeds stay between `low` and `high` for a while, left and right alike
+pulses       so many large pulses were seen on a surface: the range check of the radio
+card         the flight card is filled in, without slips
+============ ====================================================================================
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import Discriminator, Field, field_validator, model_validator
+
+from gsapp.foundation import StrictModel, UnknownNameError, read_toml
+from gsapp.foundation.shipped import Shipped
+from gsapp.quantities import channel, parse
+from gsapp.quantities.fields import Angle, Ratio, RotationSpeed, Time
+
+SHIPPED: Final = Shipped(folder=Path(__file__).parent / "files", kind="checklist")
+
+Limit = str | float
+"""A value with the unit of its channel: ``"11.6 V"``."""
+
+
+def _known(name: str) -> str:
+    try:
+        channel(name)
+    except UnknownNameError as error:
+        # pydantic passes ValueError on, with the key path.
+        raise ValueError(str(error)) from error
+    return name
+
+
+def _not_negative(value: float) -> float:
+    if value < 0.0:
+        raise ValueError('a duration is not negative; write for example "2 s"')
+    return value
+
+
+class _Rule(StrictModel):
+    """What every rule shares."""
+
+    @field_validator("channel", "stick", "surface", "throttle_channel", check_fields=False)
+    @classmethod
+    def _must_be_a_channel(cls, value: str) -> str:
+        return _known(value)
+
+    @field_validator("channels", check_fields=False)
+    @classmethod
+    def _must_be_channels(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value:
+            raise ValueError("names no channel; write at least one")
+        for name in value:
+            _known(name)
+        return value
+
+    @field_validator("duration", "time", "time_red", "age", "patience", check_fields=False)
+    @classmethod
+    def _must_not_be_negative(cls, value: float) -> float:
+        return _not_negative(value)
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return the channels whose samples it needs."""
+        return ()
+
+
+class Within(_Rule):
+    """A channel between two values, as now and for the last `duration`.
+
+    Attributes
+    ----------
+    channel : str
+    low, high : str or None
+        Ends of green, with the channel's unit.
+    low_red, high_red : str or None
+        Beyond them red; between amber. Without them everything outside green is red.
+    duration : float
+        s.
+    """
+
+    kind: Literal["within"]
+    channel: str
+    low: Limit | None = None
+    high: Limit | None = None
+    low_red: Limit | None = None
+    high_red: Limit | None = None
+    duration: Time = 1.0
+
+    @model_validator(mode="after")
+    def _must_be_in_order(self) -> Within:
+        if self.low is None and self.high is None:
+            raise ValueError('no end is given; write low = "11.6 V", high, or both')
+        low_red, low, high, high_red = self.bounds
+        if not low_red <= low <= high <= high_red:
+            raise ValueError("low_red, low, high and high_red must grow in this order; sort them")
+        return self
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Return ends of red, of green, of green, of red; SI, infinite where open."""
+        low, high = self._si(self.low, -1), self._si(self.high, +1)
+        low_red = low if self.low_red is None else self._si(self.low_red, -1)
+        high_red = high if self.high_red is None else self._si(self.high_red, +1)
+        return low_red, low, high, high_red
+
+    def _si(self, value: Limit | None, side: int) -> float:
+        if value is None:
+            return side * float("inf")
+        return parse(value, channel(self.channel).quantity)
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return the channel."""
+        return (self.channel,)
+
+
+class Link(_Rule):
+    """The telemetry comes in; `age` in s, `loss` and `loss_red` shares of frames lost of late."""
+
+    kind: Literal["link"]
+    age: Time = 2.0
+    loss: Ratio = 0.02
+    loss_red: Ratio = 0.10
+
+
+class Recorder(_Rule):
+    """The recorder runs, and its file grows."""
+
+    kind: Literal["recorder"]
+
+
+class Space(_Rule):
+    """Room on the disk: `time` and `time_red` of recording, s, and `gigabytes`."""
+
+    kind: Literal["space"]
+    time: Time = 3600.0
+    time_red: Time = 900.0
+    gigabytes: float = 0.5
+
+
+class Alive(_Rule):
+    """Sensors are fresh and plausible.
+
+    Attributes
+    ----------
+    channels : tuple of str
+    moving : bool
+        Whether each must differ from sample to sample: a gyro with its engine running does, a
+        surface held still does not.
+    duration : float
+        Over how long, s.
+    """
+
+    kind: Literal["alive"]
+    channels: tuple[str, ...]
+    moving: bool = False
+    duration: Time = 3.0
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return the channels."""
+        return self.channels
+
+
+class Calibrated(_Rule):
+    """Every channel has a certificate in force."""
+
+    kind: Literal["calibrated"]
+    channels: tuple[str, ...]
+
+
+class Follows(_Rule):
+    """A surface goes with its stick.
+
+    Attributes
+    ----------
+    stick : str
+        Channel of the stick, -1 to 1.
+    surface : str
+        Channel of the surface.
+    sign : {1, -1}
+        1 if a positive stick makes a positive deflection.
+    stick_reach : float
+        How far the stick must have been moved to either side.
+    surface_reach : float
+        How far the surface must have gone then, rad.
+    """
+
+    kind: Literal["follows"]
+    stick: str
+    surface: str
+    sign: Literal[1, -1] = 1
+    stick_reach: Ratio = 0.7
+    surface_reach: Angle
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return stick and surface."""
+        return (self.stick, self.surface)
+
+
+class Engines(_Rule):
+    """Engine speeds within bounds for a while, all at the same time.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        One for each engine.
+    low, high : float
+        rad/s.
+    apart : float or None
+        How far engines may differ, rad/s.
+    duration : float
+        For how long, s.
+    throttle : tuple of float or None
+        The throttle's range in which these bounds hold, where the throttle is measured: an engine
+        outside its bounds is red then, not merely not yet tried.
+    """
+
+    kind: Literal["engines"]
+    channels: tuple[str, ...] = ("rpm_left", "rpm_right")
+    low: RotationSpeed
+    high: RotationSpeed
+    apart: RotationSpeed | None = None
+    duration: Time = 2.0
+    throttle: tuple[Ratio, Ratio] | None = None
+
+    @model_validator(mode="after")
+    def _must_be_in_order(self) -> Engines:
+        if not 0.0 <= self.low < self.high:
+            raise ValueError("low must lie below high, and neither below zero; swap them")
+        if self.throttle is not None and not self.throttle[0] < self.throttle[1]:
+            raise ValueError('throttle goes from low to high; write ["0 %", "5 %"]')
+        return self
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return the engines' channels and the throttle."""
+        return (*self.channels, "throttle")
+
+
+class Pulses(_Rule):
+    """Large pulses on surfaces: the pilot's range check of the radio.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Any of these surfaces.
+    size : float
+        Least deflection from where it rested, rad.
+    count : int
+        How many pulses.
+    longest : float
+        A surface held longer than this, s, is no pulse.
+    """
+
+    kind: Literal["pulses"]
+    channels: tuple[str, ...] = ("de", "da", "dr")
+    size: Angle
+    count: int = Field(default=1, ge=1)
+    longest: Time = 5.0
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return the surfaces."""
+        return self.channels
+
+
+class Card(_Rule):
+    """The flight card: `fields` that must be filled in, such as ``takeoff_weight``."""
+
+    kind: Literal["card"]
+    fields: tuple[str, ...] = ()
+
+
+Rule = Annotated[
+    Within | Link | Recorder | Space | Alive | Calibrated | Follows | Engines | Pulses | Card,
+    Discriminator("kind"),
+]
+
+
+class ChecklistItem(StrictModel):
+    """One line of the checklist.
+
+    Attributes
+    ----------
+    id : str
+        Names it in the flight's events.
+    words : str
+        What is to be true, as read aloud.
+    rule : Rule or None
+        Judges it from telemetry; without one it is ticked by hand.
+    """
+
+    id: str
+    words: str
+    rule: Rule | None = None
+
+    @property
+    def by(self) -> Literal["hand", "telemetry"]:
+        """Return who says that it is done."""
+        return "hand" if self.rule is None else "telemetry"
+
+
+class ChecklistFile(StrictModel):
+    """A checklist, read.
+
+    Attributes
+    ----------
+    name : str
+    aircraft : str
+        Name of the aircraft it is made for; empty for any.
+    items : tuple of ChecklistItem
+        In the order in which they are gone through.
+    """
+
+    name: str = ""
+    aircraft: str = ""
+    items: tuple[ChecklistItem, ...] = Field(min_length=1)
+
+
+def shipped_checklists() -> tuple[str, ...]:
+    """Return the names of the checklists that come with the program."""
+    return SHIPPED.names()
+
+
+def load_checklist(name_or_path: str | Path) -> ChecklistFile:
+    """Read a checklist.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path, or the name of a shipped list such as ``b777``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named at once.
+    UnknownNameError
+        If there is neither such a file nor such a shipped list.
+    """
+    return read_toml(SHIPPED.find(name_or_path), ChecklistFile, distinct="items")

@@ -1,0 +1,296 @@
+"""The rules at work: each judges its item from samples and from what else is known."""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+
+import numpy as np
+
+from gsapp.flight.info import FlightInfo
+from gsapp.quantities import Block, FloatArray, channel
+from gsapp.session.checklist.carried import NO_FLIGHT, missing_channels
+from gsapp.session.checklist.items import (
+    Alive,
+    Calibrated,
+    Card,
+    Engines,
+    Follows,
+    Link,
+    Pulses,
+    Recorder,
+    Rule,
+    Space,
+    Within,
+)
+from gsapp.session.checklist.judgment import Facts, Judge, Judgment
+from gsapp.session.checklist.moving import EnginesJudge, FollowsJudge, PulsesJudge
+from gsapp.session.checklist.words import joined, named, shown
+from gsapp.session.limits import Severity
+from gsapp.session.states import ChannelState
+
+
+def judge_for(rule: Rule) -> Judge:
+    """Return what judges a rule."""
+    return _judge_for(rule)
+
+
+@singledispatch
+def _judge_for(rule: object) -> Judge:
+    raise TypeError(f"no judge for {type(rule).__name__}")
+
+
+_judge_for.register(Follows)(FollowsJudge)
+_judge_for.register(Engines)(EnginesJudge)
+_judge_for.register(Pulses)(PulsesJudge)
+
+
+class _Glance:
+    """Needs no samples."""
+
+    def feed(self, block: Block) -> None:
+        """Pass the samples over."""
+
+
+@_judge_for.register(Link)
+class LinkJudge(_Glance):
+    """See `gsapp.session.checklist.items.Link`."""
+
+    def __init__(self, rule: Link) -> None:
+        self._rule = rule
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return how the link stands."""
+        if facts.snapshot is None:
+            return NO_FLIGHT
+        link, rule = facts.snapshot.link, self._rule
+        if link.age is None:
+            return Judgment(state="open", why=f"nothing has come yet (link: {link.words})")
+        if link.age > rule.age:
+            return Judgment(state="red", why=f"nothing for {link.age:.0f} s: check radio and box")
+        lost = f"{100.0 * link.loss:.1f} % of the frames lost, {link.rate:.0f} messages per second"
+        if link.loss > rule.loss_red:
+            return Judgment(state="red", why=f"{lost}: move the antenna or change the channel")
+        return Judgment(state="amber" if link.loss > rule.loss else "green", why=lost)
+
+
+@_judge_for.register(Recorder)
+class RecorderJudge(_Glance):
+    """See `gsapp.session.checklist.items.Recorder`."""
+
+    def __init__(self, rule: Recorder) -> None:
+        self._rule = rule
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return how the recorder stands."""
+        if facts.snapshot is None:
+            return NO_FLIGHT
+        recorder = facts.snapshot.recorder
+        written = f"{recorder.received_bytes / 1e6:.2f} MB written"
+        if recorder.pid is None:
+            return Judgment(state="red", why=f"no recorder runs ({recorder.words}): start it")
+        if recorder.severity is not Severity.NORMAL:
+            remarks = "; ".join(recorder.remarks) or recorder.words
+            state = "red" if recorder.severity is Severity.WARNING else "amber"
+            return Judgment(state="red" if state == "red" else "amber", why=remarks)
+        if not recorder.growing:
+            return Judgment(state="red", why=f"{written}, and it does not grow: check the link")
+        return Judgment(
+            state="green", why=f"{written}, growing {recorder.byte_rate / 1e3:.1f} kB/s"
+        )
+
+
+@_judge_for.register(Space)
+class SpaceJudge(_Glance):
+    """See `gsapp.session.checklist.items.Space`."""
+
+    def __init__(self, rule: Space) -> None:
+        self._rule = rule
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return how the disk stands."""
+        if facts.snapshot is None or facts.snapshot.disk.free_bytes is None:
+            return NO_FLIGHT
+        disk, rule = facts.snapshot.disk, self._rule
+        free = (disk.free_bytes or 0) / 1e9
+        lasts = math.inf if disk.seconds_left is None else disk.seconds_left
+        why = f"{free:.1f} GB free"
+        if math.isfinite(lasts):
+            why += f", for {lasts / 3600.0:.1f} h" if lasts < 360e3 else ", for days"
+        if lasts < rule.time_red:
+            return Judgment(state="red", why=f"{why}: delete something before the flight")
+        enough = lasts >= rule.time and free >= rule.gigabytes
+        return Judgment(state="green" if enough else "amber", why=why)
+
+
+@_judge_for.register(Calibrated)
+class CalibratedJudge(_Glance):
+    """See `gsapp.session.checklist.items.Calibrated`."""
+
+    def __init__(self, rule: Calibrated) -> None:
+        self._rule = rule
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return whether certificates are in force."""
+        if facts.snapshot is None:
+            return NO_FLIGHT
+        bare = [name for name in self._rule.channels if name in facts.snapshot.uncalibrated]
+        if bare:
+            return Judgment(
+                state="red", why=f"{joined([named(one) for one in bare])} not calibrated"
+            )
+        return Judgment(
+            state="green", why=f"certificates in force for {len(self._rule.channels)} channels"
+        )
+
+
+@_judge_for.register(Card)
+class CardJudge(_Glance):
+    """See `gsapp.session.checklist.items.Card`."""
+
+    def __init__(self, rule: Card) -> None:
+        self._rule = rule
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return whether the card is filled in."""
+        card = facts.card
+        if card is None:
+            return Judgment(state="open", why="no flight card yet")
+        if facts.doubts:
+            return Judgment(state="amber", why=facts.doubts[0])
+        empty = [name for name in self._rule.fields if not filled(card, name)]
+        if empty:
+            words = [name.replace("_", " ").replace(".", ": ") for name in empty]
+            return Judgment(state="open", why=f"not filled in: {joined(words)}")
+        return Judgment(state="green", why="filled in")
+
+
+def filled(card: FlightInfo, field: str) -> bool:
+    """Return whether a key path of the card holds anything."""
+    value: object = card
+    for part in field.split("."):
+        value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+    return value is not None and value != "" and value != {} and value != ()
+
+
+@_judge_for.register(Within)
+class WithinJudge:
+    """See `gsapp.session.checklist.items.Within`."""
+
+    def __init__(self, rule: Within) -> None:
+        self._rule = rule
+        self._last: tuple[float, float] | None = None
+        self._inside_since: float | None = None
+
+    def feed(self, block: Block) -> None:
+        """Follow the channel, and since when it lies within."""
+        if self._rule.channel not in block:
+            return
+        values = block[self._rule.channel]
+        there = np.flatnonzero(np.isfinite(values))
+        if not there.size:
+            return
+        times, values = block.times[there], values[there]
+        _, low, high, _ = self._rule.bounds
+        outside = np.flatnonzero((values < low) | (values > high))
+        if outside.size:
+            after = int(outside[-1]) + 1
+            self._inside_since = float(times[after]) if after < times.size else None
+        elif self._inside_since is None:
+            self._inside_since = float(times[0])
+        self._last = (float(times[-1]), float(values[-1]))
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return whether it is where it should be, and has been for long enough."""
+        rule = self._rule
+        missing = missing_channels((rule.channel,), facts)
+        if missing is not None:
+            return missing
+        if self._last is None:
+            return Judgment(state="open", why=f"no {named(rule.channel)} yet")
+        time, value = self._last
+        low_red, low, high, high_red = rule.bounds
+        here = self._shown(value)
+        if not low_red <= value <= high_red or not low <= value <= high:
+            red = value < low_red or value > high_red
+            side = (
+                f"below {self._shown(low_red if red else low)}"
+                if value < low
+                else f"above {self._shown(high_red if red else high)}"
+            )
+            return Judgment(state="red" if red else "amber", why=f"{here}, {side}")
+        held = 0.0 if self._inside_since is None else time - self._inside_since
+        if held < rule.duration:
+            return Judgment(state="open", why=f"{here}, within for {held:.1f} s so far")
+        return Judgment(state="green", why=here)
+
+    def _shown(self, value: float) -> str:
+        given = self._rule.low if self._rule.low is not None else self._rule.high
+        unit = str(given).strip().lstrip("+-0123456789.eE ")
+        return shown(value, self._rule.channel, unit)
+
+
+@_judge_for.register(Alive)
+class AliveJudge:
+    """See `gsapp.session.checklist.items.Alive`."""
+
+    def __init__(self, rule: Alive) -> None:
+        self._rule = rule
+        self._value: dict[str, float] = {}
+        self._changed: dict[str, float] = {}
+        self._first: dict[str, float] = {}
+        self._now: dict[str, float] = {}
+
+    def feed(self, block: Block) -> None:
+        """Note when each channel last changed."""
+        for name in self._rule.channels:
+            if name not in block:
+                continue
+            values = block[name]
+            there = np.flatnonzero(np.isfinite(values))
+            if there.size:
+                self._follow(name, block.times[there], values[there])
+
+    def _follow(self, name: str, times: FloatArray, values: FloatArray) -> None:
+        before = self._value.get(name, math.nan)
+        changes = np.flatnonzero(np.diff(values, prepend=before) != 0.0)
+        self._first.setdefault(name, float(times[0]))
+        if changes.size:
+            self._changed[name] = float(times[changes[-1]])
+        self._value[name] = float(values[-1])
+        self._now[name] = float(times[-1])
+
+    def judge(self, facts: Facts) -> Judgment:
+        """Return whether all sensors live."""
+        rule = self._rule
+        missing = missing_channels(rule.channels, facts)
+        if missing is not None:
+            return missing
+        wrong = [
+            words
+            for name in rule.channels
+            if (words := self._wrong(name, facts.states.get(name))) is not None
+        ]
+        if wrong:
+            return Judgment(state="red", why=joined(wrong))
+        waiting = [name for name in rule.channels if self._seen(name) < rule.duration]
+        if waiting:
+            return Judgment(state="open", why=f"watching {joined([named(one) for one in waiting])}")
+        return Judgment(state="green", why=f"{len(rule.channels)} channels live")
+
+    def _seen(self, name: str) -> float:
+        return self._now[name] - self._first[name] if name in self._now else 0.0
+
+    def _wrong(self, name: str, state: ChannelState | None) -> str | None:
+        if state is not None and state.clipped:
+            return f"{named(name)} at the end of its range"
+        if name not in self._value:
+            return None
+        low, high = channel(name).limits
+        value = self._value[name]
+        if not low <= value <= high:
+            return f"{named(name)} reads {shown(value, name)}, which cannot be"
+        still = self._now[name] - self._changed.get(name, self._first[name])
+        if self._rule.moving and still >= self._rule.duration:
+            return f"{named(name)} stuck at {shown(value, name)}"
+        return None

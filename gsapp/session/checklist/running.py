@@ -1,0 +1,129 @@
+"""A checklist being gone through: ticks by hand, rules judged from telemetry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import Block
+from gsapp.session.checklist.items import ChecklistFile, ChecklistItem
+from gsapp.session.checklist.judges import judge_for
+from gsapp.session.checklist.judgment import ORDER, Facts, ItemState, Judge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tick:
+    """That a person said so.
+
+    Attributes
+    ----------
+    who : str
+        Empty where nobody gave a name.
+    """
+
+    who: str = ""
+
+
+class Checklist:
+    """The state of one checklist.
+
+    Parameters
+    ----------
+    file : ChecklistFile
+
+    Attributes
+    ----------
+    file : ChecklistFile
+    ticks : mapping of str to Tick
+        By id of the item.
+    """
+
+    def __init__(self, file: ChecklistFile) -> None:
+        self.file = file
+        self._items = {item.id: item for item in file.items}
+        self._ticks: dict[str, Tick] = {}
+        self._judges: dict[str, Judge] = {}
+        self.restart()
+
+    @property
+    def ticks(self) -> Mapping[str, Tick]:
+        """Return what was ticked by hand."""
+        return dict(self._ticks)
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Return the channels whose samples the rules need."""
+        names = (
+            name for item in self.file.items if item.rule is not None for name in item.rule.watched
+        )
+        return tuple(dict.fromkeys(names))
+
+    def restart(self) -> None:
+        """Begin anew: no tick stands and no sample was seen."""
+        self._ticks.clear()
+        self._judges = {
+            item.id: judge_for(item.rule) for item in self.file.items if item.rule is not None
+        }
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        if len(block):
+            for judge in self._judges.values():
+                judge.feed(block)
+
+    def tick(self, item_id: str, who: str = "") -> None:
+        """Say by hand that an item is done.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such item.
+        """
+        self._ticks[self._item(item_id).id] = Tick(who=who)
+
+    def untick(self, item_id: str) -> None:
+        """Take a tick back.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such item.
+        """
+        self._ticks.pop(self._item(item_id).id, None)
+
+    def judge(self, facts: Facts) -> tuple[ItemState, ...]:
+        """Return all items: red first, then amber, open, green; each in the order of the list."""
+        found = [self._state(item, facts) for item in self.file.items]
+        return tuple(sorted(found, key=lambda one: ORDER.index(one.state)))
+
+    def _item(self, item_id: str) -> ChecklistItem:
+        try:
+            return self._items[item_id]
+        except KeyError:
+            raise UnknownNameError(
+                f"the checklist has no item '{item_id}'; it has {', '.join(self._items)}"
+            ) from None
+
+    def _state(self, item: ChecklistItem, facts: Facts) -> ItemState:
+        tick = self._ticks.get(item.id)
+        said = f"ticked by {tick.who}" if tick is not None and tick.who else "ticked"
+        if item.rule is None:
+            return ItemState(
+                id=item.id,
+                words=item.words,
+                by="hand",
+                state="open" if tick is None else "green",
+                why="to be ticked by hand" if tick is None else said,
+                can_tick=True,
+            )
+        judgment = self._judges[item.id].judge(facts)
+        by_hand = judgment.by_hand and tick is not None
+        return ItemState(
+            id=item.id,
+            words=item.words,
+            by="hand" if by_hand else "telemetry",
+            state="green" if by_hand else judgment.state,
+            why=f"{said}; {judgment.why}" if by_hand else judgment.why,
+            can_tick=judgment.by_hand,
+        )
