@@ -15,7 +15,6 @@ CHANNEL_MAP_FILE: Final = "channel_map.toml"
 CALIBRATION_FOLDER: Final = "calibration"
 LIMITS_FILE: Final = "limits.toml"
 CARDS_FILE: Final = "cards.toml"
-CARDS_FILE: Final = "cards.toml"
 EVENTS_FILE: Final = "events.jsonl"
 CACHE_FOLDER: Final = "cache"
 
