@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.quantities import Block
+    from gsapp.telemetry.clock import Clock
     from gsapp.telemetry.sources import Source
     from gsapp.telemetry.virtual.settings import FlightSettings
-    from gsapp.telemetry.virtual.transmit import Progress
+    from gsapp.telemetry.virtual.transmit import Line, Progress
 
 _STAY = 300.0
 """Seconds without a request after which a thin box, landed, stops offering its log."""
@@ -115,32 +116,18 @@ def send(
     console: Console,
 ) -> None:
     """Fly over a link in real time, or `speed` times that."""
-    from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.clock import HostClock
-    from gsapp.telemetry.sources import LinkAwaitedError, open_source
     from gsapp.telemetry.virtual.transmit import Transmitter
 
-    if not speed > 0.0:
-        raise LinkError(f"a speed of {speed} leads nowhere; choose one above 0")
-    address = parse_link(to)
-    if address.kind in ("virtual", "flight", "text"):
-        raise LinkError(
-            f"the virtual aircraft cannot send to '{to}'; give a network link or a serial port, "
-            "for example udpout:127.0.0.1:14550"
-        )
     clock = HostClock()
-    source = open_source(address, clock=clock)
-    with contextlib.closing(source):
-        # A peer that is not there yet is waited for; anything else is for the user to mend.
-        with contextlib.suppress(LinkAwaitedError):
-            source.open()
+    with open_line(to, clock, speed) as line:
         started = clock.now_us()
         place = onboard or Path(f"onboard-{time.strftime('%Y%m%d-%H%M%S')}.tlog")
         downlink = settings.downlink(started)
         log, server = settings.keep_log(place, started)
         transmitter = Transmitter(
             downlink,
-            _SourceLine(source),
+            line,
             clock=clock,
             speed=speed,
             thin=settings.thin,
@@ -148,7 +135,7 @@ def send(
             server=server,
         )
         try:
-            with _shown(console, f"Flying '{settings.plan}' over {address}") as show:
+            with shown(console, f"Flying '{settings.plan}' over {to}") as show:
                 transmitter.fly(show)
             console.print(
                 f"The flight is over: {transmitter.sent_bytes / 1e6:.2f} MB sent.", highlight=False
@@ -219,7 +206,7 @@ def _fill(settings: FlightSettings, folder: Path, *, name: str, console: Console
         notes=_notes(settings),
     )
     kept = folder / "onboard.tlog" if settings.thin else None
-    with _shown(console, f"Flying '{settings.plan}'") as show:
+    with shown(console, f"Flying '{settings.plan}'") as show:
         write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
@@ -237,6 +224,42 @@ def write_truth(path: Path, block: Block) -> None:
     write_flight_csv(path, block, "us")
 
 
+@contextlib.contextmanager
+def open_line(to: str, clock: Clock, speed: float) -> Iterator[Line]:
+    """Open a link to send over.
+
+    Parameters
+    ----------
+    to : str
+        LINK; a peer that is not there yet is waited for.
+    clock : Clock
+    speed : float
+        At which is sent, times real time.
+
+    Raises
+    ------
+    LinkError
+        If it cannot be opened, is no link to send over, or the speed leads nowhere.
+    """
+    from gsapp.telemetry.address import parse_link
+    from gsapp.telemetry.sources import LinkAwaitedError, open_source
+
+    if not speed > 0.0:
+        raise LinkError(f"a speed of {speed} leads nowhere; choose one above 0")
+    address = parse_link(to)
+    if address.kind in ("virtual", "flight", "text"):
+        raise LinkError(
+            f"the virtual aircraft cannot send to '{to}'; give a network link or a serial port, "
+            "for example udpout:127.0.0.1:14550"
+        )
+    source = open_source(address, clock=clock)
+    with contextlib.closing(source):
+        # A peer that is not there yet is waited for; anything else is for the user to mend.
+        with contextlib.suppress(LinkAwaitedError):
+            source.open()
+        yield _SourceLine(source)
+
+
 class _SourceLine:
     """A source, as the transmitter needs it."""
 
@@ -251,7 +274,7 @@ class _SourceLine:
 
 
 @contextlib.contextmanager
-def _shown(console: Console, title: str) -> Iterator[Callable[[Progress], None]]:
+def shown(console: Console, title: str) -> Iterator[Callable[[Progress], None]]:
     """Show flight time and phase on one line while the flight goes on."""
     with console.status(title) as status:
 

@@ -112,7 +112,8 @@ def fly(
         Optional[list[str]],  # noqa: UP045
         typer.Option(
             metavar="CHANNEL:KIND[:PARAM=VALUE,..]",
-            help="Break an instrument: dropout, stuck or clip; repeatable",
+            help="Break an instrument: dropout, stuck or clip; on the bench dead, reversed, "
+            "swapped:with=CHANNEL, noisy or clipped; repeatable",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same flight")] = 0,
@@ -140,13 +141,40 @@ def fly(
         Optional[Path],  # noqa: UP045
         typer.Option(readable=False, metavar="FILE", help="Write the true motion as a Flight CSV"),
     ] = None,
+    bench: Annotated[
+        bool, typer.Option("--bench", help="Stay on the ground, to be calibrated; see --control")
+    ] = False,
+    control: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="udpin:HOST:PORT|-",
+            help="On the bench, obey lines from this port, or as typed (-): 'elevator_left 10' "
+            "(deg), 'turn p 45', 'lie z_down', 'pitot covered', 'pitot blow', 'help'",
+        ),
+    ] = None,
 ) -> None:
-    """Fly the virtual aircraft.
+    """Fly the virtual aircraft, or have it on the ground to calibrate its instruments.
 
     Example: gsapp fly --to udpout:127.0.0.1:14550 --plan short
+
+    Example: gsapp fly --bench --to udpout:127.0.0.1:14550 --control - --fault rudder:reversed
     """
+    if bench:
+        if to is None or out is not None:
+            raise typer.BadParameter("the bench sends over a link; give --to LINK, no --out")
+        if hide or onboard or truth:
+            raise typer.BadParameter("the bench does not fly: no --hide, --onboard or --truth")
+        from gsapp.cli import bench as on_the_ground
+
+        on_the_ground.run(
+            to=to, seed=seed, faults=tuple(fault or ()), speed=speed, thin=thin,
+            aircraft=aircraft, control=control,
+        )  # fmt: skip
+        return
     if (to is None) == (out is None):
         raise typer.BadParameter("give either --to LINK or --out FLIGHT")
+    if control is not None:
+        raise typer.BadParameter("--control belongs to --bench")
     from gsapp.cli import fly as command
 
     command.run(

@@ -1,7 +1,8 @@
-"""The virtual aircraft flown by a process of its own, over a real link."""
+"""The virtual aircraft, in the air or on the ground, in a process of its own over a real link."""
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import subprocess
 import sys
@@ -18,7 +19,85 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-class AircraftProcess:
+class _Background:
+    """A command of this program in the background; its words go to a log.
+
+    Parameters
+    ----------
+    title : str
+        Who it is, for messages.
+    arguments : sequence of str
+        Of ``gsapp``.
+    folder : Path
+        Where it works, and where the log of its words goes.
+    words : str
+        Name of that log.
+    listens : bool
+        Whether it hears what is written to it, and ends when nobody can write any more.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        arguments: Sequence[str],
+        folder: Path,
+        words: str,
+        *,
+        listens: bool = False,
+    ) -> None:
+        self._title = title
+        self._words = folder / words
+        self._told = False
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with self._words.open("wb") as log:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "gsapp.cli", *arguments],
+                    cwd=folder,
+                    stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=log,
+                    start_new_session=sys.platform != "win32",
+                )
+        except OSError as error:
+            raise LinkError(
+                f"{title} cannot be started ({error.strerror}); see {self._words}"
+            ) from error
+
+    def flying(self) -> bool:
+        """Return whether it still runs."""
+        return self._process.poll() is None
+
+    def complaint(self) -> str:
+        """Return, once, why it ended if it failed; empty otherwise."""
+        code = self._process.poll()
+        if code in (None, 0) or self._told:
+            return ""
+        self._told = True
+        lines = self._words.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        why = lines[-1] if lines else f"code {code}"
+        return f"{self._title[0].upper()}{self._title[1:]} ended: {why}"
+
+    def stop(self) -> None:
+        """End it."""
+        if self._process.poll() is None:
+            self._told = True
+            self._process.terminate()
+            try:
+                self._process.wait(timeout=5.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+        if self._process.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._process.stdin.close()
+
+
+class AircraftProcess(_Background):
     """``gsapp fly`` in the background; its words go to ``virtual-aircraft.log``.
 
     Parameters
@@ -56,7 +135,7 @@ class AircraftProcess:
         thin: bool = False,
     ) -> None:
         command = [
-            sys.executable, "-m", "gsapp.cli", "fly",
+            "fly",
             "--to", f"udpout:127.0.0.1:{port}",
             "--seed", str(seed),
             "--speed", f"{speed:g}",
@@ -67,44 +146,71 @@ class AircraftProcess:
             command.append("--thin")
         for effect in hidden:
             command += ["--hide", effect]
-        self._words = folder / "virtual-aircraft.log"
-        self._told = False
+        super().__init__("the virtual aircraft", command, folder, "virtual-aircraft.log")
+
+
+class BenchProcess(_Background):
+    """``gsapp fly --bench`` in the background; its words go to ``virtual-bench.log``.
+
+    It obeys the lines of `gsapp.telemetry.virtual.bench.HELP`, and ends with the program that
+    started it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the log of its words goes.
+    port : int
+        UDP port of this machine that it sends to.
+    seed : int
+        Same seed, same aircraft.
+    faults : sequence of str
+        What is wrong with it, ``CHANNEL:KIND``.
+    speed : float
+        Times real time.
+    thin : bool
+        For a 57,600-baud radio.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        port: int,
+        *,
+        seed: int = 0,
+        faults: Sequence[str] = (),
+        speed: float = 1.0,
+        thin: bool = False,
+    ) -> None:
+        command = [
+            "fly", "--bench",
+            "--to", f"udpout:127.0.0.1:{port}",
+            "--control", "-",
+            "--seed", str(seed),
+            "--speed", f"{speed:g}",
+        ]  # fmt: skip
+        if thin:
+            command.append("--thin")
+        for fault in faults:
+            command += ["--fault", fault]
+        super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
+
+    def say(self, line: str) -> bool:
+        """Write it a line to obey, such as ``elevator_left 10``; return whether it could hear."""
+        stream = self._process.stdin
+        if stream is None:
+            return False
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with self._words.open("wb") as log:
-                self._process = subprocess.Popen(
-                    command,
-                    cwd=folder,
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=log,
-                    start_new_session=sys.platform != "win32",
-                )
-        except OSError as error:
-            raise LinkError(
-                f"the virtual aircraft cannot be started ({error.strerror}); see {self._words}"
-            ) from error
+            stream.write(line.encode() + b"\n")
+            stream.flush()
+        except (OSError, ValueError):
+            return False
+        return True
 
-    def flying(self) -> bool:
-        """Return whether it still flies."""
-        return self._process.poll() is None
-
-    def complaint(self) -> str:
-        """Return, once, why it ended if it failed; empty otherwise."""
-        code = self._process.poll()
-        if code in (None, 0) or self._told:
-            return ""
-        self._told = True
-        lines = self._words.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-        why = lines[-1] if lines else f"code {code}"
-        return f"The virtual aircraft ended: {why}"
-
-    def stop(self) -> None:
-        """End the flight."""
-        if self._process.poll() is None:
-            self._told = True
-            self._process.terminate()
-            try:
-                self._process.wait(timeout=5.0)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
+    def set_angle(self, channel: str, angle: float) -> bool:
+        """Have a surface or vane set by hand, deg; return whether it could hear."""
+        return self.say(f"{channel} {angle:.10g}")

@@ -7,14 +7,14 @@ next one it listens for requests for the on-board log.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 from gsapp.decoding.frames import Frame
 from gsapp.decoding.framing import Framer
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.virtual.downlink import Downlink, Packet
+from gsapp.telemetry.virtual.downlink import Packet
 from gsapp.telemetry.virtual.log_download import LogServer
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, dialect
 from gsapp.telemetry.virtual.onboard import OnboardLog
@@ -36,6 +36,23 @@ class Line(Protocol):
         """Return what came, waiting up to `timeout` seconds for it."""
 
 
+class Stream(Protocol):
+    """What is sent: `gsapp.telemetry.virtual.downlink.Downlink`, or another of its kind."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing more to send."""
+        ...
+
+    def advance(self, ticks: int) -> Iterator[Packet]:
+        """Go on and yield one packet for each tick."""
+        ...
+
+    def answer(self, message: Message) -> bytes:
+        """Return the frame of an answer to the ground."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
     """How far the flight has come: time since the box was switched on, s, and what is done."""
@@ -50,7 +67,7 @@ class Transmitter:
 
     Parameters
     ----------
-    downlink : Downlink
+    stream : Stream
         What to send.
     line : Line
         Over what.
@@ -66,7 +83,7 @@ class Transmitter:
 
     def __init__(
         self,
-        downlink: Downlink,
+        stream: Stream,
         line: Line,
         *,
         clock: Clock,
@@ -75,7 +92,7 @@ class Transmitter:
         log: OnboardLog | None = None,
         server: LogServer | None = None,
     ) -> None:
-        self._downlink = downlink
+        self._stream = stream
         self._line = line
         self._clock = clock
         self._speed = speed
@@ -99,8 +116,8 @@ class Transmitter:
         # Flown a little ahead of what is sent: a few samples together cost half as much.
         ticks = _AHEAD if self._speed <= 2.0 else _FAR_AHEAD
         told = -math.inf
-        while not self._downlink.finished:
-            for packet in self._downlink.advance(ticks):
+        while not self._stream.finished:
+            for packet in self._stream.advance(ticks):
                 self._wait_until(start + packet.time / self._speed)
                 self._send(packet)
                 if packet.time - told >= 0.5:
@@ -159,7 +176,7 @@ class Transmitter:
             self._log.flush()
         answered = False
         for message in self._server.answers(math.ceil(self._credit)):
-            frame = self._downlink.answer(message)
+            frame = self._stream.answer(message)
             self._line.send(frame)
             self.sent_bytes += len(frame)
             self._credit -= len(frame)
