@@ -15,6 +15,8 @@ from ui.preflight.outlines import OUTLINES, Outline, Part, Points, View
 from ui.words import number_text
 
 Kind = Literal["surface", "vane"]
+_TALL = 0.5
+"""Height over width from which the close-up stands above the whole aircraft."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,27 +118,11 @@ class AirplanePicture(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         gap = self._look.px(8)
         box = QRectF(self.rect()).adjusted(gap, gap, -gap, -gap)
-        left = box.left()
-        for view, share in self._wholes(figure, box):
-            whole = QRectF(left, box.top(), box.width() * share, box.height())
-            self._paint_whole(painter, whole, OUTLINES[view], figure)
-            left = whole.right() + gap
-        close = QRectF(left, box.top(), box.right() - left, box.height())
+        wholes, close = _arrangement(figure, box, gap)
+        for view, place in wholes:
+            self._paint_whole(painter, place, OUTLINES[view], figure)
         Closeup(self._look, figure).paint(painter, close)
         painter.end()
-
-    @staticmethod
-    def _wholes(figure: SurfaceFigure, box: QRectF) -> list[tuple[View, float]]:
-        """Return the views of the whole aircraft with their shares of the width.
-
-        From above one sees whether it is the left or the right one, from the side how it moves.
-        """
-        tall = box.height() / max(box.width(), 1.0)
-        above = min(0.34, 0.95 * tall)
-        views: list[tuple[View, float]] = [("above", above)]
-        if figure.view == "side":
-            views.append(("side", 0.92 * (0.56 - above)))
-        return [(view, share) for view, share in views if figure.channel in OUTLINES[view].parts]
 
     def _paint_whole(
         self, painter: QPainter, box: QRectF, outline: Outline, figure: SurfaceFigure
@@ -182,6 +168,36 @@ class AirplanePicture(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         middle = polygon(part.outline).boundingRect().center()
         painter.drawEllipse(middle, *[0.1 * outline.size[0]] * 2)
+
+
+def _arrangement(
+    figure: SurfaceFigure, box: QRectF, gap: float
+) -> tuple[list[tuple[View, QRectF]], QRectF]:
+    """Return where the views of the whole aircraft go, and where the close-up goes.
+
+    From above one sees whether it is the left or the right one, from the side how it moves.
+    """
+    wanted: tuple[View, ...] = ("above", "side") if figure.view == "side" else ("above",)
+    views = [view for view in wanted if figure.channel in OUTLINES[view].parts]
+    if figure.view == "side" and box.height() > _TALL * box.width():
+        strip = QRectF(box.left(), box.top() + 0.55 * box.height(), box.width(),
+                       0.45 * box.height())  # fmt: skip
+        close = QRectF(box.left(), box.top(), box.width(), 0.55 * box.height() - gap)
+        shares = [0.42, 0.58] if len(views) == 2 else [1.0]
+        end = strip.right()
+    else:
+        strip = box
+        above = min(0.36, 0.95 * box.height() / max(box.width(), 1.0))
+        shares = [above, 0.9 * (0.54 - above)] if len(views) == 2 else [0.4]
+        end = box.left() + sum(shares) * box.width() + gap * len(views)
+        close = QRectF(end, box.top(), box.right() - end, box.height())
+    left = strip.left()
+    places = []
+    for view, share in zip(views, shares, strict=True):
+        wide = share * box.width() - (gap if strip is not box else 0.0)
+        places.append((view, QRectF(left, strip.top(), wide, strip.height())))
+        left += wide + gap
+    return places, close
 
 
 class Closeup:

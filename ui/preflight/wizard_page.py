@@ -2,14 +2,38 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtWidgets import QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+
+from calibration.wizard import Action, Wizard, unfinished
+from gsapp.foundation import GroundStationError
 from ui.desk import Desk
 from ui.look import Look
-from ui.pages import CenteredPage, label
+from ui.preflight.action_bar import ActionBar, Offer
+from ui.preflight.ask_bar import AskBar
 from ui.preflight.prompter import Prompter, Silence
+from ui.preflight.shelf import Shelf, calibrations_path, local_now, standing_of
+from ui.preflight.wizard_run import WizardRun
+from ui.preflight.wizard_start import Standing, StartPanel
+from ui.preflight.wizard_summary import SummaryPanel
+from ui.preflight.wizard_words import offers_of, outcomes_of, together_of
+from ui.preflight.wizard_work import WorkPanel
 from ui.settings import SettingsStore
+from ui.words import parse_number
+
+if TYPE_CHECKING:
+    from calibration.wizard import WizardView
+
+_HAND = ("surface", "vane")
+_SAME = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
+_UNDO = QKeySequence("Ctrl+Z")
+_DEGREES = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
+_ARROWS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
 class WizardPage(QWidget):
@@ -20,7 +44,7 @@ class WizardPage(QWidget):
     look : Look
         Colors, sizes, units.
     store : SettingsStore
-        Remembers who calibrates and what is in force.
+        Remembers what is in force; beside it lie the calibrations.
     desk : Desk
         The open flight, whose volts are watched.
     prompter : Prompter, optional
@@ -30,6 +54,8 @@ class WizardPage(QWidget):
     ----------
     changed : Signal
         Other actions are possible now, or another certificate is in force.
+    run : WizardRun or None
+        The calibration at hand.
     """
 
     changed = Signal()
@@ -42,13 +68,335 @@ class WizardPage(QWidget):
         self._store = store
         self._desk = desk
         self._prompter = prompter or Silence()
+        self._shelf: Shelf | None = None
+        self._choice: int | None = None
+        self._pending = False
+        self.run: WizardRun | None = None
         self.setAccessibleName("Calibration")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        self._empty = CenteredPage(look, 640)
-        self._empty.column.addWidget(label("Calibration", "title"))
-        column.addWidget(self._empty)
+        column.setSpacing(0)
+        self.start = StartPanel(look)
+        self.work = WorkPanel(look)
+        self.work.point_chosen.connect(self._choose)
+        self.summary = SummaryPanel(look)
+        self.pages = QStackedWidget()
+        for page in (self.start, self.work, self.summary):
+            self.pages.addWidget(page)
+        column.addWidget(self.pages, 1)
+        self.ask = AskBar(look, self.begin)
+        column.addWidget(self.ask)
+        self.actions_bar = ActionBar(look)
+        self.actions_bar.pressed.connect(self._do)
+        column.addWidget(self.actions_bar)
+        desk.changed.connect(self._flight_changed)
+        desk.told.connect(self._told)
+        look.changed.connect(self._refresh)
+
+    # The place
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
-        self.setFocus()
+        self.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Look at the volts while the page is on screen."""
+        super().showEvent(event)
+        if self.run is not None:
+            self.run.listen(True)
+        self._refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Look away: elsewhere the sticks are moved for other reasons."""
+        super().hideEvent(event)
+        if self.run is not None:
+            self.run.listen(False)
+        self._put_in_force()
+
+    def close_run(self) -> None:
+        """Let go of the calibration at hand; it can be resumed."""
+        if self.run is not None:
+            self.run.listen(False)
+            self.run.close()
+            self.run.deleteLater()
+            self.run = None
+
+    @property
+    def shelf(self) -> Shelf:
+        """Return the calibrations of the aircraft at hand."""
+        session = self._desk.session
+        known = session.aircraft.name if session is not None and session.aircraft else ""
+        name = known or Path(self._store.current.aircraft).stem
+        if self._shelf is None or self._shelf.aircraft != name:
+            usual = self._store.current.calibration
+            self._shelf = Shelf(calibrations_path(self._store.path), name, usual)
+        return self._shelf
+
+    # Beginning
+
+    def calibrate(self) -> None:
+        """Begin with all surfaces and vanes; what was begun before is set aside."""
+        self._begin_run("full")
+
+    def check(self) -> None:
+        """Begin the check of a minute: three settings against the certificates in force."""
+        self._begin_run("check")
+
+    def _begin_run(self, mode: str) -> None:
+        shelf = self.shelf
+        shelf.fill()
+        wizard = Wizard(
+            shelf.plan().only(_HAND),
+            shelf.store,
+            shelf.journal,
+            who=self.start.who.text().strip(),
+            temperature=self.start.kelvin,
+            now=local_now,
+            mode="check" if mode == "check" else "full",
+        )
+        self._take_up(wizard)
+
+    def resume(self) -> None:
+        """Go on where the calibration stopped, however it stopped."""
+        self._take_up(Wizard.resume(self.shelf.journal, self.shelf.store, now=local_now))
+
+    def _take_up(self, wizard: Wizard) -> None:
+        self.close_run()
+        self._choice = None
+        run = WizardRun(wizard, self._desk, self._prompter, self._desk.faults)
+        run.viewed.connect(self._show_view)
+        run.certified.connect(self._certified)
+        self.run = run
+        run.listen(self.isVisible())
+        self._show_view(run.view)
+        self._prompter.say(run.view.spoken)
+        self.begin()
+
+    def leave(self) -> None:
+        """Go back to the beginning."""
+        self.close_run()
+        self._put_in_force()
+        self.pages.setCurrentWidget(self.start)
+        self._refresh()
+        self.begin()
+
+    # In force
+
+    def _certified(self) -> None:
+        self._pending = True
+        self.changed.emit()
+
+    def _put_in_force(self) -> None:
+        """Let flights, this one and those to come, be read with the new certificates."""
+        if not self._pending:
+            return
+        self._pending = False
+        shelf, session = self.shelf, self._desk.session
+        self._store.change(calibration=str(shelf.store.in_force_folder))
+        try:
+            if (
+                session is not None
+                and session.replaying is None
+                and session.path.is_dir()
+                and shelf.keep_with(session.path)
+            ):
+                self._desk.open_flight(session.path)
+        except GroundStationError as error:
+            self._desk.faults.report(error)
+
+    # What is shown
+
+    def _flight_changed(self) -> None:
+        self._refresh()
+
+    def _told(self) -> None:
+        if self.isVisible() and self.pages.currentWidget() is self.summary:
+            self.summary.show_together(together_of(self._desk.history))
+
+    def _refresh(self) -> None:
+        if not self.isVisible():
+            return
+        if self.run is not None:
+            self._show_view(self.run.view)
+            return
+        shelf = self.shelf
+        plan = shelf.plan()
+        titles = {one.channel: one.title for one in plan.instruments}
+        self.start.show_standings(
+            [
+                Standing(title=titles[name], words=words, good=not words.startswith("uncal"))
+                for name, words in standing_of(plan.channels, shelf)
+            ]
+        )
+        live = self._desk.session is not None
+        self.start.sentence.say(
+            "Put the protractor on the surface that is called, bring it to each angle and hold: "
+            "points are taken by themselves."
+            if live
+            else "No aircraft is connected: Ctrl+L connects one.",
+            "" if live else "caution",
+        )
+        left = unfinished(shelf.journal)
+        self.start.resume.setVisible(left)
+        self.start.resume.say("A calibration was not finished: every step of it is kept.")
+        self.actions_bar.show_offers(self._start_offers(left=left))
+
+    @staticmethod
+    def _start_offers(*, left: bool) -> tuple[Offer, ...]:
+        offers = [
+            Offer(id="calibrate", text="Calibrate the aircraft", key="N" if left else "Space"),
+            Offer(id="check", text="Check in a minute", key="C"),
+        ]
+        if left:
+            offers.insert(0, Offer(id="resume", text="Go on where it stopped", key="Space"))
+        first, *others = offers
+        return (Offer(id=first.id, text=first.text, key=first.key, first=True), *others)
+
+    def _show_view(self, view: WizardView) -> None:
+        if self._choice is not None and self._choice >= len(view.points):
+            self._choice = None
+        if view.instrument is None and view.phase in ("done", "aborted"):
+            self._put_in_force()
+            plan = self.shelf.plan()
+            title = "Calibration done" if view.phase == "done" else "Calibration broken off"
+            self.summary.show_outcomes(title, view.prompt, outcomes_of(view, plan))
+            self.pages.setCurrentWidget(self.summary)
+            closing = Offer(id="leave", text="Done", key="Space", first=True)
+            others = tuple(one for one in offers_of(view) if one.id in ("undo", "back"))
+            self.actions_bar.show_offers((closing, *others))
+            return
+        self.pages.setCurrentWidget(self.work)
+        self.work.show_view(view, self._choice)
+        self.actions_bar.show_offers(offers_of(view))
+
+    # What the crew does
+
+    def _choose(self, index: int | None) -> None:
+        self._choice = index
+        if self.run is not None:
+            self._show_view(self.run.view)
+
+    def _step_choice(self, steps: int) -> None:
+        view = self.run.view if self.run is not None else None
+        if view is None or not view.points:
+            return
+        last = len(view.points) - 1
+        start = last + 1 if self._choice is None else self._choice
+        self._choose(min(max(start + steps, 0), last))
+
+    def _do(self, name: str) -> None:
+        """Do what a key or a button stands for."""
+        own: Mapping[str, Callable[[], object]] = {
+            "calibrate": self.calibrate,
+            "check": self.check,
+            "resume": self.resume,
+            "leave": self.leave,
+        }
+        if name in own:
+            try:
+                own[name]()
+            except GroundStationError as error:
+                self._desk.faults.report(error)
+            return
+        asking: Mapping[str, Callable[[], object]] = {
+            "skip": self._ask_skip,
+            "add": self._ask_setting,
+            "abort": self._ask_abort,
+            "choose_degree": self._ask_degree,
+        }
+        if name in asking:
+            asking[name]()
+        elif name in ("repeat", "delete"):
+            self._act(Action(kind=name, index=self._choice))
+            self._choice = None
+        else:
+            self._act(Action(kind=name))
+
+    def _act(self, action: Action) -> None:
+        if self.run is not None:
+            self.run.act(action)
+
+    def _ask_skip(self) -> None:
+        self.ask.ask(
+            "Leave this instrument uncalibrated? Say why.",
+            lambda reason: self._act(Action(kind="skip", reason=reason)),
+            typed=True,
+            yes="Skip it",
+            text="not calibrated today",
+        )
+
+    def _ask_setting(self) -> None:
+        view = self.run.view if self.run is not None else None
+        if view is None or view.instrument is None:
+            return
+
+        def add(text: str) -> None:
+            value = parse_number(text)
+            if value is not None:
+                self._act(Action(kind="add", value=value))
+
+        question = f"Which further setting, in {view.instrument.unit}?"
+        self.ask.ask(question, add, typed=True, yes="Add it")
+
+    def _ask_abort(self) -> None:
+        self.ask.ask(
+            "Break the calibration off? What was accepted stays in force.",
+            lambda _: self._act(Action(kind="abort")),
+            typed=False,
+            yes="Break off",
+        )
+
+    def _ask_degree(self) -> None:
+        def choose(text: str) -> None:
+            known = {"0": None, "1": 1, "2": 2, "3": 3}
+            if text in known:
+                self._act(Action(kind="choose_degree", degree=known[text]))
+
+        question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
+        self.ask.ask(question, choose, typed=True, yes="Take it", text="0")
+
+    # Keys
+
+    def event(self, event: QEvent) -> bool:
+        """Claim the keys of the page before they become commands of the window."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and self._meaning(event) is not None
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Do what a key means now."""
+        field = self.focusWidget()
+        if isinstance(field, QLineEdit) and event.key() in _SAME:
+            self.begin()
+            return
+        meaning = self._meaning(event)
+        if meaning is None:
+            super().keyPressEvent(event)
+        else:
+            meaning()
+
+    def _meaning(self, event: QKeyEvent) -> Callable[[], object] | None:
+        """Return what a key does now; None if it is not for this page."""
+        if self.ask.asking:
+            return None
+        key = Qt.Key(event.key())
+        plain = not (event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier)
+        typed = QKeySequence(_SAME.get(key, key)) if plain else QKeySequence(event.keyCombination())
+        for offer in self.actions_bar.offers:
+            undoes = offer.id == "undo" and typed == _UNDO
+            if undoes or (offer.key and typed == QKeySequence(offer.key)):
+                return lambda: self._do(offer.id)
+        can = self.run.view.can if self.run is not None else frozenset()
+        if not plain:
+            return None
+        if key in _DEGREES and "choose_degree" in can:
+            return lambda: self._act(Action(kind="choose_degree", degree=_DEGREES[key]))
+        if key in _ARROWS and self.pages.currentWidget() is self.work:
+            return lambda: self._step_choice(_ARROWS[key])
+        return None

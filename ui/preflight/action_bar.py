@@ -1,0 +1,142 @@
+"""The actions that are possible now, each with its key, at least 44 points high."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QSizePolicy, QWidget
+
+from ui.commands import key_text
+from ui.dialogs.form import restyle
+from ui.look import Look
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Offer:
+    """Something that can be done now.
+
+    Attributes
+    ----------
+    id : str
+        Name in code.
+    text : str
+        On the button.
+    key : str
+        That does it; empty for none.
+    first : bool
+        Whether it is the one thing that is wanted now.
+    """
+
+    id: str
+    text: str
+    key: str = ""
+    first: bool = False
+
+    @property
+    def words(self) -> str:
+        """Return the text with the key."""
+        return f"{self.text}   {key_text(self.key)}" if self.key else self.text
+
+
+class ActionBar(QWidget):
+    """One row of buttons; those without room are in the menu of the last one.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+
+    Attributes
+    ----------
+    pressed : Signal(str)
+        Id of the action.
+    """
+
+    pressed = Signal(str)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.offers: tuple[Offer, ...] = ()
+        self._buttons: list[QPushButton] = []
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._row = QHBoxLayout(self)
+        self.more = QPushButton("More")
+        self.more.setAccessibleName("More actions")
+        self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self._menu = QMenu(self)
+        self.more.setMenu(self._menu)
+        self.more.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        self._row.addWidget(self.more)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        px = self._look.px
+        self._row.setContentsMargins(px(16), px(6), px(16), px(8))
+        self._row.setSpacing(px(8))
+        self.updateGeometry()
+        self._fit()
+
+    def sizeHint(self) -> QSize:
+        """Return its size: one row of controls for gloves."""
+        return QSize(self._look.px(320), self._look.sizes.control + self._look.px(14))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size: never lower."""
+        return QSize(self._look.px(160), self.sizeHint().height())
+
+    def show_offers(self, offers: Sequence[Offer]) -> None:
+        """Show what can be done now."""
+        if tuple(offers) == self.offers:
+            return
+        self.offers = tuple(offers)
+        while len(self._buttons) < len(offers):
+            self._make()
+        for place, button in enumerate(self._buttons):
+            offer = self.offers[place] if place < len(self.offers) else None
+            if offer is None:
+                continue
+            button.setText(offer.words)
+            button.setAccessibleName(offer.words)
+            role = "primary" if offer.first else ""
+            if button.property("role") != role:
+                button.setProperty("role", role)
+                restyle(button)
+        self._fit()
+
+    def _make(self) -> None:
+        button = QPushButton()
+        # A press must not take the keyboard away from the page.
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        # As high as the bar: the style sheet knows a least height of its own.
+        button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        place = len(self._buttons)
+        button.clicked.connect(lambda: self.pressed.emit(self.offers[place].id))
+        self._row.insertWidget(place, button, 1)
+        self._buttons.append(button)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as many buttons as there is room for."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        gap = self._row.spacing()
+        margins = self._row.contentsMargins()
+        room = self.width() - margins.left() - margins.right()
+        wishes = [self._buttons[at].sizeHint().width() for at in range(len(self.offers))]
+        shown = len(wishes)
+        if sum(wishes) + gap * (len(wishes) - 1) > room:
+            room -= self.more.sizeHint().width() + gap
+            while shown > 1 and sum(wishes[:shown]) + gap * (shown - 1) > room:
+                shown -= 1
+        for place, button in enumerate(self._buttons):
+            button.setVisible(place < shown)
+        self._menu.clear()
+        for offer in self.offers[shown:]:
+            self._menu.addAction(offer.words, lambda name=offer.id: self.pressed.emit(name))
+        self.more.setVisible(shown < len(self.offers))

@@ -1,0 +1,155 @@
+"""The large part of the wizard: what to set, what is measured, steady or moving, what to do."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ui.fonts import sans
+from ui.glyphs import State, paint_state
+from ui.look import Look
+from ui.preflight.wizard_words import Cue
+
+_HIGH = 212
+_BIG, _PROMPT, _LEAST = 76, 22, 13
+_ALIGN = Qt.AlignmentFlag
+_FILLS: dict[State, str] = {
+    "good": "good_fill",
+    "caution": "caution_fill",
+    "warning": "warning_fill",
+}
+
+
+def fitted(
+    text: str, box: QRectF, largest: int, least: int, *, bold: bool = False, wrap: bool = False
+) -> QFont:
+    """Return the largest font, in pixels between two sizes, in which a text fits into a box."""
+    flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
+    # As narrow as a word may be: a box without height still asks for the width.
+    room = QRectF(0, 0, box.width(), 10_000)
+    for pixels in range(largest, least, -1):
+        font = sans(pixels, bold=bold)
+        taken = QFontMetricsF(font).boundingRect(room, flags, text)
+        if taken.width() <= box.width() and taken.height() <= box.height():
+            return font
+    return sans(least, bold=bold)
+
+
+class CueView(QWidget):
+    """Draws a `Cue`; everything keeps its place, so that nothing jitters.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.cue = Cue()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.updateGeometry()
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return its size; the height is always the same."""
+        return QSize(self._look.px(480), self._look.px(_HIGH))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size."""
+        return QSize(self._look.px(240), self._look.px(_HIGH))
+
+    def show_cue(self, cue: Cue) -> None:
+        """Show another cue."""
+        if cue == self.cue:
+            return
+        self.cue = cue
+        self.setAccessibleName(cue.words)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw it."""
+        px, cue = self._look.px, self.cue
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        wide = float(self.width())
+        self._paint_head(painter, QRectF(0, 0, wide, px(28)))
+        side = min(max(0.3 * wide, px(140)), px(240))
+        top, high = px(40), px(92)
+        self._paint_big(painter, QRectF(0, top, wide - side - px(12), high))
+        self._paint_measured(painter, QRectF(wide - side, top, side, high))
+        prompt = QRectF(0, px(136), wide, px(54))
+        painter.setPen(self._look.color("text"))
+        painter.setFont(fitted(cue.prompt, prompt, px(_PROMPT), px(_LEAST), bold=True, wrap=True))
+        painter.drawText(prompt, Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter, cue.prompt)
+        message = QRectF(0, px(192), wide, px(20))
+        painter.setPen(self._look.color("muted"))
+        painter.setFont(fitted(cue.message, message, px(14), px(10)))
+        painter.drawText(message, _ALIGN.AlignVCenter, cue.message)
+        painter.end()
+
+    def _paint_head(self, painter: QPainter, box: QRectF) -> None:
+        look, px = self._look, self._look.px
+        painter.setPen(look.color("muted"))
+        painter.setFont(look.font("value"))
+        painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.cue.place)
+        taken = QFontMetricsF(painter.font()).horizontalAdvance(self.cue.place)
+        room = box.adjusted(0, 0, -taken - px(8), 0)
+        painter.setPen(look.color("text"))
+        painter.setFont(fitted(self.cue.title, room, px(22), px(12), bold=True))
+        painter.drawText(room, _ALIGN.AlignVCenter, self.cue.title)
+        track = QRectF(box.left(), box.bottom() + px(3), box.width(), px(5))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(look.color("chosen"))
+        painter.drawRoundedRect(track, px(2), px(2))
+        painter.setBrush(look.color("text"))
+        track.setWidth(track.width() * min(max(self.cue.progress, 0.0), 1.0))
+        painter.drawRoundedRect(track, px(2), px(2))
+
+    def _paint_big(self, painter: QPainter, box: QRectF) -> None:
+        look, px, cue = self._look, self._look.px, self.cue
+        painter.setPen(look.color("muted"))
+        painter.setFont(look.font("body"))
+        painter.drawText(box, _ALIGN.AlignTop, cue.lead)
+        number = box.adjusted(0, px(14), 0, 0)
+        beside = min(0.42 * box.width(), px(170)) if cue.beside else 0.0
+        number.setWidth(box.width() - beside - (px(10) if beside else 0))
+        painter.setPen(look.color("target" if cue.wanted else "text"))
+        painter.setFont(fitted(cue.big, number, px(_BIG), px(18), bold=True))
+        painter.drawText(number, _ALIGN.AlignVCenter, cue.big)
+        if beside:
+            taken = QFontMetricsF(painter.font()).horizontalAdvance(cue.big)
+            words = QRectF(taken + px(10), number.top(), beside, number.height())
+            painter.setFont(fitted(cue.beside, words, px(20), px(11), bold=True, wrap=True))
+            flags = Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter
+            painter.drawText(words, flags, cue.beside)
+
+    def _paint_measured(self, painter: QPainter, box: QRectF) -> None:
+        look, px, cue = self._look, self._look.px, self.cue
+        if not cue.state_words:
+            return
+        chip = QRectF(box.left(), box.top(), box.width(), px(34))
+        fill = _FILLS.get(cue.state)
+        painter.setPen(Qt.PenStyle.NoPen if fill else QPen(look.color("axis"), 1))
+        painter.setBrush(QColor(look.color(fill)) if fill else Qt.BrushStyle.NoBrush)
+        painter.drawRoundedRect(chip, px(6), px(6))
+        ink = look.color("fill_text" if fill else "text")
+        sign = QRectF(chip.left() + px(10), chip.top() + px(9), px(16), px(16))
+        paint_state(painter, cue.state, sign, ink)
+        words = chip.adjusted(px(34), 0, -px(6), 0)
+        painter.setPen(ink)
+        painter.setFont(fitted(cue.state_words, words, px(18), px(10), bold=True))
+        painter.drawText(words, _ALIGN.AlignVCenter, cue.state_words)
+        now = QRectF(box.left(), chip.bottom() + px(4), box.width(), px(32))
+        painter.setPen(look.color("text"))
+        painter.setFont(fitted(cue.now, now, px(26), px(12), bold=True))
+        painter.drawText(now, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.now)
+        volts = QRectF(box.left(), now.bottom(), box.width(), px(22))
+        painter.setPen(look.color("muted"))
+        painter.setFont(fitted(cue.volts, volts, px(18), px(10)))
+        painter.drawText(volts, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.volts)

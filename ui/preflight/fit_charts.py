@@ -1,0 +1,130 @@
+"""The curve as it forms: points and curve, and beside them how far the points lie off it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyqtgraph
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from calibration.fit import polynomial
+from gsapp.quantities import FloatArray
+from ui.gap.chart import Chart, Curve
+from ui.gap.marking import ink
+from ui.look import Look
+from ui.preflight.wizard_words import way_of
+from ui.words import unit_text
+
+if TYPE_CHECKING:
+    from calibration.wizard import WizardView
+
+_PLACES = 120
+_WAYS = (("up", "blue"), ("down", "rust"), ("single", "purple"))
+"""Directions with the color of their points."""
+_SYMBOLS = {"up": "t1", "down": "t", "right": "t2", "left": "t3", "": "o"}
+"""Shapes that point where the trailing edge moves, as pyqtgraph names them."""
+
+
+class FitCharts(QWidget):
+    """Two charts over volts that share what they are drawn from.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._drawn: object = None
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.curve = Chart(look, "The curve", high=170)
+        self.residuals = Chart(look, "Points off the curve", high=170)
+        row.addWidget(self.curve, 1)
+        row.addWidget(self.residuals, 1)
+        self._here = pyqtgraph.InfiniteLine(angle=90, movable=False)
+
+    def show_view(self, view: WizardView) -> None:
+        """Draw the points and the curve of a view, if they are others; move the line of now."""
+        state = (view.instrument, view.points, view.calibration, self._look.theme.name)
+        if state != self._drawn:
+            self._drawn = state
+            self._draw(view)
+            self._here.setPen(pyqtgraph.mkPen(ink(self._look, "cursor"), width=1))
+            self.curve.plot.getPlotItem().addItem(self._here, ignoreBounds=True)
+        reading = view.reading
+        known = reading is not None and np.isfinite(reading.volts)
+        self._here.setVisible(bool(known))
+        if reading is not None and known:
+            self._here.setValue(reading.volts)
+
+    def _draw(self, view: WizardView) -> None:
+        instrument, calibration = view.instrument, view.calibration
+        unit = unit_text(instrument.unit) if instrument is not None else ""
+        ways = {way: way_of(instrument, way) if instrument is not None else "" for way, _ in _WAYS}
+        points = _by_way([(p.volts, p.value, p.direction) for p in view.points])
+        curves = [
+            Curve(
+                x=x, y=y, color=color, points=True, symbol=_SYMBOLS[ways[way]],
+                name=f"moving {ways[way]}" if ways[way] else "either way",
+            )
+            for (x, y), (way, color) in zip(points, _WAYS, strict=True)
+            if x.size
+        ]  # fmt: skip
+        off: list[Curve] = []
+        if calibration is not None and len(calibration.fit.residuals) == len(view.points):
+            volts = np.array([point.volts for point in view.points])
+            places = np.linspace(volts.min(), volts.max(), _PLACES)
+            line = polynomial(calibration.fit.coefficients, places)
+            curves.insert(0, Curve(x=places, y=line, color="ink", name="curve"))
+            off = self._residuals(view, places, ways)
+        words = f"{len(view.points)} points"
+        self.curve.draw(
+            curves, title="The curve", bottom="Volts", left=f"Angle [{unit}]", words=words
+        )
+        self.residuals.draw(
+            off, title="Points off the curve", bottom="Volts", left=f"Off [{unit}]", words=words
+        )
+
+    def _residuals(
+        self, view: WizardView, places: FloatArray, ways: Mapping[str, str]
+    ) -> list[Curve]:
+        """Return each branch as a line through its points: their distance is the hysteresis."""
+        calibration = view.calibration
+        if calibration is None:
+            return []
+        made = [Curve(x=places[[0, -1]], y=np.zeros(2), color="muted")]
+        width = calibration.quality.half_width(places)
+        for sign in (-1.0, 1.0):
+            name = "95 % bound" if sign > 0 else ""
+            made.append(Curve(x=places, y=sign * width, color="previous", name=name, dashed=True))
+        points = _by_way(
+            [
+                (point.volts, residual, point.direction)
+                for point, residual in zip(view.points, calibration.fit.residuals, strict=True)
+            ]
+        )
+        for (x, y), (way, color) in zip(points, _WAYS, strict=True):
+            if not x.size:
+                continue
+            order = np.argsort(x)
+            if way != "single":
+                made.append(Curve(x=x[order], y=y[order], color=color, dashed=way == "down"))
+            made.append(Curve(x=x, y=y, color=color, points=True, symbol=_SYMBOLS[ways[way]]))
+        return made
+
+
+def _by_way(points: list[tuple[float, float, str]]) -> list[tuple[FloatArray, FloatArray]]:
+    """Return x and y of the points of each way."""
+    return [
+        (
+            np.array([x for x, _, known in points if known == way]),
+            np.array([y for _, y, known in points if known == way]),
+        )
+        for way, _ in _WAYS
+    ]

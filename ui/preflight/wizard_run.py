@@ -1,0 +1,126 @@
+"""A calibration that runs: volts of the open flight in, prompts and views out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject, Signal
+
+from calibration.wizard import Action, Wizard, WizardView
+from gsapp.foundation import GroundStationError
+from gsapp.quantities import INSTRUMENTS
+from ui.desk import Desk
+from ui.faults import FaultDesk
+from ui.preflight.prompter import Prompter
+
+_VOLTS = tuple(f"{name}_volts" for name in INSTRUMENTS)
+_LATE = 2.0
+"""Seconds after which a channel that does not come is not waited for."""
+_MOST = 5.0
+"""Seconds of samples that are looked at; what is older tells nothing of now."""
+
+
+class WizardRun(QObject):
+    """Feeds a wizard from the open flight, ten times a second, while its page is on screen.
+
+    Parameters
+    ----------
+    wizard : Wizard
+        The state machine.
+    desk : Desk
+        The open flight.
+    prompter : Prompter
+        Speaks and sounds.
+    faults : FaultDesk
+        Where errors go.
+
+    Attributes
+    ----------
+    viewed : Signal(object)
+        Another `WizardView` is to be shown.
+    certified : Signal
+        Other certificates are in force.
+    """
+
+    viewed = Signal(object)
+    certified = Signal()
+
+    def __init__(self, wizard: Wizard, desk: Desk, prompter: Prompter, faults: FaultDesk) -> None:
+        super().__init__()
+        self._wizard = wizard
+        self._desk = desk
+        self._prompter = prompter
+        self._faults = faults
+        self._next: int | None = None
+        self._listens = False
+        self._said = ""
+        self.view: WizardView = wizard.view
+        desk.told.connect(self._tell)
+        desk.changed.connect(self._begin_anew)
+
+    def listen(self, on: bool) -> None:
+        """Look at the volts from now on, or no longer: sticks are moved for other reasons too."""
+        if on != self._listens:
+            self._listens = on
+            self._begin_anew()
+
+    def close(self) -> None:
+        """Look no longer; everything is in the journal."""
+        self._desk.told.disconnect(self._tell)
+        self._desk.changed.disconnect(self._begin_anew)
+
+    def act(self, action: Action) -> None:
+        """Do what the crew asks."""
+        self._guarded(lambda: self._wizard.act(action))
+
+    def _begin_anew(self) -> None:
+        self._next = None
+
+    def _tell(self) -> None:
+        if self._listens:
+            self._guarded(self._feed)
+
+    def _guarded(self, work: Callable[[], object]) -> None:
+        """Do something, show what came of it; a disk that refuses is said once, and not fatal."""
+        try:
+            work()
+        except GroundStationError as error:
+            if str(error) != self._said:
+                self._said = str(error)
+                self._faults.report(error)
+        else:
+            self._said = ""
+        self._show(self._wizard.view)
+
+    def _feed(self) -> None:
+        session = self._desk.session
+        if session is None or not session.feed.caught_up:
+            self._next = None
+            return
+        history = session.history
+        names = [name for name in (*_VOLTS, "excitation") if history.has(name)]
+        spans = [span for name in names if (span := history.span(name)) is not None]
+        end = history.end
+        if not spans or end is None:
+            return
+        last = min(max(stop for _, stop in spans), history.index(end) + 1)
+        # Slow channels hold the others up for a while, silent ones do not.
+        stop = min(min(stop, last) for _, stop in spans if stop > last - _LATE * history.rate)
+        first = self._next
+        if first is None or first > stop:
+            self._next = stop
+            return
+        first = max(first, stop - round(_MOST * history.rate))
+        if stop > first:
+            self._next = stop
+            self._wizard.feed(history.rows(first, stop, names))
+
+    def _show(self, view: WizardView) -> None:
+        before, self.view = self.view, view
+        if view.event != before.event and view.tone:
+            self._prompter.tone(view.tone)
+        if view.spoken != before.spoken and view.spoken:
+            self._prompter.say(view.spoken)
+        self.viewed.emit(view)
+        if (view.accepted, dict(view.skipped)) != (before.accepted, dict(before.skipped)):
+            self.certified.emit()

@@ -1,0 +1,114 @@
+"""Before a calibration: what is in force, who calibrates, and what can be begun."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtWidgets import QFrame, QGridLayout, QLineEdit, QWidget
+
+from ui.dialogs.form import Sentence
+from ui.look import Look
+from ui.pages import CenteredPage, label
+from ui.words import parse_number
+
+_ZERO_CELSIUS = 273.15
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standing:
+    """How one instrument stands.
+
+    Attributes
+    ----------
+    title : str
+        Its name.
+    words : str
+        Since when it is calibrated, or that it is not.
+    good : bool
+        Whether it is calibrated.
+    """
+
+    title: str
+    words: str
+    good: bool
+
+
+class StartPanel(CenteredPage):
+    """Says what is there and asks who calibrates; what can be done is in the actions below.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look, 860)
+        self.setAccessibleName("Calibration")
+        self.column.addWidget(label("Calibration", "title"))
+        self.sentence = Sentence()
+        self.sentence.setProperty("role", "")
+        self.column.addWidget(self.sentence)
+        self.resume = Sentence()
+        self.resume.setProperty("role", "strong")
+        self.column.addWidget(self.resume)
+        self.column.addWidget(self._fields(look))
+        self._card = QFrame()
+        self._card.setObjectName("card")
+        self._grid = QGridLayout(self._card)
+        self._grid.setColumnStretch(1, 1)
+        self.column.addWidget(self._card)
+        self._shown: tuple[Standing, ...] | None = None
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _fields(self, look: Look) -> QWidget:
+        holder = QWidget()
+        grid = QGridLayout(holder)
+        grid.setContentsMargins(0, look.px(4), 0, look.px(4))
+        self.who = QLineEdit()
+        self.temperature = QLineEdit()
+        for column, (name, field) in enumerate(
+            (("Who calibrates", self.who), ("Ground temperature [°C]", self.temperature))
+        ):
+            grid.addWidget(label(name, "label"), 0, column)
+            field.setAccessibleName(name)
+            grid.addWidget(field, 1, column)
+            grid.setColumnStretch(column, 2 - column)
+        self._field_grid = grid
+        return holder
+
+    def _restyle(self) -> None:
+        if not hasattr(self, "_card"):
+            return
+        px = self._look.px
+        self._grid.setContentsMargins(px(16), px(10), px(16), px(10))
+        self._grid.setHorizontalSpacing(px(24))
+        self._grid.setVerticalSpacing(px(5))
+        self._field_grid.setHorizontalSpacing(px(16))
+        for field in (self.who, self.temperature):
+            field.setMinimumHeight(self._look.sizes.control)
+
+    @property
+    def kelvin(self) -> float | None:
+        """Return the temperature entered, K; None where there is none."""
+        celsius = parse_number(self.temperature.text())
+        return None if celsius is None else celsius + _ZERO_CELSIUS
+
+    def show_standings(self, standings: Sequence[Standing]) -> None:
+        """Show how every instrument stands."""
+        if tuple(standings) == self._shown:
+            return
+        self._shown = tuple(standings)
+        while (item := self._grid.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        for row, standing in enumerate(standings):
+            sign = label("✓" if standing.good else "▲", "strong")
+            words = label(standing.words, wrap=True)
+            for widget in (sign, words):
+                widget.setProperty("state", "good" if standing.good else "caution")
+            self._grid.addWidget(sign, row, 0)
+            self._grid.addWidget(label(standing.title, "strong"), row, 1)
+            self._grid.addWidget(words, row, 2)

@@ -1,0 +1,146 @@
+"""The page of one instrument: what to do large on the left, points and curve beside it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QFrame, QScrollArea, QVBoxLayout, QWidget
+
+from ui.gap.parts import Table
+from ui.look import Look
+from ui.pages import label
+from ui.preflight.airplane import AirplanePicture
+from ui.preflight.cue_view import CueView
+from ui.preflight.fit_charts import FitCharts
+from ui.preflight.point_list import PointList
+from ui.preflight.wizard_words import cue_of, figure_of, point_rows, quality_lines, remarks_of
+
+if TYPE_CHECKING:
+    from calibration.wizard import WizardView
+
+_WIDE = 860
+"""Points of width from which the curve stands beside the cue."""
+
+
+class Remarks(QWidget):
+    """Sentences that the crew should not pass over, each with its sign."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._shown: tuple[str, ...] = ()
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self.hide()
+
+    def show_remarks(self, sentences: tuple[str, ...]) -> None:
+        """Show other sentences."""
+        if sentences == self._shown:
+            return
+        self._shown = sentences
+        while (item := self._column.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        for sentence in sentences:
+            line = label(f"▲ {sentence}", "strong", wrap=True)
+            line.setProperty("state", "caution")
+            self._column.addWidget(line)
+        self.setVisible(bool(sentences))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Return what is shown."""
+        return self._shown
+
+
+class WorkPanel(QWidget):
+    """Shows a view of the wizard.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+
+    Attributes
+    ----------
+    point_chosen : Signal(int)
+        The mouse chose a point.
+    """
+
+    point_chosen = Signal(int)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.cue = CueView(look)
+        self.picture = AirplanePicture(look)
+        self.remarks = Remarks(look)
+        self.points = PointList(look)
+        self.points.chosen.connect(self.point_chosen)
+        self.quality = Table(look)
+        self.charts = FitCharts(look)
+        self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._left = QVBoxLayout()
+        self._left.addWidget(self.cue)
+        self._room = QVBoxLayout()
+        self._left.addLayout(self._room, 1)
+        self._box.addLayout(self._left, 1)
+        self._scroll = QScrollArea()
+        self._scroll.setFrameShape(QFrame.Shape.NoFrame)
+        self._scroll.setWidgetResizable(True)
+        self._scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        page = QWidget()
+        page.setObjectName("page")
+        self._scroll.setWidget(page)
+        self._column = QVBoxLayout(page)
+        for widget in (self.points, self.charts):
+            self._column.addWidget(widget)
+        self._column.addStretch(1)
+        self._box.addWidget(self._scroll, 1)
+        self._wide: bool | None = None
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def show_view(self, view: WizardView, choice: int | None) -> None:
+        """Show a view, one of its points being chosen."""
+        self.cue.show_cue(cue_of(view))
+        figure = figure_of(view)
+        self.picture.show_figure(figure)
+        self.remarks.show_remarks(remarks_of(view))
+        self.points.show_rows(point_rows(view), choice)
+        self.quality.show_rows(quality_lines(view) if view.phase == "fit" else ())
+        self.charts.show_view(view)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the curve beside the cue where there is room, below it elsewhere."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        px = self._look.px
+        margin = px(16)
+        self._box.setContentsMargins(margin, px(12), margin, 0)
+        self._box.setSpacing(px(24))
+        self._left.setSpacing(px(8))
+        self._column.setSpacing(px(12))
+        self._column.setContentsMargins(0, 0, px(8), px(8))
+        wide = self.width() >= px(_WIDE)
+        if wide == self._wide:
+            return
+        self._wide = wide
+        side = QBoxLayout.Direction.LeftToRight
+        self._box.setDirection(side if wide else QBoxLayout.Direction.TopToBottom)
+        self._box.setStretch(0, 1 if wide else 0)
+        for place, widget in enumerate((self.remarks, self.quality, self.picture)):
+            if wide:
+                self._room.addWidget(widget, 1 if widget is self.picture else 0)
+            else:
+                self._column.insertWidget(place, widget)
+
+    def scroll(self, pages: float) -> None:
+        """Move what is below by parts of its height."""
+        bar = self._scroll.verticalScrollBar()
+        bar.setValue(bar.value() + round(pages * self._scroll.viewport().height()))
