@@ -115,7 +115,8 @@ class CampaignResult:
     joint : tuple of Estimate
         One for each axis, if asked for.
     remarks : tuple of str
-        Maneuvers left out, failures of joint fits.
+        Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures
+        of joint fits.
     """
 
     settings: CampaignSettings
@@ -160,6 +161,10 @@ def run_campaign(
         for one, axis in jobs
         if axis is None
     ]
+    # Each sentence once, though all maneuvers of a flight share it.
+    remarks += dict.fromkeys(
+        f"{one.flight}: {sentence}" for one, _ in chosen for sentence in one.remarks
+    )
     if not chosen:
         what = "" if settings.axis == "both" else f" for axis {settings.axis}"
         raise FlightError(

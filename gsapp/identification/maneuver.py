@@ -9,6 +9,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
+from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
@@ -44,6 +45,8 @@ class Maneuver:
         ``doublet``, ``3-2-1-1``, ...; empty where nobody said.
     clipped : mapping of str to ndarray of bool, shape (n,)
         Samples at the end of an instrument's range, by channel.
+    remarks : tuple of str
+        What its estimate should say of the aircraft: another mass or CG than the file's.
     """
 
     id: str
@@ -54,6 +57,7 @@ class Maneuver:
     mass: float
     kind: str = ""
     clipped: Mapping[str, BoolArray] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     @property
     def t_start(self) -> float:
@@ -89,15 +93,24 @@ class Maneuver:
 def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     """Return the mass (kg) of the aircraft at every sample of a flight, shape (n,).
 
-    Take-off and landing weight of ``flight.toml`` come first, then the flows of the aircraft
-    file with the fuel on board. Between the ends fuel burns as the throttle (where measured)
-    asks, from ``fuel_flow_idle`` to ``fuel_flow_full``; else evenly in time.
+    Take-off and landing weight of ``flight.toml`` come first, or the fuel before and after, then
+    the flows of the aircraft file with the fuel on board. Between the ends fuel burns as the
+    throttle (where measured) asks, from ``fuel_flow_idle`` to ``fuel_flow_full``; else evenly in
+    time.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+        As that flight flew it (`gsapp.flight.as_flown`).
     """
     times = flight.block.times
     properties, info = aircraft.mass, flight.info
     start = properties.mass
     if info is not None and info.takeoff_weight is not None:
         start = info.takeoff_weight / GRAVITY
+    fuel = properties.fuel if info is None or info.fuel is None else info.fuel
+    lost = _lost_in_flight(info, start, fuel)
     if times.size < 2:
         return np.full(times.size, start)
     idle, full = properties.fuel_flow_idle, properties.fuel_flow_full
@@ -109,14 +122,22 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     steps = np.diff(times)
     steps = np.where(steps > 2.5 * typical_step(times), 0.0, steps)
     burned = np.concatenate(([0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * steps)))
-    if info is not None and info.landing_weight is not None and burned[-1] > 0.0:
-        burned *= (start - info.landing_weight / GRAVITY) / burned[-1]
+    if lost is not None and burned[-1] > 0.0:
+        burned *= lost / burned[-1]
     elif full == 0.0:
         return np.full(times.size, start)
     else:
-        fuel = properties.fuel if info is None or info.fuel is None else info.fuel
         burned = np.minimum(burned, fuel)
     return np.asarray(start - burned, dtype=np.float64)
+
+
+def _lost_in_flight(info: FlightInfo | None, start: float, fuel: float) -> float | None:
+    """Return what the flight card says was burned, kg; None where it says nothing."""
+    if info is None:
+        return None
+    if info.landing_weight is not None:
+        return start - info.landing_weight / GRAVITY
+    return None if info.fuel_end is None else fuel - info.fuel_end
 
 
 def clipped_samples(block: Block, aircraft: Aircraft) -> dict[str, BoolArray]:

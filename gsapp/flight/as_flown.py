@@ -1,0 +1,270 @@
+r"""The aircraft as a flight flew it: mass, center of gravity and inertia by the flight card.
+
+What the card loads (:math:`m_k` at :math:`r_k`, negative where taken out, and fuel beyond that of
+the aircraft file) moves the CG and changes the inertia by the parallel-axis theorem,
+
+.. math::
+    m = m_0 + \sum m_k, \quad c = \sum m_k r_k / m, \quad
+    I = I_0 + \sum m_k (r_k^2 E - r_k r_k^T) - m (c^2 E - c c^T).
+
+A weighing then says where the CG really is, and the weight how heavy the aircraft really was; what
+neither card nor file explains is taken to sit at the CG, where it does not change the inertia.
+Products Ixy and Iyz, which a load off the plane of symmetry would bring, are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft, MassProperties
+from gsapp.aircraft.weighing import WeighingRecord, weigh
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FlightError, StrictModel
+from gsapp.quantities import FloatArray, from_si
+from gsapp.quantities.constants import GRAVITY
+from gsapp.quantities.fields import Position
+
+Part = TypeVar("Part", bound=StrictModel)
+
+_HERE: Final[Position] = (0.0, 0.0, 0.0)
+_SAME_PLACE = 0.5e-3
+"""A CG that moves less than this, m, has not moved."""
+_SAME_SHARE = 1e-3
+"""A mass or inertia that changes by less than this share has not changed."""
+_NAMES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AsFlown:
+    """What a flight card makes of an aircraft file.
+
+    Attributes
+    ----------
+    aircraft : Aircraft
+        With mass, fuel and inertia at take-off; its positions are from the CG as flown.
+    shift : tuple of float
+        From the CG of the aircraft file to that of the flight, body axes, m.
+    remarks : tuple of str
+        What was changed and why, in words; empty where the card says nothing new.
+    """
+
+    aircraft: Aircraft
+    shift: Position = _HERE
+    remarks: tuple[str, ...] = ()
+
+    def after(self, burned: float) -> Aircraft:
+        """Return the aircraft with so much fuel gone, kg: what tanks off the CG do in flight.
+
+        Mass and fuel stay those of the take-off, since a maneuver has a mass of its own; the same
+        object comes back where nothing else would change.
+        """
+        properties = self.aircraft.mass
+        rest = properties.mass - burned
+        loaded = _loaded(properties, ((-burned, properties.fuel_position),), rest)
+        changed = any(
+            abs(getattr(loaded.properties, name) / getattr(properties, name) - 1.0) > _SAME_SHARE
+            for name in _NAMES
+        )
+        if not changed and math.hypot(*loaded.center) < _SAME_PLACE:
+            return self.aircraft
+        moved = _about(self.aircraft, loaded.center)
+        kept = {"mass": properties.mass, "fuel_position": moved.mass.fuel_position}
+        return moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Loaded:
+    """Mass properties about their own CG, and where that lies from the former one, m."""
+
+    properties: MassProperties
+    center: Position
+
+
+def as_flown(aircraft: Aircraft, info: FlightInfo | None) -> AsFlown:
+    """Return the aircraft with the mass, center of gravity and inertia of one flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        As its file says.
+    info : FlightInfo or None
+        The flight card.
+
+    Raises
+    ------
+    FlightError
+        If the card does not make an aircraft: scales that do not carry it, or less mass than fuel.
+    """
+    if info is None:
+        return AsFlown(aircraft=aircraft)
+    file = aircraft.mass
+    fuel = file.fuel if info.fuel is None else info.fuel
+    parts = [(item.mass, item.position) for item in info.loading]
+    parts.append((fuel - file.fuel, file.fuel_position))
+    loaded = _loaded(file, tuple(parts), file.mass + sum(part[0] for part in parts))
+    mass, center = loaded.properties.mass, loaded.center
+    said: list[str] = []
+    by = "the loading and fuel on the card"
+    if info.weighing is not None:
+        mass, center, sentence = _weighed(aircraft, info.weighing, fuel, center)
+        said.append(sentence)
+        by = "the scales"
+    if info.takeoff_weight is not None:
+        mass, by = info.takeoff_weight / GRAVITY, "the take-off weight on the card"
+    _must_carry(mass, fuel, by)
+    if abs(mass / file.mass - 1.0) > _SAME_SHARE:
+        said.insert(0, f"mass at take-off {_kilograms(mass)} by {by}, not the aircraft file's "
+                       f"{_kilograms(file.mass)}")  # fmt: skip
+    if info.weighing is None and math.hypot(*center) >= _SAME_PLACE:
+        said.append(f"loading moves the CG {_offset(center)} of the aircraft file's")
+    said.extend(_inertia_words(file, loaded.properties))
+    if math.hypot(*center) < _SAME_PLACE:
+        center = _HERE
+    else:
+        said.append(_reference_words(center, aircraft))
+    if not said:
+        return AsFlown(aircraft=aircraft)
+    moved = _about(aircraft, center)
+    kept = {"mass": mass, "fuel": fuel, "fuel_position": moved.mass.fuel_position}
+    return AsFlown(
+        aircraft=moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)}),
+        shift=center,
+        remarks=tuple(said),
+    )
+
+
+def _weighed(
+    aircraft: Aircraft, record: WeighingRecord, fuel: float, usual: Position
+) -> tuple[float, Position, str]:
+    """Return mass and CG at take-off by the scales, and how to say it."""
+    found = weigh(record, aircraft.axles)
+    added = fuel - record.fuel
+    mass = found.mass.value + added
+    _must_carry(mass, fuel, "the scales")
+    tank = aircraft.mass.fuel_position
+    center = tuple(
+        (found.mass.value * at + added * there) / mass if measured else known
+        for at, there, measured, known in zip(found.cg, tank, found.measured, usual, strict=True)
+    )
+    x, y, z = center
+    spread = from_si(found.cg_std[0], "mm", "length")
+    sentence = (
+        f"CG by weighing {_offset((x, y, z))} of the aircraft file's (x within {spread:.0f} mm)"
+    )
+    if math.hypot(x, y, z) < _SAME_PLACE:
+        sentence = f"CG by weighing where the aircraft file has it (x within {spread:.0f} mm)"
+    return mass, (x, y, z), sentence
+
+
+def _must_carry(mass: float, fuel: float, by: str) -> None:
+    if not mass > fuel >= 0.0:
+        raise FlightError(
+            f"by {by} the aircraft has {mass:.2f} kg at take-off with {fuel:.2f} kg of fuel, which "
+            "cannot be; correct weights, fuel and loading in flight.toml"
+        )
+
+
+def _loaded(
+    properties: MassProperties, parts: tuple[tuple[float, Position], ...], mass: float
+) -> _Loaded:
+    """Return mass properties with parts added, about their CG; see the module's text."""
+    if not mass > 0.0:
+        raise FlightError(
+            f"the loading on the card takes out more than there is and leaves {mass:.2f} kg; "
+            "correct it in flight.toml"
+        )
+    about = np.diag([properties.ixx, properties.iyy, properties.izz])
+    about[0, 2] = about[2, 0] = -properties.ixz
+    center = sum((part * np.asarray(place) for part, place in parts), np.zeros(3)) / mass
+    for part, place in parts:
+        about += _at(part, np.asarray(place))
+    about -= _at(mass, center)
+    moments = {name: float(about[row, column]) for name, (row, column) in _NAMES.items()}
+    if min(moments.values()) <= 0.0:
+        raise FlightError(
+            "the loading on the card takes out more inertia than the aircraft file has; correct "
+            "masses and positions in flight.toml"
+        )
+    x, y, z = center.tolist()
+    return _Loaded(
+        properties=properties.model_copy(
+            update={**moments, "ixz": float(-about[0, 2]), "mass": mass}
+        ),
+        center=(x, y, z),
+    )
+
+
+def _at(mass: float, place: FloatArray) -> FloatArray:
+    """Return the inertia of a point mass about the origin, shape (3, 3)."""
+    matrix: FloatArray = mass * (place @ place * np.eye(3) - np.outer(place, place))
+    return matrix
+
+
+def _about(aircraft: Aircraft, center: Position) -> Aircraft:
+    """Return an aircraft whose positions count from another CG; what is not listed stays at it."""
+    sensors = aircraft.sensors
+    return aircraft.model_copy(
+        update={
+            "sensors": sensors.model_copy(
+                update={
+                    name: _moved(getattr(sensors, name), "position", center)
+                    for name in sensors.model_fields_set
+                }
+            ),
+            "propulsion": _moved(aircraft.propulsion, "position", center),
+            "mass": _moved(aircraft.mass, "fuel_position", center),
+            "axles": {name: _from(place, center) for name, place in aircraft.axles.items()},
+        }
+    )
+
+
+def _moved(part: Part, key: str, center: Position) -> Part:
+    if key not in part.model_fields_set:
+        return part
+    places: Any = getattr(part, key)
+    several = isinstance(places[0], tuple)
+    moved = tuple(_from(place, center) for place in places) if several else _from(places, center)
+    return part.model_copy(update={key: moved})
+
+
+def _from(place: Position, center: Position) -> Position:
+    x, y, z = (a - b for a, b in zip(place, center, strict=True))
+    return x, y, z
+
+
+def _inertia_words(file: MassProperties, found: MassProperties) -> list[str]:
+    parts = [
+        f"{name.capitalize()} {100.0 * (getattr(found, name) / getattr(file, name) - 1.0):+.1f} %"
+        for name in _NAMES
+        if abs(getattr(found, name) / getattr(file, name) - 1.0) > _SAME_SHARE
+    ]
+    return [f"loading and fuel change the inertia: {', '.join(parts)}"] if parts else []
+
+
+def _reference_words(center: Position, aircraft: Aircraft) -> str:
+    """Return what another CG means for the moments, by r x F with r between the two."""
+    x, _, _ = center
+    geometry = aircraft.geometry
+    return (
+        "sensors and engines count from the CG as flown, and moments are taken about it: about the "
+        f"aircraft file's they are C_m {x / geometry.chord:+.3f} C_N and "
+        f"C_n {x / geometry.span:+.4f} C_Y"
+    )
+
+
+def _kilograms(mass: float) -> str:
+    return f"{mass:.2f} kg ({from_si(mass, 'lb', 'mass'):.2f} lb)"
+
+
+def _offset(center: Position) -> str:
+    words = (("ahead", "aft"), ("to the right", "to the left"), ("below", "above"))
+    parts = [
+        f"{1e3 * abs(value):.0f} mm {ahead if value > 0.0 else aft}"
+        for value, (ahead, aft) in zip(center, words, strict=True)
+        if abs(value) >= _SAME_PLACE
+    ]
+    return ", ".join(parts)
