@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-import numpy as np
 import numpy.typing as npt
 
 from calibration.certificate import Certificate
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest import Rest, RestLimit, RestWatch
+from calibration.stretches import Stretch, StretchCutter
 from gsapp.quantities import channel, from_si, to_si
 
 BlowState = Literal["waiting", "blowing", "green", "reversed", "blocked", "leaking"]
@@ -35,12 +35,13 @@ BREATH = 150.0
 """Pa above zero that count as a breath; lungs give several thousand."""
 _SUCK = 60.0
 _BACK = 40.0
-"""Pa from zero at which a breath is over."""
+"""Pa above what the wind made before at which a breath is over."""
 _STATIC_MOVES = 500.0
 """Pa of static pressure that a breath into the pitot must not move."""
 _LAST, _BLOCKED_AFTER = 0.3, 10.0
 """s for which a breath must last, and after which pressure that stays is shut in."""
-_PER_SECOND = 20
+_LENGTH = 0.05
+"""s: means over that are judged."""
 
 
 def covered_watch(
@@ -238,31 +239,21 @@ class BlowDetector:
 
     def __init__(self, dynamic: Certificate, static: Certificate | None = None) -> None:
         self._curves = tuple(c for c in (dynamic, static) if c is not None)
+        self._cutter = StretchCutter([c.channel for c in self._curves], _LENGTH)
         self.restart()
 
     def restart(self) -> None:
         """Wait for another breath."""
-        self._times = np.empty(0)
-        self._volts = np.empty((0, len(self._curves)))
+        self._cutter.restart()
         self._state: BlowState = "waiting"
         self._pressure = self._peak = math.nan
         self._began = self._sucked = self._calm = math.nan
-        self._static_before = self._static_rise = math.nan
+        self._level = self._static_before = self._static_rise = math.nan
 
     def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
         """Take samples; arguments as for `calibration.rest.RestWatch.feed`."""
-        t = np.asarray(times, dtype=np.float64)
-        if not t.size:
-            return
-        columns = [np.asarray(volts[c.channel], dtype=np.float64) for c in self._curves]
-        self._times = np.concatenate([self._times, t])
-        self._volts = np.concatenate([self._volts, np.column_stack(columns)])
-        numbers = np.floor(self._times * _PER_SECOND + 1e-6).astype(np.int64)
-        whole = int(np.searchsorted(numbers, numbers[-1]))
-        for number in np.unique(numbers[:whole]):
-            first, last = np.searchsorted(numbers, (number, number + 1))
-            self._judge(float(number) / _PER_SECOND, self._volts[first:last])
-        self._times, self._volts = self._times[whole:], self._volts[whole:]
+        for stretch in self._cutter.feed(times, volts):
+            self._judge(stretch)
 
     @property
     def reading(self) -> BlowReading:
@@ -274,12 +265,14 @@ class BlowDetector:
             sentence=_SENTENCES[self._state],
         )
 
-    def _judge(self, time: float, volts: npt.NDArray[np.float64]) -> None:
-        known = volts[np.all(np.isfinite(volts), axis=1)]
-        if not len(known):
+    def _judge(self, stretch: Stretch) -> None:
+        time = stretch.number * _LENGTH
+        pressures = [
+            float(curve.evaluate(volts))
+            for curve, volts in zip(self._curves, stretch.mean, strict=True)
+        ]
+        if math.isnan(pressures[0]):
             return
-        mean = known.mean(axis=0)
-        pressures = [float(c.evaluate(v)) for c, v in zip(self._curves, mean, strict=True)]
         self._pressure = pressures[0]
         static = pressures[1] if len(pressures) > 1 else math.nan
         if self._state in ("waiting", "reversed"):
@@ -290,6 +283,7 @@ class BlowDetector:
     def _await_breath(self, time: float, static: float) -> None:
         if self._pressure > BREATH:
             self._state, self._began, self._peak = "blowing", time, self._pressure
+            self._level = 0.0 if math.isnan(self._level) else self._level
             self._static_rise, self._calm = 0.0, math.nan
             return
         if self._pressure < -_SUCK:
@@ -298,9 +292,8 @@ class BlowDetector:
                 self._state = "reversed"
             return
         self._sucked = math.nan
-        # What the static pressure was before the breath, slowly followed.
-        before = self._static_before
-        self._static_before = static if math.isnan(before) else before + 0.1 * (static - before)
+        self._level = _followed(self._level, self._pressure)
+        self._static_before = _followed(self._static_before, static)
 
     def _follow_breath(self, time: float, static: float) -> None:
         self._peak = max(self._peak, self._pressure)
@@ -310,7 +303,7 @@ class BlowDetector:
             self._calm = time
         if self._pressure >= BREATH:
             self._calm = math.nan
-        if self._pressure > _BACK:
+        if self._pressure > self._level + _BACK:
             if self._state == "blowing" and time - self._began > _BLOCKED_AFTER:
                 self._state = "blocked"
             return
@@ -321,6 +314,11 @@ class BlowDetector:
             self._state = "leaking"
         else:
             self._state = "green"
+
+
+def _followed(before: float, now: float) -> float:
+    """Return what was before the breath: wind and weather, slowly followed."""
+    return now if math.isnan(before) else before + 0.1 * (now - before)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from calibration.points import CalibrationError
+from calibration.stretches import Stretch, StretchCutter
 from gsapp.quantities import FloatArray
 
 RestState = Literal["absent", "moving", "resting", "rested"]
@@ -91,14 +92,6 @@ class RestReading:
     why: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Block:
-    number: int
-    count: FloatArray
-    mean: FloatArray
-    std: FloatArray
-
-
 class RestWatch:
     """Watches several instruments until all have been at rest for long enough.
 
@@ -120,9 +113,8 @@ class RestWatch:
         self._wander = np.array([limits[name].wander for name in self._channels])
         self._needed = max(math.ceil(seconds / BLOCK - 1e-9), 2)
         self._step = step
-        self._times = np.empty(0)
-        self._volts = np.empty((0, len(self._channels)))
-        self._run: deque[_Block] = deque(maxlen=_LONGEST)
+        self._cutter = StretchCutter(self._channels, BLOCK)
+        self._run: deque[Stretch] = deque(maxlen=_LONGEST)
         self._why = ""
         self._moving = False
 
@@ -134,8 +126,7 @@ class RestWatch:
     def restart(self) -> None:
         """Forget what was: a new rest must be seen from its beginning."""
         self._run.clear()
-        self._times = self._times[:0]
-        self._volts = self._volts[:0]
+        self._cutter.restart()
         self._why = ""
         self._moving = False
 
@@ -149,19 +140,8 @@ class RestWatch:
         volts : mapping of str to array_like, shape (n,)
             By instrument, V; NaN where missing. Instruments that are not watched are left out.
         """
-        t = np.asarray(times, dtype=np.float64)
-        if not t.size:
-            return
-        columns = [np.asarray(volts[name], dtype=np.float64) for name in self._channels]
-        self._times = np.concatenate([self._times, t])
-        self._volts = np.concatenate([self._volts, np.column_stack(columns)])
-        numbers = _numbers(self._times)
-        # The last block may go on; it waits for the first sample after it.
-        whole = int(np.searchsorted(numbers, numbers[-1]))
-        for number in np.unique(numbers[:whole]):
-            first, last = np.searchsorted(numbers, (number, number + 1))
-            self._judge(_block(int(number), self._volts[first:last]))
-        self._times, self._volts = self._times[whole:], self._volts[whole:]
+        for stretch in self._cutter.feed(times, volts):
+            self._judge(stretch)
 
     @property
     def reading(self) -> RestReading:
@@ -174,7 +154,7 @@ class RestWatch:
         state = "rested" if progress >= 1.0 else "resting"
         return RestReading(state=state, progress=progress, rest=rest, why=self._why)
 
-    def _judge(self, block: _Block) -> None:
+    def _judge(self, block: Stretch) -> None:
         if self._run and block.number != self._run[-1].number + 1:
             self._run.clear()
             self._why = "there was a gap in the samples"
@@ -196,7 +176,7 @@ class RestWatch:
             self._why = self._moved(block, spread, self._wander)
         self._run.append(block)
 
-    def _moved(self, block: _Block, found: FloatArray, allowed: FloatArray) -> str:
+    def _moved(self, block: Stretch, found: FloatArray, allowed: FloatArray) -> str:
         worst = int(np.argmax(found / allowed))
         return (
             f"{self._channels[worst]} moved by {1e3 * found[worst]:.1f} mV "
@@ -249,18 +229,3 @@ def find_rest(
             f"there was no rest of {seconds:g} s ({why}); leave the aircraft alone that long"
         )
     return reading.rest
-
-
-def _numbers(times: FloatArray) -> npt.NDArray[np.int64]:
-    """Return the block to which each sample belongs."""
-    # A sample that rounding left just short of the border belongs to the block it begins.
-    return np.asarray(np.floor(times / BLOCK + 1e-9), dtype=np.int64)
-
-
-def _block(number: int, volts: FloatArray) -> _Block:
-    present = np.isfinite(volts)
-    count = np.count_nonzero(present, axis=0).astype(np.float64)
-    divisor = np.maximum(count, 1.0)
-    mean = np.sum(np.where(present, volts, 0.0), axis=0) / divisor
-    square = np.sum(np.where(present, (volts - mean) ** 2, 0.0), axis=0)
-    return _Block(number, count, mean, np.sqrt(square / np.maximum(count - 1.0, 1.0)))

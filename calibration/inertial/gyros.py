@@ -223,9 +223,11 @@ def turntable_scale(
     figures = factory or factory_figures()
     t = np.asarray(times, dtype=np.float64)
     start, end = turning
+    samples = {name: np.asarray(v, dtype=np.float64) for name, v in volts.items()}
     moved = {
-        name: _integral(name, t, np.asarray(v, dtype=np.float64), start, end)
-        for name, v in volts.items()
+        name: _integral(name, t, v, start, end)
+        for name, v in samples.items()
+        if name == channel or np.any(np.isfinite(v))
     }
     own = moved[channel]
     k = own.area / angle

@@ -1,12 +1,13 @@
 """Finding a turn of the turntable as it happens: rest, turn, rest.
 
-Judged in blocks of a tenth of a second, counted from time zero, so that the result does not
+Judged in stretches of a tenth of a second, counted from time zero, so that the result does not
 depend on how the samples were cut. Any gyro that moves makes a turn, since the one that is asked
 for may be dead or swapped.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -17,17 +18,19 @@ import numpy.typing as npt
 from calibration.inertial.gyros import ANGLE_ERROR, GYROS, Turn, turntable_scale
 from calibration.inertial.verdict import FactoryFigures, factory_figures
 from calibration.points import CalibrationError
+from calibration.stretches import Stretch, StretchCutter
 
 TurnState = Literal["unsettled", "ready", "turning", "stopping", "turned"]
 
-_PER_SECOND = 10
+_LENGTH = 0.1
+"""s: means over that are judged."""
 _MOVING, _EDGE = 2.5, 0.5
-"""deg/s by the factory's scale, as the mean of a block: more than the first is a turn, which goes
+"""deg/s by the factory's scale, as the mean of a stretch: more than the first is a turn, which goes
 from where the rate has left the second to where it is back for good."""
 _READY, _STOPPED = 10, 15
-"""Blocks of rest before a turn may begin, and after which it is over."""
+"""Stretches of rest before a turn may begin, and after which it is over."""
 _KEPT_BEFORE = 30
-"""Blocks of rest before the turn that count for its zero."""
+"""Stretches of rest before the turn that count for its zero."""
 _LEAST = 20.0
 """deg: less is a knock against the table, unless asked otherwise."""
 
@@ -78,14 +81,14 @@ class TurnWatch:
         self._factory = factory or factory_figures()
         self._channels = tuple(channels)
         self._least = least
+        self._cutter = StretchCutter(self._channels, _LENGTH)
         self._per_unit = np.array([abs(self._factory[name].sensitivity) for name in channels])
         self.restart()
 
     def restart(self) -> None:
         """Forget what was; the table must rest before the next turn."""
-        self._times = np.empty(0)
-        self._volts = np.empty((0, len(self._channels)))
-        self._judged = 0
+        self._cutter.restart()
+        self._kept: deque[Stretch] = deque()
         self._state: TurnState = "unsettled"
         self._quiet = self._onset = 0
         self._rest: list[npt.NDArray[np.float64]] = []
@@ -96,23 +99,13 @@ class TurnWatch:
 
     def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
         """Take samples; arguments as for `calibration.rest.RestWatch.feed`."""
-        t = np.asarray(times, dtype=np.float64)
-        if not t.size or self._over:
-            return
-        columns = [np.asarray(volts[name], dtype=np.float64) for name in self._channels]
-        self._times = np.concatenate([self._times, t])
-        self._volts = np.concatenate([self._volts, np.column_stack(columns)])
-        while not self._over and self._judged < self._times.size:
-            number = _number(self._times[self._judged])
-            rest = np.floor(self._times[self._judged :] * _PER_SECOND + 1e-6)
-            length = int(np.searchsorted(rest, number, side="right"))
-            after = self._judged + length
-            if after == self._times.size:
-                break  # the block may go on
-            self._judge(number / _PER_SECOND, self._volts[self._judged : after])
-            self._judged = after
-            if self._state in ("unsettled", "ready"):
-                self._drop_before(number / _PER_SECOND - _KEPT_BEFORE / _PER_SECOND)
+        for stretch in self._cutter.feed(times, volts):
+            if self._over:
+                return
+            self._judge(stretch)
+            self._kept.append(stretch)
+            while self._state in ("unsettled", "ready") and len(self._kept) > _KEPT_BEFORE:
+                self._kept.popleft()
 
     @property
     def _over(self) -> bool:
@@ -140,20 +133,22 @@ class TurnWatch:
         """
         if self._state != "turned":
             raise CalibrationError("the turn is not over; turn the table and let it stand still")
+        times = np.concatenate([stretch.times for stretch in self._kept])
+        volts = np.concatenate([stretch.volts for stretch in self._kept])
         return turntable_scale(
             channel,
-            self._times,
-            {name: self._volts[:, index] for index, name in enumerate(self._channels)},
+            times,
+            {name: volts[:, index] for index, name in enumerate(self._channels)},
             angle=angle,
             turning=(self._began, self._ended),
             angle_error=angle_error,
             factory=self._factory,
         )
 
-    def _judge(self, start: float, volts: npt.NDArray[np.float64]) -> None:
-        present = np.isfinite(volts)
-        count = np.maximum(np.count_nonzero(present, axis=0), 1)
-        mean = np.sum(np.where(present, volts, 0.0), axis=0) / count
+    def _judge(self, stretch: Stretch) -> None:
+        start = stretch.number * _LENGTH
+        # A gyro without samples stands still, as far as anybody can tell.
+        mean = np.where(np.isfinite(stretch.mean), stretch.mean, self._zero)
         if self._state == "unsettled":
             self._settle(mean)
             return
@@ -170,7 +165,7 @@ class TurnWatch:
             self._begin(start, rates)
 
     def _begin(self, start: float, rates: npt.NDArray[np.float64]) -> None:
-        """Take a block that is no rest any more, and may be the beginning of a turn."""
+        """Take a stretch that is no rest any more, and may be the beginning of a turn."""
         if self._onset == 0:
             self._began = start
         self._onset += 1
@@ -181,10 +176,10 @@ class TurnWatch:
             self._rest = []
 
     def _follow(self, start: float, rates: npt.NDArray[np.float64], *, quiet: bool) -> None:
-        self._swept += rates / _PER_SECOND
+        self._swept += rates * _LENGTH
         if not quiet:
             self._state, self._quiet = "turning", 0
-            self._ended = start + 1.0 / _PER_SECOND
+            self._ended = start + _LENGTH
             return
         self._state = "stopping"
         self._quiet += 1
@@ -195,7 +190,7 @@ class TurnWatch:
                 self._state, self._rest = "unsettled", []
 
     def _settle(self, mean: npt.NDArray[np.float64]) -> None:
-        """Take a block of rest; one that differs begins the rest anew."""
+        """Take a stretch of rest; one that differs begins the rest anew."""
         if self._rest:
             off = np.abs(mean - np.mean(self._rest, axis=0)) / self._per_unit
             if np.any(off > 2.0 * _EDGE):
@@ -205,12 +200,3 @@ class TurnWatch:
             self._zero = np.mean(self._rest, axis=0)
             self._onset = 0
             self._state = "ready"
-
-    def _drop_before(self, time: float) -> None:
-        first = min(int(np.searchsorted(self._times, time - 1e-9)), self._judged)
-        self._times, self._volts = self._times[first:], self._volts[first:]
-        self._judged -= first
-
-
-def _number(time: float) -> int:
-    return int(np.floor(time * _PER_SECOND + 1e-6))
