@@ -5,15 +5,17 @@ potentiometer is behind by half the play (s = +1), on the way down ahead by as m
 width h of the loop is one unknown beside the coefficients of the curve, found from all points
 together; the largest distance between two noisy branches would grow with every point taken.
 
-Where the movement turns back the play is still being crossed: the point taken upward at the lowest
-setting and the one taken downward at the highest may lie anywhere between the branches. They, and
-points whose direction was not noted, lie midway (s = 0) but for +-h/2, and weigh accordingly.
+Where the movement turns back the play is still being crossed, unless the setting is passed first
+and then come back to: the point taken upward at the lowest setting and the one taken downward at
+the highest may lie anywhere between the branches. They count as noted where they agree with the
+others, which is tested; otherwise, like points whose direction was not noted, they lie midway
+(s = 0) but for +-h/2, and weigh accordingly.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +24,9 @@ from gsapp.quantities import BoolArray, FloatArray
 
 NEAR = 0.1
 """Of the mean distance between settings: closer values are one setting, set twice by hand."""
+
+DOUBT = 0.2
+"""Chance below which the points at the turns are not taken for what they were noted as."""
 
 PRIOR_FREEDOM = 4.0
 """Points that a setting error known beforehand is worth."""
@@ -59,10 +64,9 @@ class Readings:
         turning = ((said > 0.0) & (settings == settings.min())) | (
             (said < 0.0) & (settings == settings.max())
         )
-        side = np.where(turning, 0.0, said)
-        if min(np.count_nonzero(side > 0.0), np.count_nonzero(side < 0.0)) < 2:
-            # Too few points to do without those at the ends: they count as they were noted.
-            side = said
+        side = said
+        if turning.any() and _chance(volts, values, said, turning) < DOUBT:
+            side = np.where(turning, 0.0, said)
         two_sided = bool(np.any(side > 0.0) and np.any(side < 0.0))
         return cls(volts=volts, values=values, side=side, settings=settings, two_sided=two_sided)
 
@@ -80,6 +84,34 @@ class Readings:
             settings=self.settings[chosen],
             two_sided=bool(np.any(side > 0.0) and np.any(side < 0.0)),
         )
+
+
+def _chance(volts: FloatArray, values: FloatArray, said: FloatArray, turning: BoolArray) -> float:
+    """Return the chance that points at the turns differ so much from the branches by scatter alone.
+
+    An F test: by how much leaving them out lessens the squares. 1 where too few others are left.
+    """
+    known = ~turning & (said != 0.0)
+    middle, half = float(volts.mean()), float(np.ptp(volts)) or 1.0
+
+    def squares(chosen: BoolArray, degree: int) -> float:
+        x = (volts[chosen] - middle) / half
+        design = np.column_stack([np.vander(x, degree + 1), said[chosen]])
+        solution = np.linalg.lstsq(design, values[chosen], rcond=None)[0]
+        return float(np.sum((values[chosen] - design @ solution) ** 2))
+
+    both = np.any(said[known] > 0.0) and np.any(said[known] < 0.0)
+    degree = min(3, int(np.count_nonzero(known)) - 5, np.unique(volts[known]).size - 1)
+    freedom = int(np.count_nonzero(known)) - degree - 2
+    if not both or degree < 1:
+        return 1.0
+    apart = int(np.count_nonzero(turning))
+    without = squares(known, degree)
+    more = squares(known | turning, degree) - without
+    if without <= 1e-12 * float(np.var(values)):
+        return 1.0 if more <= 1e-9 * float(np.var(values)) else 0.0
+    # The F distribution of two by `freedom`; of one, it is a little strict.
+    return float((1.0 + more / without * (2.0 / max(apart, 2))) ** (-0.5 * freedom))
 
 
 def settings_of(values: FloatArray, sweep: int) -> FloatArray:
@@ -137,6 +169,13 @@ class BranchFit:
     freedom: float
     weights: FloatArray
     residuals: FloatArray
+
+    def less_sure(self) -> BranchFit:
+        """Return the same curve with one freedom spent: on choosing it among others."""
+        if not self.freedom > 2.0:
+            return self
+        grown = self.scatter * float(np.sqrt(self.freedom / (self.freedom - 1.0)))
+        return replace(self, freedom=self.freedom - 1.0, scatter=grown)
 
     @property
     def hysteresis(self) -> float | None:

@@ -19,6 +19,9 @@ from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import Calibration, assess
 from gsapp.quantities import BoolArray, FloatArray
 
+GAIN = 0.95
+"""A higher degree must bring the loss down to this share of it."""
+
 OUTLIER_CHANCE = 0.01
 """How often points without any outlier have one pointed out."""
 
@@ -69,7 +72,7 @@ def calibrate(
         tried: float(np.sqrt(np.mean(errors**2)))
         for tried, errors in _left_out(readings.only(clean), max_degree).items()
     }
-    chosen = degree or _choice(readings.only(clean), max_degree)
+    chosen = degree or _choice(losses)
     while True:
         try:
             branch_fit = fit_branches(readings, chosen, setting_error=setting_error)
@@ -80,8 +83,16 @@ def calibrate(
             if degree is not None or chosen == 1:
                 raise
             chosen -= 1
+    if degree is None and len(losses) > 1:
+        branch_fit = branch_fit.less_sure()
     quality = assess(
-        fit, readings, branch_fit, travel=travel, count=full_scale / 2**bits, outliers=outliers
+        fit,
+        readings,
+        branch_fit,
+        rivals=_rivals(readings, losses, chosen, setting_error),
+        travel=travel,
+        count=full_scale / 2**bits,
+        outliers=outliers,
     )
     return Calibration(fit=fit, quality=quality, losses=losses, branch_fit=branch_fit)
 
@@ -153,7 +164,7 @@ def find_outliers(readings: Readings, *, setting_error: float | None = None) -> 
     while len(found) < len(readings) // 4:
         indices = np.flatnonzero(kept)
         rest = readings.only(kept)
-        # The lowest degree by which some point is no outlier makes it none.
+        # A point that some curve explains is no outlier.
         worst: tuple[float, int] | None = None
         for degree in range(1, MAX_DEGREE + 1):
             if np.unique(rest.volts).size < degree + 4:
@@ -170,24 +181,26 @@ def find_outliers(readings: Readings, *, setting_error: float | None = None) -> 
 
 
 def _deleted_residuals(readings: Readings, degree: int, setting_error: float | None) -> FloatArray:
-    """Return how far each point is from the curve of the others, over what chance allows."""
+    """Return how far each point is from the curve of the others, over what chance allows.
+
+    By the leverages of one fit through all: leaving a point out moves the curve there by
+    ``residual * leverage / (1 - leverage)``.
+    """
     from scipy.special import stdtrit
 
-    result = np.zeros(len(readings))
-    for index in range(len(readings)):
-        others = np.arange(len(readings)) != index
-        fit = fit_branches(readings.only(others), degree, setting_error=setting_error)
-        if not np.isfinite(fit.scatter) or fit.freedom < 2.0:
-            continue
-        volts, side = readings.volts[index : index + 1], readings.side[index]
-        apart = float(abs(readings.values[index] - fit.value(volts, side)[0]))
-        if side == 0.0:
-            apart = max(apart - 0.5 * abs(fit.hysteresis or 0.0), 0.0)
-        spread = float(np.sqrt(fit.variance(volts, side)[0] + fit.scatter**2))
-        chance = OUTLIER_CHANCE / len(readings)
-        allowed = float(stdtrit(fit.freedom, 1.0 - 0.5 * chance)) * spread
-        result[index] = apart / allowed if allowed > 0.0 else 0.0
-    return result
+    fit = fit_branches(readings, degree, setting_error=setting_error)
+    freedom = fit.freedom - 1.0
+    if freedom < 2.0:
+        return np.zeros(len(readings))
+    rows = fit.design(readings.volts, readings.side)
+    leverage = fit.weights * np.einsum("ni,ij,nj->n", rows, fit.covariance, rows)
+    kept = np.maximum(1.0 - leverage, 1e-9)
+    # Variance of the others alone, each in turn.
+    square = fit.freedom * fit.scatter**2 - fit.weights * fit.residuals**2 / kept
+    scatter = np.sqrt(np.maximum(square / freedom, 0.0))
+    allowed = stdtrit(freedom, 1.0 - 0.5 * OUTLIER_CHANCE / len(readings)) * scatter
+    excess: FloatArray = np.abs(fit.residuals) * np.sqrt(fit.weights / kept)
+    return np.where(excess > allowed, excess / np.maximum(allowed, 1e-12), 0.0)
 
 
 def _left_out(readings: Readings, max_degree: int) -> dict[int, FloatArray]:
@@ -198,28 +211,48 @@ def _left_out(readings: Readings, max_degree: int) -> dict[int, FloatArray]:
         # With a freedom left, so that passing through every point proves nothing.
         if numbers.size < degree + 2:
             break
+        fit = fit_branches(readings, degree)
         errors[degree] = np.array(
-            [_prediction_error(readings, readings.settings == number, degree) for number in numbers]
+            [_prediction_error(readings, fit, readings.settings == number) for number in numbers]
         )
     return errors
 
 
-def _prediction_error(readings: Readings, left_out: BoolArray, degree: int) -> float:
-    fit: BranchFit = fit_branches(readings.only(~left_out), degree)
-    group = readings.only(left_out)
-    errors = group.values - fit.value(group.volts, group.side)
-    known = group.side != 0.0
-    # A point between the branches tells of the curve only what those beside it cannot.
-    chosen = errors[known] if known.any() else errors
-    return float(np.mean(chosen))
+def _prediction_error(readings: Readings, fit: BranchFit, left_out: BoolArray) -> float:
+    """Return by how much the mean of some points is missed by a curve through the others."""
+    rows = fit.design(readings.volts, readings.side)
+    root = np.sqrt(fit.weights)
+    solution = np.linalg.lstsq(
+        (rows * root[:, None])[~left_out], (readings.values * root)[~left_out], rcond=None
+    )[0]
+    errors = readings.values - rows @ solution
+    return float(np.average(errors[left_out], weights=fit.weights[left_out]))
 
 
-def _choice(readings: Readings, max_degree: int) -> int:
-    """Return the degree that predicts best; a higher one only where it is clearly better."""
-    errors = _left_out(readings, max_degree)
+def _choice(losses: dict[int, float]) -> int:
+    """Return the degree that predicts best; a higher one only where it gains something."""
     best = 1
-    for degree in errors:
-        gain = errors[best] ** 2 - errors[degree] ** 2
-        if float(np.mean(gain)) > float(np.std(gain, ddof=1)) / np.sqrt(gain.size):
+    for degree, loss in losses.items():
+        if loss < GAIN * losses[best]:
             best = degree
     return best
+
+
+def _rivals(
+    readings: Readings, losses: dict[int, float], chosen: int, setting_error: float | None
+) -> list[tuple[float, BranchFit]]:
+    """Return the other degrees with their shares, by how nearly as good they predict.
+
+    The share goes with the likelihood of the prediction errors, loss^-settings.
+    """
+    if chosen not in losses:
+        return []
+    count = np.unique(readings.settings).size
+    least = max(min(losses.values()), 1e-12)
+    odds = {degree: (max(loss, 1e-12) / least) ** -count for degree, loss in losses.items()}
+    total = sum(odds.values())
+    return [
+        (odds[degree] / total, fit_branches(readings, degree, setting_error=setting_error))
+        for degree in losses
+        if degree != chosen
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,6 +109,7 @@ def assess(
     readings: Readings,
     branch_fit: BranchFit,
     *,
+    rivals: Sequence[tuple[float, BranchFit]] = (),
     travel: tuple[float, float] | None = None,
     count: float,
     outliers: tuple[int, ...] = (),
@@ -122,6 +124,8 @@ def assess(
         The points that it was drawn through.
     branch_fit : BranchFit
         The same curve with its covariance.
+    rivals : sequence of (float, BranchFit)
+        Curves of the other degrees, each with the share that the evidence leaves it.
     travel : tuple of float, optional
         Of the surface, lowest and highest.
     count : float
@@ -157,7 +161,7 @@ def assess(
         travel=travel,
         places=tuple(float(v) for v in places) if known else (),
         half_widths=(
-            tuple(float(u) for u in half_widths(branch_fit, places, count)) if known else ()
+            tuple(float(u) for u in half_widths(branch_fit, places, count, rivals)) if known else ()
         ),
         outliers=outliers,
     )
@@ -214,12 +218,18 @@ def return_to_zero(readings: Readings, branch_fit: BranchFit) -> float | None:
     return float(abs(shown[down].mean() - shown[up].mean()))
 
 
-def half_widths(branch_fit: BranchFit, volts: FloatArray, count: float) -> FloatArray:
+def half_widths(
+    branch_fit: BranchFit,
+    volts: FloatArray,
+    count: float,
+    rivals: Sequence[tuple[float, BranchFit]] = (),
+) -> FloatArray:
     """Return the 95 % half width of the value that the curve tells at volts.
 
     The instrument is on one branch or the other, h/2 away from the curve, and which one is not
-    known when it is read; to that come the uncertainty of the branch itself and the step of the
-    converter. The half width U holds 95 % of that sum: P(|h/2 + e| < U) = 0.95, with e by Student.
+    known when it is read; to that come the uncertainty of the branch itself, that of the choice
+    of the degree (how far other degrees would lie, by their shares), and the step of the converter.
+    The half width U holds 95 % of that sum: P(|h/2 + e| < U) = 0.95, with e by Student.
 
     Parameters
     ----------
@@ -229,6 +239,8 @@ def half_widths(branch_fit: BranchFit, volts: FloatArray, count: float) -> Float
         V.
     count : float
         One count of the converter, V.
+    rivals : sequence of (float, BranchFit)
+        As in `assess`.
 
     Returns
     -------
@@ -238,9 +250,11 @@ def half_widths(branch_fit: BranchFit, volts: FloatArray, count: float) -> Float
     from scipy.special import stdtr
 
     steps = slope_of(branch_fit.coefficients, volts) * count
-    std = np.sqrt(
-        0.5 * (branch_fit.variance(volts, 1.0) + branch_fit.variance(volts, -1.0)) + steps**2 / 12.0
-    )
+    variance = 0.5 * (branch_fit.variance(volts, 1.0) + branch_fit.variance(volts, -1.0))
+    variance += steps**2 / 12.0
+    for share, rival in rivals:
+        variance += share * (rival.value(volts) - branch_fit.value(volts)) ** 2
+    std = np.sqrt(variance)
     apart = 0.5 * abs(branch_fit.hysteresis or 0.0)
     low = np.zeros_like(volts)
     high = apart + (student(branch_fit.freedom) + 1.0) * std
