@@ -23,6 +23,9 @@ Need = Literal[
     "gap_next",
     "gap_effect",
     "gap_future",
+    "charts",
+    "preflight",
+    "preflight_future",
 ]
 
 
@@ -70,11 +73,21 @@ _CHART_COMMANDS = tuple(
         menu="Charts",
         text=action.text,
         keys=action.keys,
-        needs="flight",
+        needs="charts",
     )
     for action in KEY_ACTIONS
     if action.id != "mark"
 )
+
+# Keys of one place serve another too: only the commands of the place on screen are enabled.
+_PREFLIGHT_COMMANDS = (
+    _command("Preflight", "preflight_card", "1 Flight card", "Alt+1", needs="preflight"),
+    _command("Preflight", "preflight_calibration", "2 Calibration", "Alt+2", needs="preflight"),
+    _command(
+        "Preflight", "preflight_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
+        needs="preflight_future",
+    ),
+)  # fmt: skip
 
 COMMANDS: tuple[Command, ...] = (
     _command("File", "connect", "Connect an aircraft…", "Ctrl+L"),
@@ -100,10 +113,10 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "normal_size", "Normal size", "Ctrl+0"),
     *_CHART_COMMANDS,
     _command(
-        "Charts", "type_range", "Type the y range of the chosen chart…", "Shift+Y", needs="flight"
+        "Charts", "type_range", "Type the y range of the chosen chart…", "Shift+Y", needs="charts"
     ),
     _command(
-        "Charts", "type_limits", "Type the limits of the chosen chart…", "Shift+L", needs="flight"
+        "Charts", "type_limits", "Type the limits of the chosen chart…", "Shift+L", needs="charts"
     ),
     _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
     _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
@@ -122,6 +135,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("Replay", "step_back", "One step back", ",", needs="replay"),
     _command("Replay", "step", "One step on", ".", needs="replay"),
     _command("Replay", "go_to", "Go to time…", "G", "Ctrl+G", needs="replay"),
+    *_PREFLIGHT_COMMANDS,
     _command("Model gap", "gap_search", "Search for a missing effect…", "Ctrl+F"),
     _command("Model gap", "gap_cancel", "Stop the search", "Ctrl+.", needs="search"),
     _command("Model gap", "gap_find", "1 Find the disagreement", "Alt+1", needs="gap", rule=True),

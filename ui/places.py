@@ -43,17 +43,6 @@ PLACES: tuple[Place, ...] = (
         key="F1",
         glyph="preflight",
         purpose="Calibrate the surfaces and vanes, and check the aircraft before take-off.",
-        coming=(
-            "Calibration step by step: move the surface to each angle of the template, "
-            "up and down, and see the fit and its hysteresis form",
-            "The checklist: every channel alive, the right way round, zero where it must be zero",
-            "Weights, fuel and weather for the flight's title page",
-        ),
-        today=(
-            ("Calibration in force", "stands in the bar on top, with its date"),
-            ("Volts of every instrument", "Flight (F2), Channels (Ctrl+1), group Volts"),
-            ("Surfaces the right way round", "Flight (F2): move the stick and watch the strips"),
-        ),
     ),
     Place(
         id="flight",

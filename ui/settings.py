@@ -52,6 +52,8 @@ class Settings(StrictModel):
         What they were compared with; empty for the flight's own, and for none.
     gap_variable, gap_channel : str
         What was looked at last.
+    preflight_step : str
+        Step before the flight that was looked at last.
     """
 
     theme: str = "daylight"
@@ -73,6 +75,7 @@ class Settings(StrictModel):
     gap_model: str = "b777"
     gap_variable: str = "alpha"
     gap_channel: str = "q"
+    preflight_step: str = Field(default="card", pattern="^(card|calibration|checklist|cards)$")
 
     def with_link(self, link: str) -> Settings:
         """Return the settings with that link as the newest."""
@@ -97,6 +100,11 @@ def layouts_path(settings: Path) -> Path:
 def limits_path(settings: Path) -> Path:
     """Return the file of typed limits that belongs to a settings file."""
     return settings.parent / "limits.toml"
+
+
+def next_flight_path(settings: Path) -> Path:
+    """Return the folder of what waits for the next flight that belongs to a settings file."""
+    return settings.parent / "next flight"
 
 
 def log_path() -> Path:

@@ -63,6 +63,8 @@ QLineEdit, QPlainTextEdit, QSpinBox, QDoubleSpinBox, QComboBox {{ background: {p
   selection-background-color: {text}; selection-color: {background}; }}
 QLineEdit:focus, QPlainTextEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus {{
   border: 2px solid {text}; padding: {p3}px {p7}px; }}
+QLineEdit[tall="true"], QComboBox[tall="true"], QPushButton[tall="true"] {{
+  min-height: {p34}px; }}
 QLineEdit[state="warning"] {{ border: 2px solid {warning}; padding: {p3}px {p7}px; }}
 QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabled {{
   color: {faint}; background: {background}; border-color: {line}; }}
@@ -155,7 +157,7 @@ def style_sheet(look: Look, signs: dict[str, str]) -> str:
     }  # fmt: skip
     colors["faint"] = mixed(theme.background, theme.text, 0.5).name()
     colors["ink_hover"] = mixed(theme.text, theme.background, 0.18).name()
-    steps = (2, 3, 4, 6, 7, 8, 10, 11, 12, 14, 16, 20, 24, 28, 32)
+    steps = (2, 3, 4, 6, 7, 8, 10, 11, 12, 14, 16, 20, 24, 28, 32, 34)
     sizes = {f"p{step}": str(look.px(step)) for step in steps}
     types = {
         "body": str(look.sizes.body),

@@ -37,6 +37,7 @@ from ui.look import Look
 from ui.opening import Opening
 from ui.pages import ComingPage, StartPage
 from ui.places import PLACES
+from ui.preflight.place import PreflightPlace
 from ui.settings import SettingsStore, layouts_path, limits_path
 from ui.voice.voice import Voice
 
@@ -93,9 +94,12 @@ class MainWindow(QMainWindow):
         self.bar = Bar(self.look)
         self.rail = Rail(self.look)
         self.gap = GapPlace(self.commands.actions, self.look, store, self.banners, faults)
+        self.preflight = PreflightPlace(
+            self.commands.actions, self.look, store, self.banners, faults, self.desk, self.voice
+        )
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
-        built = {"flight": self.flight_place, "gap": self.gap}
+        built = {"preflight": self.preflight, "flight": self.flight_place, "gap": self.gap}
         for place in PLACES:
             self.places.addWidget(built.get(place.id) or ComingPage(place, self.look))
         self._arrange()
@@ -136,7 +140,7 @@ class MainWindow(QMainWindow):
         commands.fill(self.menuBar())
         commands.bind(
             self.handlers, self.appearance.handlers, self.opening.handlers, self.crew.handlers,
-            self.view.handlers, self.gap.handlers,
+            self.view.handlers, self.gap.handlers, self.preflight.handlers,
         )  # fmt: skip
         actions = commands.actions
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
@@ -150,6 +154,7 @@ class MainWindow(QMainWindow):
         self.desk.told.connect(self._refresh)
         self.gap.wanted.connect(lambda: self.show_place("gap"))
         self.gap.changed.connect(self._enable)
+        self.preflight.changed.connect(self._enable)
         commands.check("mute", self.store.current.muted)
 
     @property
@@ -175,8 +180,9 @@ class MainWindow(QMainWindow):
         """Go to a place by its id."""
         self.places.setCurrentIndex(self._place_ids.index(place_id))
         self.rail.show_place(place_id)
-        if place_id == "gap":
-            self.gap.begin()
+        self._enable()
+        if place_id in ("gap", "preflight"):
+            (self.gap if place_id == "gap" else self.preflight).begin()
             return
         page = self.view.charts if self.desk.is_open else self.flight_place.start
         (page if place_id == "flight" else self.places.currentWidget()).setFocus()
@@ -217,14 +223,24 @@ class MainWindow(QMainWindow):
 
     def _enable(self) -> None:
         """Gray the commands that have nothing to act on at this place."""
-        undoes = self.gap.search.can_undo if self.gap.shown else self.desk.is_open
-        change: tuple[Need, ...] = ("change",) if undoes else ()
-        self.commands.enable((*self.desk.present, *change, *self.gap.present))
+        undoes = self.desk.is_open
+        if self.gap.shown:
+            undoes = self.gap.search.can_undo
+        elif self.preflight.shown:
+            undoes = self.preflight.can_undo
+        found: list[Need] = [*self.desk.present, *self.gap.present, *self.preflight.present]
+        if undoes:
+            found.append("change")
+        if self.desk.is_open and self.places.currentWidget() is self.flight_place:
+            found.append("charts")
+        self.commands.enable(found)
 
     def undo(self) -> None:
         """Take back the last change of what is on screen."""
         if self.gap.shown:
             self.gap.search.undo()
+        elif self.preflight.shown:
+            self.preflight.undo()
         else:
             self.desk.undo_mark()
 
@@ -270,6 +286,7 @@ class MainWindow(QMainWindow):
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
         self.gap.close_search()
+        self.preflight.flush()
         self.desk.close()
         application = QApplication.instance()
         if application is not None:

@@ -1,0 +1,71 @@
+"""What was prepared for a flight before its folder is there: card, test cards, ticks.
+
+It lies in a folder of its own under the same names as in a flight folder, and goes into the
+flight's when recording starts.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import Any, Final
+
+from gsapp.flight.card_file import CardFile, Key
+from gsapp.flight.events import read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.names import CARDS_FILE
+from gsapp.flight.replacing import copy_atomically
+
+STAYS: Final = ("crew", "flap", "loading", "transmitter")
+"""What the card of the flight after begins with."""
+
+
+def hand_over(waiting: Path, folder: FlightFolder) -> bool:
+    """Put what waits for the next flight into its folder, and begin the one after.
+
+    What the folder knows already stays; a flight that has a record began with its own card and
+    gets nothing.
+
+    Parameters
+    ----------
+    waiting : Path
+        Where it waits; it need not be there.
+    folder : FlightFolder
+        Of the flight that begins.
+
+    Returns
+    -------
+    bool
+        Whether anything was handed over.
+
+    Raises
+    ------
+    FileProblemsError
+        If a card holds mistakes; nothing was handed over then.
+    FlightError
+        If the disk refuses.
+    """
+    if not waiting.is_dir() or folder.records:
+        return False
+    prepared = CardFile(FlightFolder(path=waiting))
+    card = CardFile(folder)
+    named_by_itself = card.value(("name",)) in (None, folder.path.resolve().name)
+    values: dict[Key, Any] = {
+        (key,): value
+        for key, value in prepared.content.items()
+        if key not in card.content or (key == "name" and named_by_itself)
+    }
+    card.change(values)
+    card.save()
+    ticks = read_events(FlightFolder(path=waiting).events.path).events
+    for event in ticks:
+        folder.events.append(event)
+    plan = waiting / CARDS_FILE
+    planned = plan.is_file() and not (folder.path / CARDS_FILE).exists()
+    if planned:
+        copy_atomically(plan, folder.path / CARDS_FILE)
+    prepared.restore({key: value for key, value in prepared.content.items() if key in STAYS})
+    prepared.save()
+    with contextlib.suppress(FileNotFoundError):
+        FlightFolder(path=waiting).events.path.unlink()
+    return bool(values or ticks or planned)

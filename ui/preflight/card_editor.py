@@ -1,0 +1,161 @@
+"""The flight card as it is typed: what will do is kept, what will not is told. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gsapp.flight.card_file import CardFile, Content, Key
+from gsapp.foundation import FileProblemsError, UnitError
+from ui.preflight.card_form import CardValue, read, shown
+from ui.preflight.changes import Changes
+
+
+class CardEditor:
+    """One card and what is being typed into it.
+
+    Parameters
+    ----------
+    file : CardFile
+        The card.
+
+    Attributes
+    ----------
+    problems : dict of path to str
+        Why something that stands on screen is not on the card.
+    """
+
+    def __init__(self, file: CardFile) -> None:
+        self.file = file
+        self.problems: dict[Key, str] = {}
+        self._pending: dict[Key, tuple[CardValue, str]] = {}
+        self._changes: Changes[Content] = Changes(file.content)
+
+    # What stands there
+
+    def text(self, value: CardValue, system: str) -> str:
+        """Return what stands in a field: what is on the card, or what is still wrong there."""
+        if value.key in self._pending:
+            return self._pending[value.key][1]
+        return shown(value, self.file.value(value.key), system)
+
+    def written(self, key: Key) -> Any:
+        """Return what is on the card at a path; None if nothing is."""
+        return self.file.value(key)
+
+    def look_again(self) -> bool:
+        """Read the file again if another program changed it; return whether one did.
+
+        Raises
+        ------
+        FileProblemsError
+            If it holds mistakes now.
+        """
+        if not self.file.is_saved or not self.file.read():
+            return False
+        self.problems.clear()
+        self._pending.clear()
+        self._changes = Changes(self.file.content)
+        return True
+
+    # Changes
+
+    def type(self, value: CardValue, text: str, system: str) -> bool:
+        """Take what was typed into a field; return whether it is on the card now.
+
+        A table that is only valid as a whole waits until it is; the rest of the card does not.
+        """
+        self._pending[value.key] = (value, text)
+        together = {
+            key: known for key, known in self._pending.items() if known[0].whole == value.whole
+        }
+        written: dict[Key, Any] = {}
+        for key, (one, typed) in together.items():
+            self.problems.pop(key, None)
+            try:
+                written[key] = read(one, typed, system)
+            except UnitError as error:
+                self.problems[key] = str(error)
+        typing = ".".join(value.key)
+        if not any(key in self.problems for key in together):
+            return self._change(written, together, typing)
+        if not value.group:
+            # The screen shows another value than the one before: that is not on the card either.
+            problem, waiting = self.problems[value.key], self._pending[value.key]
+            self._change({value.key: None}, together, typing)
+            self.problems[value.key], self._pending[value.key] = problem, waiting
+        return False
+
+    def put(self, values: Mapping[Key, Any]) -> bool:
+        """Write values as they would stand in the file; return whether they will do."""
+        for key in values:
+            for waiting in [one for one in self._pending if one[: len(key)] == key]:
+                del self._pending[waiting]
+                self.problems.pop(waiting, None)
+        return self._change(values, dict.fromkeys(values), typing="")
+
+    def _change(self, values: Mapping[Key, Any], keys: Mapping[Key, object], typing: str) -> bool:
+        before = self.file.content
+        try:
+            self.file.change(values)
+        except FileProblemsError as error:
+            self._blame(error, keys)
+            return False
+        for key in keys:
+            self._pending.pop(key, None)
+            self.problems.pop(key, None)
+        if self.file.content != before:
+            self._changes.record(self.file.content, typing)
+        return True
+
+    def _blame(self, error: FileProblemsError, keys: Mapping[Key, object]) -> None:
+        """Tell each problem at the field it is about, else at the one typed into last."""
+        last = list(keys)[-1]
+        for problem in error.problems:
+            sentence = f"{problem.what}; {problem.remedy}" if problem.remedy else problem.what
+            fits = [key for key in keys if problem.where == ".".join(key)]
+            self.problems[fits[0] if fits else last] = sentence
+
+    def forget(self, group: Key) -> None:
+        """Drop what waits in a group that is not on the card."""
+        for key in [one for one, (value, _) in self._pending.items() if value.whole == group]:
+            del self._pending[key]
+            self.problems.pop(key, None)
+
+    def pause(self) -> None:
+        """Let what is typed next be a change of its own."""
+        self._changes.pause()
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a change to take back."""
+        return bool(self._pending) or self._changes.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether there is a change to make again."""
+        return self._changes.can_redo
+
+    def undo(self) -> None:
+        """Take back the last change; what is still wrong goes first."""
+        if self._pending:
+            self._pending.clear()
+            self.problems.clear()
+            return
+        if self._changes.undo():
+            self.file.restore(self._changes.value)
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        if self._changes.redo():
+            self.file.restore(self._changes.value)
+
+    def save(self) -> None:
+        """Write what changed to the disk.
+
+        Raises
+        ------
+        FlightError
+            If the disk refuses.
+        """
+        self.file.save()

@@ -1,0 +1,222 @@
+"""What stands on the flight card: names, places in the file, units on screen. No Qt."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from gsapp.flight.card_file import Key
+from gsapp.foundation import UnitError
+from gsapp.quantities import from_si
+from gsapp.quantities.units import normalize_unit, parse
+from ui.words import MINUS, parse_number, unit_text
+
+_SPLIT = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*(.*)")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardValue:
+    """One value of the card.
+
+    Attributes
+    ----------
+    key : tuple of str
+        Path in the file.
+    name : str
+        On screen.
+    kind : str
+        ``text`` in one line, ``lines`` in several, ``number`` with a unit, ``choice`` of some.
+    quantity : str
+        Of a number.
+    us, si : str
+        Its units on screen.
+    digits : int
+        After the point, at most, where it is converted.
+    choices : tuple of (str, str)
+        What is written, and its words.
+    group : tuple of str
+        Table that is only valid as a whole; the key itself where it stands alone.
+    """
+
+    key: Key
+    name: str
+    kind: Literal["text", "lines", "number", "choice"] = "text"
+    quantity: str = ""
+    us: str = ""
+    si: str = ""
+    digits: int = 1
+    choices: tuple[tuple[str, str], ...] = ()
+    group: Key = ()
+
+    @property
+    def whole(self) -> Key:
+        """Return the path of what is checked together with it."""
+        return self.group or self.key
+
+    def unit(self, system: str) -> str:
+        """Return the unit on screen, as it is written in files."""
+        return self.us if system == "US" else self.si
+
+    def unit_shown(self, system: str) -> str:
+        """Return the unit on screen."""
+        return unit_text(self.unit(system))
+
+
+def _number(
+    key: str, name: str, quantity: str, us: str, si: str, digits: int = 1, group: str = ""
+) -> CardValue:
+    return CardValue(
+        key=tuple(key.split(".")), name=name, kind="number", quantity=quantity, us=us, si=si,
+        digits=digits, group=tuple(group.split(".")) if group else (),
+    )  # fmt: skip
+
+
+def _text(key: str, name: str) -> CardValue:
+    return CardValue(key=tuple(key.split(".")), name=name)
+
+
+def _lines(key: str, name: str) -> CardValue:
+    return CardValue(key=tuple(key.split(".")), name=name, kind="lines")
+
+
+FLIGHT = (
+    _text("name", "Flight name"),
+    _text("crew.pilot", "Pilot"),
+    _text("crew.engineer", "Flight-test engineer"),
+    _text("crew.ground_station", "Ground station"),
+    _text("crew.safety", "Safety observer"),
+    _number("flap", "Flap setting", "angle", "deg", "deg"),
+)
+WEIGHTS = (
+    _number("takeoff_weight", "Take-off weight", "weight", "lb", "kg", 2),
+    _number("landing_weight", "Landing weight", "weight", "lb", "kg", 2),
+    _number("fuel", "Fuel at start", "mass", "lb", "kg", 2),
+    _number("fuel_end", "Fuel at end", "mass", "lb", "kg", 2),
+)
+WEATHER = (
+    _number("weather.temperature", "Temperature", "temperature", "degF", "degC"),
+    _number("weather.pressure", "Pressure", "pressure", "inHg", "hPa", 2),
+    _number("weather.wind_speed", "Wind", "speed", "mph", "m/s"),
+    _number("weather.wind_from", "Wind from", "angle", "deg", "deg", 0),
+    _text("weather.remarks", "Clouds, gusts"),
+)
+DEBRIEF = (
+    _lines("pilot_comments", "Pilot's comments at the debrief"),
+    _lines("notes", "Notes"),
+)
+RATE = CardValue(
+    key=("transmitter", "rate"), name="Rate switch", kind="choice",
+    choices=(("", "Not noted"), ("high", "High rate"), ("low", "Low rate")),
+)  # fmt: skip
+TRANSMITTER = (_text("transmitter.model", "Transmitter, memory"), RATE)
+TRANSMITTER_REMARKS = _lines("transmitter.remarks", "Remarks on the set-up")
+STICKS = (("elevator", "Elevator"), ("aileron", "Aileron"), ("rudder", "Rudder"))
+LEVERS = (*STICKS, ("throttle", "Throttle"), ("flap", "Flap"), ("gear", "Gear"))
+THROWS = (("high", "High"), ("low", "Low"), ("expo", "Expo"))
+
+
+def throw_value(stick: str, column: str) -> CardValue:
+    """Return the value of a dual rate or of a trim, in percent."""
+    words = dict(STICKS)[stick].lower()
+    if column == "trim":
+        return _number(f"transmitter.trims.{stick}", f"Trim of the {words}", "ratio", "%", "%", 0)
+    return _number(
+        f"transmitter.dual_rates.{stick}.{column}", f"{dict(THROWS)[column]} of the {words}",
+        "ratio", "%", "%", 0, group=f"transmitter.dual_rates.{stick}",
+    )  # fmt: skip
+
+
+def mixer_share() -> CardValue:
+    """Return the share of a mixer, in percent."""
+    return _number("transmitter.mixers", "Share", "ratio", "%", "%", 0)
+
+
+SUPPORTS = {
+    "": (),
+    "axles": (("nose", "Scale, nose axle"), ("main", "Scale, main axle")),
+    "wheels": (
+        ("nose", "Scale, nose wheel"),
+        ("left", "Scale, left wheel"),
+        ("right", "Scale, right wheel"),
+    ),
+}
+"""Readings of each way of weighing: name in the file and on screen."""
+
+WEIGHING_WAYS = (
+    ("", "Not weighed on wheels"),
+    ("axles", "Two axles: weight, CG along x"),
+    ("wheels", "Three wheels: CG along x and y"),
+)
+
+
+def load_value(support: str, name: str) -> CardValue:
+    """Return the reading of a scale."""
+    return _number(f"weighing.loads.{support}", name, "weight", "lb", "kg", 2, group="weighing")
+
+
+WEIGHED_WITH = (
+    _number("weighing.fuel", "Fuel on board then", "mass", "lb", "kg", 2, group="weighing"),
+    _number("weighing.pitch", "Nose up on the scales", "angle", "deg", "deg", 1, group="weighing"),
+)
+
+
+def weighing_way(weighing: object) -> str:
+    """Return how an aircraft was weighed, from what the card holds."""
+    loads = weighing.get("loads", {}) if isinstance(weighing, Mapping) else {}
+    return "wheels" if "left" in loads or "right" in loads else ("axles" if loads else "")
+
+
+def shown(value: CardValue, written: Any, system: str) -> str:
+    """Return what stands on screen for what is written in the file.
+
+    A number that was typed in the unit of the screen is shown as it was typed.
+    """
+    if written is None:
+        return ""
+    if value.kind != "number":
+        return str(written)
+    if isinstance(written, (list, tuple)):
+        written = written[0] if written else ""
+    unit = value.unit(system)
+    match = _SPLIT.fullmatch(str(written))
+    if match is not None:
+        try:
+            if normalize_unit(match[2], value.quantity) == unit:
+                return match[1].replace("-", MINUS)
+        except UnitError:
+            return str(written)
+    number = from_si(parse(written, value.quantity), unit, value.quantity)
+    text = f"{number:.{value.digits}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text.replace("-", MINUS)
+
+
+def read(value: CardValue, text: str, system: str) -> Any:
+    """Return what is to be written for what was typed; None for nothing.
+
+    Raises
+    ------
+    UnitError
+        If it is no number, or one with a unit of something else.
+    """
+    text = text.strip() if value.kind != "lines" else text
+    if not text.strip():
+        return None
+    if value.kind != "number":
+        return text
+    plain = text.replace(MINUS, "-").replace(",", ".")
+    if parse_number(plain) is not None:
+        written = f"{plain} {value.unit(system)}"
+    else:
+        written = plain
+        if not plain[:1].isdigit() and plain[:1] not in "-+.":
+            raise UnitError(f"'{text}' is not a number; write one, such as {_example(value)}")
+    parse(written, value.quantity)
+    return written
+
+
+def _example(value: CardValue) -> str:
+    return f"10 or 10 {value.us}" if value.us != "%" else "60"

@@ -1,0 +1,132 @@
+"""The transmitter on the flight card: dual rates, trims, mixers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from gsapp.foundation import UnitError
+from ui.look import Look
+from ui.pages import label
+from ui.preflight.card_editor import CardEditor
+from ui.preflight.card_form import (
+    LEVERS,
+    STICKS,
+    THROWS,
+    CardValue,
+    mixer_share,
+    read,
+    shown,
+    throw_value,
+)
+from ui.preflight.row_fields import Column, FieldGrid, GrowingRows
+
+_MIXERS = ("transmitter", "mixers")
+_COLUMNS = (*(name for name, _words in THROWS), "trim")
+_NOBODY = ("", "–")
+
+
+class TransmitterForm(QWidget):
+    """Throws of the sticks in percent, and what is mixed into what.
+
+    Attributes
+    ----------
+    typed : Signal
+        The card was changed.
+    left : Signal
+        The keyboard went elsewhere.
+    """
+
+    typed = Signal()
+    left = Signal()
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._editor: CardEditor | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        titles = (*(words for _name, words in THROWS), "Trim")
+        self.throws = FieldGrid(
+            look,
+            [Column(name=f"{words} %") for words in titles],
+            [words for _stick, words in STICKS],
+        )
+        self.values: list[list[CardValue]] = [
+            [throw_value(stick, name) for name in _COLUMNS] for stick, _words in STICKS
+        ]
+        self.throws.typed.connect(self._typed)
+        self.throws.left.connect(self.left)
+        column.addWidget(self.throws)
+        column.addWidget(label("Mixers", "strong"))
+        levers = (_NOBODY, *LEVERS)
+        self.mixers = GrowingRows(
+            look,
+            [
+                Column(name="From", choices=levers, share=3),
+                Column(name="To", choices=levers, share=3),
+                Column(name="Share %", share=2),
+            ],
+        )
+        self.mixers.listed.connect(self._mixed)
+        self.mixers.left.connect(self.left)
+        column.addWidget(self.mixers)
+
+    def show_card(self, editor: CardEditor) -> None:
+        """Show what is on a card, and what is being typed."""
+        self._editor = editor
+        for row, values in enumerate(self.values):
+            for place, value in enumerate(values):
+                self.throws.show_text(row, place, editor.text(value, self._look.units))
+        written = editor.written(_MIXERS) or []
+        if _MIXERS not in editor.problems:
+            self.mixers.show_rows([self._mixer_texts(one) for one in written])
+        self.judge()
+
+    def _mixer_texts(self, mixer: Mapping[str, object]) -> tuple[str, str, str]:
+        share = shown(mixer_share(), mixer.get("share"), self._look.units)
+        return str(mixer.get("source", "")), str(mixer.get("target", "")), share
+
+    def judge(self) -> None:
+        """Say what will not do."""
+        editor = self._editor
+        if editor is None:
+            return
+        wrong = [
+            editor.problems[value.key]
+            for values in self.values
+            for value in values
+            if value.key in editor.problems
+        ]
+        self.throws.say(wrong[0] if wrong else "", "warning")
+        self.mixers.say(editor.problems.get(_MIXERS, ""), "caution")
+
+    def _typed(self, row: int, place: int, text: str) -> None:
+        if self._editor is not None:
+            self._editor.type(self.values[row][place], text, self._look.units)
+            self.judge()
+            self.typed.emit()
+
+    def _mixed(self) -> None:
+        """Put the mixers on the card that are whole."""
+        editor = self._editor
+        if editor is None:
+            return
+        mixers = []
+        problem = ""
+        for source, target, share in self.mixers.rows:
+            if not (source and target and share):
+                problem = "Not on the card yet: a mixer needs from, to and share."
+                continue
+            try:
+                written = read(mixer_share(), share, self._look.units)
+            except UnitError as error:
+                problem = str(error)
+                continue
+            mixers.append({"source": source, "target": target, "share": written})
+        if editor.put({_MIXERS: mixers or None}) and problem:
+            editor.problems[_MIXERS] = problem
+        self.judge()
+        self.typed.emit()

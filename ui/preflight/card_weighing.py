@@ -1,0 +1,157 @@
+"""Weight and center of gravity from scales under the wheels, computed as they are typed."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+
+from gsapp.aircraft import Aircraft
+from ui.look import Look
+from ui.pages import label
+from ui.preflight.card_editor import CardEditor
+from ui.preflight.card_form import (
+    SUPPORTS,
+    WEIGHED_WITH,
+    WEIGHING_WAYS,
+    CardValue,
+    load_value,
+    weighing_way,
+)
+from ui.preflight.card_words import takeoff_weight, weighing_words
+from ui.preflight.fields import Field, tall
+
+_TABLE = ("weighing",)
+_LOADS = (*_TABLE, "loads")
+
+
+class WeighingForm(QWidget):
+    """Readings of the scales, and what they say.
+
+    Attributes
+    ----------
+    typed : Signal
+        The card was changed.
+    left : Signal
+        The keyboard went elsewhere.
+    """
+
+    typed = Signal()
+    left = Signal()
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._editor: CardEditor | None = None
+        self._aircraft: Aircraft | None = None
+        self._way = ""
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self.way = Field(look, "Weighed on", choices=WEIGHING_WAYS)
+        self.way.typed.connect(self._choose)
+        self._column.addWidget(self.way)
+        self.fields: dict[str, tuple[CardValue, Field]] = {}
+        loads = dict(pair for pairs in SUPPORTS.values() for pair in pairs)
+        for name in ("nose", "main", "left", "right"):
+            self._add(name, load_value(name, loads[name]))
+        for value in WEIGHED_WITH:
+            self._add(value.key[-1], value)
+        self.weight = label("", "title")
+        self.words = label("", wrap=True)
+        self.take = QPushButton("Take it as take-off weight")
+        self.take.setAccessibleName("Take the weighed weight as take-off weight")
+        tall(self.take)
+        self.take.clicked.connect(self._take)
+        for widget in (self.weight, self.words, self.take):
+            self._column.addWidget(widget)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _add(self, name: str, value: CardValue) -> None:
+        field = Field(self._look, value.name)
+        field.typed.connect(lambda text: self._typed(value, text))
+        field.left.connect(self.left)
+        self.fields[name] = (value, field)
+        self._column.addWidget(field)
+
+    def _fit(self) -> None:
+        self._column.setSpacing(self._look.px(8))
+
+    # Showing
+
+    def show_card(self, editor: CardEditor, aircraft: Aircraft | None) -> None:
+        """Show what is on a card, and what is being typed."""
+        if editor is not self._editor:
+            self._way = ""
+        self._editor, self._aircraft = editor, aircraft
+        on_card = weighing_way(editor.written(_TABLE))
+        self._way = on_card or self._way
+        self.way.show_text(self._way)
+        for value, field in self.fields.values():
+            field.show_text(editor.text(value, self._look.units))
+            field.show_unit(value.unit_shown(self._look.units))
+        self.judge()
+
+    def judge(self) -> None:
+        """Say what the scales say, or what is missing."""
+        editor = self._editor
+        if editor is None:
+            return
+        asked = [name for name, _words in SUPPORTS[self._way]]
+        more = [value.key[-1] for value in WEIGHED_WITH] if self._way else []
+        for name, (value, field) in self.fields.items():
+            field.setVisible(name in (*asked, *more))
+            field.say(*self._remark(value))
+        said = weighing_words(editor.file.info, self._aircraft, self._look.units)
+        waits = any(key[:1] == _TABLE for key in editor.problems)
+        self.weight.setText("" if waits else said.weight)
+        self.words.setText("" if waits else said.problem or "\n".join(said.lines))
+        self.weight.setVisible(bool(self.weight.text()))
+        self.words.setVisible(bool(self.words.text()))
+        self.take.setVisible(bool(self.weight.text()))
+
+    def _remark(self, value: CardValue) -> tuple[str, str]:
+        editor = self._editor
+        problem = editor.problems.get(value.key, "") if editor is not None else ""
+        if not problem:
+            return "", ""
+        asked = [self.fields[name][1] for name, _words in SUPPORTS[self._way]]
+        if any(not one.text.strip() for one in asked):
+            return "Not on the card yet: read the other scales too.", "caution"
+        return problem, "warning"
+
+    # Typing
+
+    def _choose(self, way: str) -> None:
+        """Weigh another way; readings that it has no use for go."""
+        editor = self._editor
+        if editor is None:
+            return
+        self._way = way
+        kept = [name for name, _words in SUPPORTS[way]]
+        loads = editor.written(_LOADS) or {}
+        if set(loads) - set(kept):
+            # What is left of another way is no weighing: it waits until it is one again.
+            texts = {name: editor.text(self.fields[name][0], self._look.units) for name in kept}
+            editor.put({_TABLE: None})
+            for name, text in texts.items():
+                if text:
+                    editor.type(self.fields[name][0], text, self._look.units)
+        elif not way:
+            editor.forget(_TABLE)
+        self.show_card(editor, self._aircraft)
+        self.typed.emit()
+
+    def _typed(self, value: CardValue, text: str) -> None:
+        if self._editor is not None:
+            self._editor.type(value, text, self._look.units)
+            self.judge()
+            self.typed.emit()
+
+    def _take(self) -> None:
+        editor = self._editor
+        if editor is None:
+            return
+        said = weighing_words(editor.file.info, self._aircraft, self._look.units)
+        if said.weighed is not None:
+            editor.put({("takeoff_weight",): takeoff_weight(said.weighed, self._look.units)})
+            self.typed.emit()

@@ -1,0 +1,129 @@
+"""What a weighing says, and how the flight card stands, in words. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gsapp.aircraft import Aircraft
+from gsapp.aircraft.weighing import Weighing, weigh
+from gsapp.flight.card_checks import CardDoubt
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FlightError
+from gsapp.quantities import from_si
+from ui.preflight.steps import StepState
+from ui.words import count_text, number_text, unit_text
+
+_WEIGHT = {"US": "lb", "SI": "kg"}
+_LENGTH = {"US": ("in", 2), "SI": ("mm", 0)}
+_WANTED = (
+    ("crew.pilot", "pilot"),
+    ("takeoff_weight", "take-off weight"),
+    ("fuel", "fuel at start"),
+    ("weather.temperature", "temperature"),
+    ("weather.pressure", "pressure"),
+)
+"""What an analysis needs: key path and words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeighingWords:
+    """A weighing on screen.
+
+    Attributes
+    ----------
+    weight : str
+        The one big number; empty while it is not known.
+    lines : tuple of str
+        Center of gravity and what else there is to say.
+    problem : str
+        Why there is none.
+    weighed : Weighing or None
+        The result itself.
+    """
+
+    weight: str = ""
+    lines: tuple[str, ...] = ()
+    problem: str = ""
+    weighed: Weighing | None = None
+
+
+def weighing_words(info: FlightInfo, aircraft: Aircraft | None, system: str) -> WeighingWords:
+    """Return what the scales say."""
+    if info.weighing is None:
+        return WeighingWords()
+    try:
+        weighed = weigh(info.weighing, {} if aircraft is None else aircraft.axles)
+    except FlightError as error:
+        return WeighingWords(problem=str(error))
+    weight = f"{_weight(weighed.mass.value, system)} ± {_weight(2 * weighed.mass.std, system)}"
+    lines = [_place(weighed, 0, aircraft, system)]
+    if weighed.measured[1]:
+        lines.append(_place(weighed, 1, aircraft, system))
+    shares = ", ".join(f"{name} {100 * share:.1f} %" for name, share in weighed.shares.items())
+    lines.append(f"Weight on the wheels: {shares}")
+    return WeighingWords(weight=f"{weight} {_WEIGHT[system]}", lines=tuple(lines), weighed=weighed)
+
+
+def _weight(mass: float, system: str) -> str:
+    return number_text(from_si(mass, _WEIGHT[system], "mass"), 2)
+
+
+def _place(weighed: Weighing, axis: int, aircraft: Aircraft | None, system: str) -> str:
+    """Return where the CG lies along x or y, from that of the aircraft file."""
+    unit, digits = _LENGTH[system]
+    off, std = weighed.cg[axis], weighed.cg_std[axis]
+    size = number_text(from_si(abs(off), unit, "length"), digits)
+    about = number_text(from_si(2 * std, unit, "length"), digits)
+    side = (("behind", "ahead of"), ("left of", "right of"))[axis][off > 0.0]
+    words = f"CG {size} ± {about} {unit_text(unit)} {side} the aircraft file's"
+    if axis == 0 and aircraft is not None:
+        share = 100.0 * abs(off) / aircraft.geometry.chord
+        words += f" ({share:.1f} % of the chord)"
+    return words
+
+
+def takeoff_weight(weighed: Weighing, system: str) -> str:
+    """Return a weighed weight as it is written on the card."""
+    unit = _WEIGHT[system]
+    return f"{from_si(weighed.mass.value, unit, 'mass'):.2f} {unit}"
+
+
+def home_words(folder_name: str, *, next_flight: bool, file_name: str = "") -> str:
+    """Return whose card this is."""
+    if not next_flight:
+        return f"Card of {folder_name}, kept in its flight.toml."
+    goes = "it goes into the flight's folder when recording starts"
+    if file_name:
+        return f"{file_name} has no card. This is that of the next flight: {goes}."
+    return f"Card of the next flight: {goes}."
+
+
+def missing_values(info: FlightInfo) -> tuple[str, ...]:
+    """Return in words what an analysis will need and nobody has written yet."""
+    known = {
+        "crew.pilot": info.crew.get("pilot"),
+        "takeoff_weight": info.takeoff_weight,
+        "fuel": info.fuel,
+        "weather.temperature": info.weather.temperature,
+        "weather.pressure": info.weather.pressure,
+    }
+    return tuple(words for key, words in _WANTED if not known[key])
+
+
+def card_state(info: FlightInfo, problems: Sequence[str], doubts: Sequence[CardDoubt]) -> StepState:
+    """Return how the card stands."""
+    missing = missing_values(info)
+    if problems:
+        words = f"{count_text(len(problems), 'value')} wrong"
+        return StepState(state="warning", words=words, detail=". ".join(problems))
+    if missing:
+        words = f"{missing[0]} missing" if len(missing) == 1 else f"{len(missing)} missing"
+        return StepState(state="caution", words=words, detail=f"Missing: {', '.join(missing)}")
+    if doubts:
+        return StepState(
+            state="caution",
+            words=count_text(len(doubts), "doubt"),
+            detail=". ".join(doubt.words for doubt in doubts),
+        )
+    return StepState(state="good", words="complete")

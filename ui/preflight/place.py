@@ -1,0 +1,248 @@
+"""The place Preflight: a page for each step before a flight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+
+from gsapp.foundation import GroundStationError
+from ui.commands import Need
+from ui.desk import Desk
+from ui.faults import FaultDesk
+from ui.frame.banners import BannerStack
+from ui.look import Look
+from ui.preflight.page import StepPage
+from ui.preflight.step_list import StepList
+from ui.preflight.steps import STEPS
+from ui.settings import SettingsStore
+
+if TYPE_CHECKING:
+    from ui.preflight.books import Books
+    from ui.preflight.prompter import Prompter
+    from ui.preflight.wizard_page import WizardPage
+
+
+class PreflightPlace(QWidget):
+    """Leads a crew from step to step.
+
+    Pages and what they hold are made when they are first seen: a window that only flies does
+    without them.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers the step that was looked at; beside it lies what waits for the next flight.
+    banners : BannerStack
+        Tells what went wrong.
+    faults : FaultDesk
+        Where errors go.
+    desk : Desk
+        The open flight.
+    prompter : Prompter, optional
+        Speaks and sounds while the crew looks at the aircraft.
+
+    Attributes
+    ----------
+    changed : Signal
+        Other commands are of use now.
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        store: SettingsStore,
+        banners: BannerStack,
+        faults: FaultDesk,
+        desk: Desk,
+        prompter: Prompter | None = None,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._faults = faults
+        self._desk = desk
+        self._prompter = prompter
+        self._books: Books | None = None
+        self.pages: dict[str, QWidget] = {}
+        self.step = ""
+        self.setAccessibleName("Preflight")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.steps = StepList(actions, look)
+        column.addWidget(self.steps)
+        self.stack = QStackedWidget()
+        column.addWidget(self.stack, 1)
+        desk.changed.connect(self._flight_changed)
+        desk.told.connect(self.refresh)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this place do."""
+        steps = {f"preflight_{step.id}": lambda name=step.id: self.go(name) for step in STEPS}
+        return {
+            **steps,
+            "preflight_redo": self.redo,
+        }
+
+    @property
+    def shown(self) -> bool:
+        """Return whether the place is on screen, so that its keys are meant."""
+        return self.isVisible()
+
+    @property
+    def page(self) -> StepPage | None:
+        """Return the page on screen that is made for this place; None at the calibration."""
+        page = self.pages.get(self.step)
+        return page if isinstance(page, StepPage) else None
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        if not self.shown:
+            return ()
+        page = self.page
+        own = page.present if page is not None else ()
+        redo: tuple[Need, ...] = ("preflight_future",) if page is not None and page.can_redo else ()
+        return ("preflight", *redo, *own)
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a change to take back on the page on screen."""
+        page = self.page
+        return page is not None and page.can_undo
+
+    def undo(self) -> None:
+        """Take back the last change on the page on screen."""
+        page = self.page
+        if page is not None:
+            page.undo()
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        page = self.page
+        if page is not None:
+            page.redo()
+
+    # Pages
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Make the page when it is needed."""
+        super().showEvent(event)
+        self.go(self.step or self._store.current.preflight_step, begin=False)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Write what is still being typed; other commands are of use now."""
+        super().hideEvent(event)
+        self.flush()
+        self.changed.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the room of the steps to the page where the window is low."""
+        super().resizeEvent(event)
+        self.steps.fit(self.window().height())
+
+    def go(self, step_id: str, *, begin: bool = True) -> None:
+        """Go to a step by its id."""
+        if step_id != self.step:
+            self.flush()
+        if step_id not in self.pages:
+            page = self._make(step_id)
+            self.pages[step_id] = page
+            self.stack.addWidget(page)
+        self.step = step_id
+        self.stack.setCurrentWidget(self.pages[step_id])
+        self.steps.show_step(step_id)
+        self._store.change(preflight_step=step_id)
+        self.refresh()
+        if begin:
+            self.begin()
+        self.changed.emit()
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        if self.step:
+            self.pages[self.step].begin()
+
+    def _make(self, step_id: str) -> QWidget:
+        """Make the page of a step; what it is made of is loaded with it."""
+        page: WizardPage | StepPage
+        if step_id == "calibration":
+            from ui.preflight.wizard_page import WizardPage
+
+            page = WizardPage(self._look, self._store, self._desk, self._prompter)
+        else:
+            from ui.preflight.card_page import CardPage
+
+            page = CardPage(self._look, self._faults.report)
+            page.follow(self.books)
+        page.changed.connect(self._page_changed)
+        return page
+
+    @property
+    def books(self) -> Books:
+        """Return what the steps work on; made when it is first needed."""
+        if self._books is None:
+            from ui.preflight.books import Books
+
+            self._books = Books(self._store)
+            self._follow(self._books)
+        return self._books
+
+    def _follow(self, books: Books) -> None:
+        try:
+            books.follow(self._desk.session)
+        except GroundStationError as error:
+            self._faults.report(error)
+
+    # What happens
+
+    def _flight_changed(self) -> None:
+        """Another flight is open, or none: its card and checklist are meant from here on."""
+        if self._books is None:
+            return
+        self.flush()
+        self._follow(self._books)
+        for page in self.pages.values():
+            if isinstance(page, StepPage):
+                page.follow(self._books)
+        self.refresh()
+        self.changed.emit()
+
+    def _page_changed(self) -> None:
+        self._show_states()
+        self.changed.emit()
+
+    def refresh(self) -> None:
+        """Show what changed beside the pages; nothing while another place is on screen."""
+        if not self.shown or not self.step:
+            return
+        page = self.page
+        if page is not None:
+            page.refresh()
+        self._show_states()
+
+    def _show_states(self) -> None:
+        for step_id, state in self.books.states().items():
+            self.steps.show_state(step_id, state)
+
+    def flush(self) -> None:
+        """Write what is still being typed."""
+        page = self.page
+        if page is not None:
+            page.flush()
