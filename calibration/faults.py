@@ -22,8 +22,11 @@ FOLLOWED_COUNTS = 40.0
 NOISY_COUNTS = 10.0
 """Standard deviation from one sample to the next, in counts, from which a contact is bad."""
 
-CLIPPED_SHARE = 0.2
+CLIPPED_SHARE = 0.05
 """Share of the samples at an end of the converter from which an instrument is clipped."""
+
+FEWEST = 8
+"""Samples that a judgment needs; with fewer an instrument has not moved."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,23 +54,27 @@ def find_faults(
     moved: str,
     volts: Mapping[str, FloatArray],
     *,
+    movement: bool = True,
     sense: int = 0,
     slope_sign: int = 0,
     bits: int = 12,
     full_scale: float = 5.0,
 ) -> tuple[InstrumentFault, ...]:
-    """Judge the instruments while one of them was moved.
+    """Judge an instrument while its surface, and no other, was moved.
 
     Parameters
     ----------
     moved : str
-        Channel whose surface was moved, from rest to one side.
+        Channel whose surface was moved.
     volts : mapping of str to ndarray, shape (n,)
         Channel -> its volts over the same time, V, from before the movement until after it; NaN
         where missing. Channels that cannot have moved along only: not the partner of a surface
         that is driven by the same rod.
+    movement : bool
+        Whether a movement is known to be in it. Without one only noisy and clipped can be told.
     sense : {-1, 0, +1}
-        Whether the surface was moved to larger (+1) or smaller values; 0 if that is not known.
+        Whether the surface stands at a larger (+1) or smaller value at the end than at the
+        beginning; 0 if that is not known.
     slope_sign : {-1, 0, +1}
         Sign of value against volts as the certificate before, or the partner, has it; 0 if not
         known. With `sense` it tells whether the instrument is reversed.
@@ -77,48 +84,22 @@ def find_faults(
     Returns
     -------
     tuple of InstrumentFault
-        Empty where all is well. At most one of dead, swapped, clipped, noisy, and reversed beside
-        noisy.
+        Empty where all is well. One that is dead, swapped or clipped has no other.
     """
     step = full_scale / 2**bits
     own = _Movement.of(volts[moved], step, full_scale)
+    followed = own.excursion > FOLLOWED_COUNTS * step
+    if movement and not followed:
+        return (_without_following(moved, own, _follower(moved, volts, step, full_scale)),)
     title = channel(moved).title
-    others = {
-        name: movement
-        for name, movement in (
-            (name, _Movement.of(samples, step, full_scale))
-            for name, samples in volts.items()
-            if name != moved
-        )
-        if movement.excursion > FOLLOWED_COUNTS * step
-    }
-    follower = max(others, key=lambda name: others[name].excursion, default="")
     if own.clipped >= CLIPPED_SHARE:
         return (
             InstrumentFault(
                 kind="clipped",
                 channel=moved,
-                sentence=f"{title}: the volts stay at an end of the converter "
-                f"({own.middle:.2f} V); check the wiper, the supply and the ground",
-            ),
-        )
-    if own.excursion <= FOLLOWED_COUNTS * step:
-        if follower:
-            return (
-                InstrumentFault(
-                    kind="swapped",
-                    channel=moved,
-                    other=follower,
-                    sentence=f"{title} was moved, and {channel(follower).title} followed in its "
-                    "place; the plugs of the two are swapped",
-                ),
-            )
-        return (
-            InstrumentFault(
-                kind="dead",
-                channel=moved,
-                sentence=f"{title} was moved, and its volts stayed at {own.middle:.2f} V; "
-                "check plug, wiper and supply",
+                sentence=f"{title}: the volts run into an end of the converter "
+                f"({own.end:.2f} V); turn the potentiometer's body until its middle reads "
+                f"about {0.5 * full_scale:.1f} V",
             ),
         )
     found: list[InstrumentFault] = []
@@ -131,7 +112,7 @@ def find_faults(
                 "check the wiper and the shield",
             )
         )
-    if sense and slope_sign and np.sign(own.change) == -sense * slope_sign:
+    if followed and sense and slope_sign and np.sign(own.change) == -sense * slope_sign:
         found.append(
             InstrumentFault(
                 kind="reversed",
@@ -144,6 +125,36 @@ def find_faults(
     return tuple(found)
 
 
+def _without_following(moved: str, own: _Movement, follower: str) -> InstrumentFault:
+    """Return what it means that a surface was moved and its own volts were not."""
+    title = channel(moved).title
+    if follower:
+        return InstrumentFault(
+            kind="swapped",
+            channel=moved,
+            other=follower,
+            sentence=f"{title} was moved, and the volts of {channel(follower).title} followed in "
+            "its place; the plugs of the two are swapped",
+        )
+    return InstrumentFault(
+        kind="dead",
+        channel=moved,
+        sentence=f"{title} was moved, and its volts stayed at {own.middle:.2f} V; "
+        "check plug, wiper and supply",
+    )
+
+
+def _follower(moved: str, volts: Mapping[str, FloatArray], step: float, full_scale: float) -> str:
+    """Return the other channel that moved most, if one moved; empty otherwise."""
+    excursions = {
+        name: _Movement.of(samples, step, full_scale).excursion
+        for name, samples in volts.items()
+        if name != moved
+    }
+    most = max(excursions, key=lambda name: excursions[name], default="")
+    return most if most and excursions[most] > FOLLOWED_COUNTS * step else ""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Movement:
     """How the volts of one channel moved.
@@ -153,13 +164,15 @@ class _Movement:
     excursion : float
         Between the lowest and the highest running median, V, beyond what noise explains.
     change : float
-        From the first samples to the last, V.
+        From the first tenth of the samples to the last, V.
     noise : float
-        Standard deviation from one sample to the next, V.
+        Standard deviation from one sample to the next, V; what is lost at times counts in full.
     clipped : float
-        Share of samples at an end of the converter, or missing.
+        Share of samples at an end of the converter.
     middle : float
         Median, V.
+    end : float
+        The volts farthest from the middle of the converter.
     """
 
     excursion: float
@@ -167,24 +180,26 @@ class _Movement:
     noise: float
     clipped: float
     middle: float
+    end: float
 
     @classmethod
     def of(cls, samples: FloatArray, step: float, full_scale: float) -> _Movement:
         good = samples[np.isfinite(samples)]
-        if good.size < 8:
-            return cls(excursion=0.0, change=0.0, noise=0.0, clipped=0.0, middle=float("nan"))
+        if good.size < FEWEST:
+            nan = float("nan")
+            return cls(excursion=0.0, change=0.0, noise=0.0, clipped=0.0, middle=nan, end=nan)
         length = max(good.size // 20, 3)
-        medians = np.array(
-            [np.median(part) for part in np.array_split(good, max(good.size // length, 2))]
-        )
-        # Second differences: a steady movement is no noise.
-        noise = float(np.sqrt(np.mean(np.diff(good, 2) ** 2) / 6.0)) if good.size > 3 else 0.0
-        spread = float(np.ptp(medians)) - 6.0 * noise / np.sqrt(length)
+        parts = np.array_split(good, max(good.size // length, 2))
+        medians = np.array([np.median(part) for part in parts])
+        # Second differences, free of any steady movement; the median, free of lost contacts.
+        bends = np.diff(good, 2) / np.sqrt(6.0)
+        usual = float(np.median(np.abs(bends))) / 0.6745
         tenth = max(good.size // 10, 1)
         return cls(
-            excursion=max(spread, 0.0),
+            excursion=max(float(np.ptp(medians)) - 6.0 * usual / np.sqrt(length), 0.0),
             change=float(np.median(good[-tenth:]) - np.median(good[:tenth])),
-            noise=noise,
+            noise=float(np.sqrt(np.mean(bends**2))),
             clipped=float(np.mean((good <= 1.5 * step) | (good >= full_scale - 2.5 * step))),
             middle=float(np.median(good)),
+            end=float(good[np.argmax(np.abs(good - 0.5 * full_scale))]),
         )
