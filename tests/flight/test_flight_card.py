@@ -1,0 +1,234 @@
+"""The flight card: what it holds, the slips it catches, and what it makes of the aircraft."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.flight.as_flown import as_flown
+from gsapp.flight.card_checks import check_card
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FileProblemsError, FlightError
+from gsapp.foundation.toml import validate
+
+B777 = load_aircraft("b777")
+LB, FT = 0.45359237, 0.3048
+
+WHOLE: dict[str, Any] = {
+    "name": "Flight 17",
+    "date": "2026-05-12T09:30:00-04:00",
+    "aircraft": "b777",
+    "takeoff_weight": "46.82 lb",
+    "landing_weight": "44.5 lb",
+    "fuel": "2.7 lb",
+    "fuel_end": "0.4 lb",
+    "flap": "10 deg",
+    "weighing": {
+        "loads": {"nose": ["4.2 lb", "0.02 lb"], "left": "21.3 lb", "right": "21.32 lb"},
+        "axles": {"nose": ["2.60 ft", "0 ft", "1.15 ft"]},
+        "pitch": ["0.4 deg", "0.2 deg"],
+        "fuel": "2.7 lb",
+        "scale_error": "0.03 lb",
+    },
+    "loading": [{"what": "nose ballast", "mass": "0.2 lb", "position": ["3 ft", "0 ft", "0 ft"]}],
+    "weather": {"temperature": "71 degF", "pressure": "28.9 inHg", "wind_speed": "6 kt"},
+    "transmitter": {
+        "model": "nine channels, memory 2",
+        "rate": "high",
+        "dual_rates": {"elevator": {"high": "100 %", "low": "60 %", "expo": "20 %"}},
+        "mixers": [{"source": "aileron", "target": "rudder", "share": "15 %"}],
+        "trims": {"elevator": "4 %", "throttle": "-2 %"},
+    },
+    "crew": {"pilot": "R. Roe"},
+    "pilot_comments": "needs right rudder",
+}
+
+
+def card(**values: Any) -> FlightInfo:
+    return validate("flight.toml", values, FlightInfo)
+
+
+def doubts(**values: Any) -> dict[str, str]:
+    return {one.field: one.words for one in check_card(card(**values), B777)}
+
+
+def test_the_whole_card_survives_its_file(tmp_path) -> None:
+    """Everything a crew writes down comes back to the last bit; what was not said stays out."""
+    info = card(**WHOLE)
+    folder = FlightFolder.create(tmp_path / "f", info)
+    back = folder.info()
+    assert back.model_dump(exclude={"versions"}) == info.model_dump(exclude={"versions"})
+    text = folder.info_file.read_text()
+    for absent in ("bank", "axle_error", "notes", "gear", "low_red"):
+        assert absent not in text
+    assert back.weighing.loads["left"].std == 0.0
+    assert back.transmitter.dual_rates["elevator"].low == pytest.approx(0.6)
+    assert check_card(back, B777) == ()
+
+
+def test_every_mistake_of_a_card_is_told_at_once() -> None:
+    """Units, rates, mixers, scales, unknown keys: one pass names them all with key paths."""
+    with pytest.raises(FileProblemsError) as caught:
+        card(
+            fuel_end="3 ft",
+            flapp="10 deg",
+            weighing={"loads": {"nose": "4 lb"}},
+            transmitter={
+                "dual_rates": {"elevator": {"high": "50 %", "low": "60 %"}, "stick": {}},
+                "mixers": [{"source": "rudder", "target": "rudder", "share": "10 %"}],
+            },
+            loading=[{"what": "x", "mass": "1 lb"}],
+        )
+    text = str(caught.value)
+    for part in (
+        "fuel_end: 'ft' is not a unit of mass",
+        "flapp: is not a known key; did you mean 'flap'?",
+        "weighing.loads: holds 1 readings",
+        "transmitter.dual_rates.elevator: needs 0 % < low <= high",
+        "transmitter.dual_rates.stick",
+        "transmitter.mixers[0]: mixes a lever into itself",
+        "loading[0].position: is missing",
+    ):
+        assert part in text
+
+
+def test_weights_of_the_table_pass_and_slips_do_not() -> None:
+    """Weights of table 6.2.3 are all right; each slip is told with what was probably meant."""
+    for pounds in (45.92, 46.22, 46.32, 46.42, 46.60, 46.82, 47.12):
+        assert doubts(takeoff_weight=f"{pounds} lb", landing_weight=f"{pounds - 2.3:.2f} lb") == {}
+    slips = {
+        "takeoff_weight": ({"takeoff_weight": "21.1 lb"}, "was 21.1 kg meant instead of 21.1 lb"),
+        "fuel": ({"fuel": "2.7 kg"}, "was 2.7 lb meant instead of 2.7 kg"),
+        "fuel_end": ({"fuel": "2 lb", "fuel_end": "2.2 lb"}, "swap the two"),
+        "landing_weight": ({"takeoff_weight": "46 lb", "landing_weight": "47 lb"}, "heavier"),
+        "flap": ({"flap": "60 deg"}, "beyond its travel"),
+        "weather.temperature": (
+            {"weather": {"temperature": "72 degC"}},
+            "was 72 degF meant instead of 72 degC",
+        ),
+        "weather.pressure": (
+            {"weather": {"pressure": "28.9 hPa"}},
+            "was 28.9 inHg meant instead of 28.9 hPa",
+        ),
+        "weighing": (
+            {"weighing": {"loads": {"nose": "21 lb", "left": "4.2 lb", "right": "21 lb"}}},
+            "which reading belongs to which wheel",
+        ),
+    }
+    for field, (values, words) in slips.items():
+        found = doubts(**values)
+        assert list(found) == [field]
+        assert words in found[field]
+    heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
+    assert "was 46.6 lb meant instead of 46.6 kg" in heavy
+    short = doubts(fuel="1 lb", takeoff_weight="46 lb", landing_weight="44 lb")
+    assert "only 1.00 lb of fuel were on board" in short["landing_weight"]
+    scales = doubts(
+        takeoff_weight="46.6 lb",
+        weighing={"loads": {"nose": "4.2 lb", "left": "19 lb", "right": "19.1 lb"}},
+        fuel="2.7 lb",
+    )
+    assert "add up to 45.0 lb at take-off" in scales["weighing"]
+
+
+def cloud_of(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return point masses (masses, places) with that inertia about the origin, their CG."""
+    values, axes = np.linalg.eigh(inertia)
+    # A point mass pair on each principal axis: sum of squares along it.
+    along = 0.5 * (values.sum() - 2.0 * values)
+    masses = np.full(6, mass / 6.0)
+    arms = np.sqrt(along / (2.0 * masses[0]))
+    places = np.concatenate([axes.T * arms[:, None], -axes.T * arms[:, None]])
+    return masses, places
+
+
+def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
+    """Against a cloud of point masses with the loads among them, summed without any theorem."""
+    file = B777.model_copy(
+        update={"mass": B777.mass.model_copy(update={"fuel_position": (-0.2, 0.0, 0.1)})}
+    )
+    info = card(
+        fuel="1.5 lb",
+        loading=[
+            {"what": "ballast", "mass": "0.6 lb", "position": ["3 ft", "0 ft", "-0.2 ft"]},
+            {"what": "camera out", "mass": "-0.3 lb", "position": ["-1 ft", "0 ft", "0.4 ft"]},
+        ],
+    )
+    found = as_flown(file, info)
+    own = file.mass
+    tensor = np.array([[own.ixx, 0, -own.ixz], [0, own.iyy, 0], [-own.ixz, 0, own.izz]])
+    masses, places = cloud_of(own.mass, tensor)
+    masses = np.concatenate((masses, [0.6 * LB, -0.3 * LB, 1.5 * LB - own.fuel]))
+    places = np.concatenate(
+        (places, [[3 * FT, 0, -0.2 * FT], [-FT, 0, 0.4 * FT], own.fuel_position])
+    )
+    center = masses @ places / masses.sum()
+    apart = places - center
+    inertia = sum(
+        one * (at @ at * np.eye(3) - np.outer(at, at))
+        for one, at in zip(masses, apart, strict=True)
+    )
+    got = found.aircraft.mass
+    assert got.mass == pytest.approx(masses.sum(), rel=1e-12)
+    assert found.shift == pytest.approx(center, abs=1e-12)
+    assert (got.ixx, got.iyy, got.izz) == pytest.approx(np.diag(inertia), rel=1e-9)
+    assert got.ixz == pytest.approx(-inertia[0, 2], rel=1e-9)
+    assert got.fuel == pytest.approx(1.5 * LB)
+    words = " ".join(found.remarks)
+    assert "loading moves the CG" in words
+    assert "Iyy +" in words
+
+
+def test_a_weighed_cg_moves_instruments_and_engines() -> None:
+    """Positions count from the CG as flown; instruments that no one placed stay at it."""
+    info = card(weighing={"loads": {"nose": "4.9 lb", "main": "41.7 lb"}, "fuel": "2.7 lb"})
+    found = as_flown(B777, info)
+    x = found.shift[0]
+    assert x == pytest.approx((4.9 * 2.62 - 41.7 * 0.26) / 46.6 * FT, rel=1e-6)
+    for name in ("alpha_vane", "accelerometer", "air_data"):
+        before, after = (getattr(one.sensors, name).position[0] for one in (B777, found.aircraft))
+        assert after == pytest.approx(before - x)
+    assert found.aircraft.propulsion.position[1] == pytest.approx(
+        (B777.propulsion.position[1][0] - x, *B777.propulsion.position[1][1:])
+    )
+    assert found.aircraft.sensors.surfaces.position == (0.0, 0.0, 0.0)
+    assert found.aircraft.axles["left"][0] == pytest.approx(B777.axles["left"][0] - x)
+    assert any("mm ahead" in remark for remark in found.remarks)
+    # Scales with empty tanks, fuel filled in afterwards at the tank.
+    dry = card(weighing={"loads": {"nose": "4.9 lb", "main": "39.0 lb"}}, fuel="2.7 lb")
+    filled = as_flown(B777, dry)
+    assert filled.aircraft.mass.mass == pytest.approx(46.6 * LB)
+    assert filled.shift[0] == pytest.approx((4.9 * 2.62 - 39.0 * 0.26) / 46.6 * FT, rel=1e-6)
+
+
+def test_a_card_that_says_nothing_changes_nothing() -> None:
+    """Old cards and no card give the very aircraft of the file; a weight alone changes mass."""
+    assert as_flown(B777, None).aircraft is B777
+    assert as_flown(B777, card(name="old", notes="x")).aircraft is B777
+    weighed = as_flown(B777, card(takeoff_weight="46.42 lb"))
+    assert weighed.aircraft.mass.mass == pytest.approx(46.42 * LB)
+    assert weighed.aircraft.mass.iyy == B777.mass.iyy
+    assert weighed.shift == (0.0, 0.0, 0.0)
+    with pytest.raises(FlightError, match="takes out more than there is"):
+        as_flown(
+            B777,
+            card(loading=[{"what": "x", "mass": "-60 lb", "position": ["0 ft", "0 ft", "0 ft"]}]),
+        )
+    with pytest.raises(FlightError, match=r"cannot be; correct weights"):
+        as_flown(B777, card(takeoff_weight="1 lb"))
+
+
+def test_fuel_burned_moves_the_cg_only_where_the_tank_is_off_it() -> None:
+    """With the tank at the CG nothing but mass changes; behind it the CG goes ahead in flight."""
+    at_cg = as_flown(B777, card(takeoff_weight="46.42 lb"))
+    assert at_cg.after(1.0) is at_cg.aircraft
+    tank = B777.mass.model_copy(update={"fuel_position": (-0.3, 0.0, 0.0)})
+    behind = as_flown(B777.model_copy(update={"mass": tank}), card(takeoff_weight="46.42 lb"))
+    later = behind.after(1.0)
+    assert later.mass.iyy < behind.aircraft.mass.iyy
+    moved = behind.aircraft.sensors.alpha_vane.position[0] - later.sensors.alpha_vane.position[0]
+    assert moved == pytest.approx(0.3 * 1.0 / (46.42 * LB - 1.0), rel=1e-9)
