@@ -135,7 +135,7 @@ def test_a_card_takes_the_axles_of_the_aircraft() -> None:
 def test_nonsense_is_told_in_a_sentence() -> None:
     """Scales that carry nothing, wheels in one line, unknown axles, all mistakes of a card."""
     level = supports(loads_of(20.0, np.zeros(3)))
-    with pytest.raises(FlightError, match="'left' shows -3 N.*read it again"):
+    with pytest.raises(FlightError, match=r"'left' shows -3 N.*read it again"):
         cg_from_axles(level[0], Support(name="left", position=(0.0, 0.0, 0.0), load=Measured(-3.0)))
     same = Support(name="twin", position=level[0].position, load=Measured(20.0))
     with pytest.raises(FlightError, match="same place along x"):
