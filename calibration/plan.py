@@ -21,14 +21,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
 
+from calibration.inertial import ACCELEROMETERS, GYROS
+from calibration.reading import certificate_files
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -39,6 +41,8 @@ from gsapp.foundation import (
 )
 from gsapp.foundation.shipped import Shipped
 from gsapp.quantities import INSTRUMENTS, base_id, channel, from_si, normalize_unit, parse
+from gsapp.quantities.constants import DEGREE
+from gsapp.quantities.fields import Angle
 
 Kind = Literal["surface", "vane", "gyro", "accelerometer", "pressure"]
 PlaneView = Literal["side", "above"]
@@ -48,6 +52,15 @@ PLANS = Shipped(folder=Path(__file__).parent / "plans", kind="calibration plan")
 SET_BY_HAND: frozenset[str] = frozenset({"surface", "vane"})
 """Kinds that are set to angles against a protractor."""
 
+_OF_KIND: Mapping[Kind, tuple[str, ...]] = {
+    "gyro": GYROS,
+    "accelerometer": ACCELEROMETERS,
+    "pressure": ("dynamic_pressure", "static_pressure"),
+}
+_NEEDED: Mapping[Kind, tuple[str, ...]] = {
+    "accelerometer": ACCELEROMETERS,
+    "pressure": ("dynamic_pressure",),
+}
 _FEWEST = 3
 _CHECKED = 3
 
@@ -83,6 +96,8 @@ class InstrumentPlan:
         Whether its volts follow the supply.
     view : {"side", "above"}
         From where the aircraft is drawn so that the movement is seen.
+    turn : float or None
+        Of a gyro: angle of the turntable, there and back, deg. None leaves the scale unchecked.
     """
 
     channel: str
@@ -98,6 +113,7 @@ class InstrumentPlan:
     sign_with_partner: int = 1
     ratiometric: bool = False
     view: PlaneView = "side"
+    turn: float | None = None
 
     @property
     def by_hand(self) -> bool:
@@ -119,10 +135,22 @@ class InstrumentPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationPlan:
-    """The instruments of an aircraft in the order in which they are calibrated."""
+    """The instruments of an aircraft in the order in which they are calibrated.
+
+    Attributes
+    ----------
+    name : str
+        Of the aircraft.
+    instruments : tuple of InstrumentPlan
+        In order.
+    nominal : str
+        Folder or shipped set of certificates: the factory's figures, and the way each instrument
+        is mounted. What is measured is held against it where nothing better is known.
+    """
 
     name: str
     instruments: tuple[InstrumentPlan, ...]
+    nominal: str = ""
 
     def __getitem__(self, channel_id: str) -> InstrumentPlan:
         """Return the plan of one channel.
@@ -151,9 +179,12 @@ class CalibrationPlan:
 
     def only(self, kinds: Sequence[Kind]) -> CalibrationPlan:
         """Return the plan reduced to instruments of these kinds."""
-        return CalibrationPlan(
-            name=self.name,
-            instruments=tuple(one for one in self.instruments if one.kind in kinds),
+        return self.of([one.channel for one in self.instruments if one.kind in kinds])
+
+    def of(self, channels: Sequence[str]) -> CalibrationPlan:
+        """Return the plan reduced to these channels, in its own order."""
+        return replace(
+            self, instruments=tuple(one for one in self.instruments if one.channel in channels)
         )
 
 
@@ -171,10 +202,12 @@ class _InstrumentTable(StrictModel):
     sign_with_partner: Literal[1, -1] = 1
     ratiometric: bool = False
     view: PlaneView = "side"
+    turn: Angle | None = None
 
 
 class _PlanFile(StrictModel):
     name: str
+    nominal: str = ""
     instruments: tuple[_InstrumentTable, ...] = Field(min_length=1)
 
 
@@ -192,9 +225,10 @@ def load_plan(name_or_path: str | Path) -> CalibrationPlan:
     file = read_toml(path, _PlanFile)
     reader = _Reader(file)
     instruments = tuple(reader.instrument(at) for at in range(len(file.instruments)))
+    reader.check_together()
     if reader.problems:
         raise FileProblemsError(path, reader.problems)
-    return CalibrationPlan(name=file.name, instruments=instruments)
+    return CalibrationPlan(name=file.name, instruments=instruments, nominal=file.nominal)
 
 
 class _Reader:
@@ -237,7 +271,30 @@ class _Reader:
             sign_with_partner=table.sign_with_partner,
             ratiometric=table.ratiometric,
             view=table.view,
+            turn=None if table.turn is None else float(f"{table.turn / DEGREE:.12g}"),
         )
+
+    def check_together(self) -> None:
+        """Check what concerns several instruments, or the file as a whole."""
+        tables = self._file.instruments
+        for kind, names in _OF_KIND.items():
+            given = [table.channel for table in tables if table.kind == kind]
+            for at, table in enumerate(tables):
+                if table.kind == kind and table.channel not in names:
+                    self._report(
+                        at, "kind", f"'{kind}' is not one of '{table.channel}'",
+                        f"such are {', '.join(names)}",
+                    )  # fmt: skip
+            missing = [name for name in _NEEDED.get(kind, ()) if name not in given]
+            if given and missing:
+                what = f"there is a {kind}, but none for {', '.join(missing)}"
+                remedy = "they are calibrated together; add it"
+                self.problems.append(FileProblem(where="instruments", what=what, remedy=remedy))
+        if self._file.nominal:
+            try:
+                certificate_files(self._file.nominal)
+            except UnknownNameError as error:
+                self.problems.append(FileProblem.of("nominal", error))
 
     def _report(self, at: int, key: str, what: str, remedy: str) -> None:
         where = f"instruments[{at}].{key}"

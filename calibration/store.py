@@ -115,6 +115,15 @@ class CertificateStore:
             load_certificate(entry) for entry in self._entries(channel_id) if not _is_skip(entry)
         )
 
+    def dated(self, channel_id: str, stamp: datetime) -> Certificate | None:
+        """Return the certificate of a channel that carries a stamp, unless it was withdrawn."""
+        wanted = stamp.strftime(_STAMP)
+        for entry in reversed(self._entries(channel_id)):
+            match = _ENTRY.fullmatch(entry.name)
+            if match is not None and match["rest"] == wanted:
+                return load_certificate(entry)
+        return None
+
     def skipped(self) -> dict[str, Skipped]:
         """Return the channels that were left uncalibrated on purpose."""
         found: dict[str, Skipped] = {}
@@ -172,6 +181,8 @@ class CertificateStore:
         """
         with self._alone():
             newest = self._newest(channel_id)
+            if newest is None and stamp is not None:
+                return
             if newest is None:
                 raise CalibrationError(
                     f"no certificate of {channel_id} is in force that could be withdrawn; "

@@ -3,52 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
 
 from calibration.certificate import Certificate
-from calibration.choosing import calibrate
-from calibration.comparing import Drift, compare
-from calibration.fit import CalibrationError, CalibrationPoint
+from calibration.choosing import calibrate, certify
+from calibration.comparing import Drift, check, compare
 from calibration.plan import InstrumentPlan
+from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import Calibration
-from calibration.wizard.state import HandWork, Taken
+from calibration.wizard.hand_work import HandWork, Taken
+from calibration.wizard.station import Header, Outcome
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Judgment:
-    """What the points come to so far.
-
-    Attributes
-    ----------
-    calibration : Calibration or None
-        None before the points allow a curve.
-    certificate : Certificate or None
-        As it would be written.
-    drift : Drift or None
-        Against the certificate in force.
-    doubts : tuple of str
-        Sentences; a calibration that has none is accepted by itself.
-    """
-
-    calibration: Calibration | None = None
-    certificate: Certificate | None = None
-    drift: Drift | None = None
-    doubts: tuple[str, ...] = ()
+_MUCH_ZERO, _MUCH_SLOPE = 0.05, 0.1
+"""Drift that is asked about: share of the range, and relative."""
+_UNLIKE = 0.25
+"""How much the slopes of left and right may differ before it is asked about."""
+_LITTLE = 0.6
+"""Share of the travel: less than that covered is worth a word."""
 
 
 def judge(
     instrument: InstrumentPlan,
     work: HandWork,
-    former: Certificate | None,
+    header: Header,
     *,
-    who: str,
+    former: Certificate | None,
+    partner: Certificate | None,
     stamp: datetime,
     temperature: float | None,
-) -> Judgment:
-    """Return what the points of an instrument come to.
+) -> Outcome:
+    """Return what the points of a calibration come to.
 
     Parameters
     ----------
@@ -56,73 +43,163 @@ def judge(
         Which.
     work : HandWork
         Its points.
+    header : Header
+        Says who takes the readings.
     former : Certificate or None
-        In force so far.
-    who : str
-        Takes the readings.
+        In force before this calibration.
+    partner : Certificate or None
+        Of the instrument on the other side, in force now.
     stamp : datetime
         Of the certificate.
     temperature : float or None
-        K.
+        Of the surroundings, K.
     """
     if len(work.points) < 2:
-        return Judgment()
+        return Outcome()
     supply = supply_of(work.points) if instrument.ratiometric else None
-    points = [referred(taken, supply).point for taken in work.points]
+    points = [referred(taken, supply) for taken in work.points]
     try:
         calibration = calibrate(points, degree=work.degree, travel=instrument.travel)
-        certificate = Certificate.from_points(
-            instrument.channel,
-            instrument.unit,
+        certificate = certify(
+            calibration,
             points,
-            degree=calibration.degree,
-            who=who,
+            channel_id=instrument.channel,
+            unit=instrument.unit,
+            who=header.who,
             stamp=stamp,
             excitation_voltage=supply,
             ratiometric=supply is not None,
             temperature=temperature,
             instrument=instrument.title,
-            notes=f"Positive {instrument.positive}." if instrument.positive else "",
+            notes=f"Positive {instrument.positive}.",
         )
     except CalibrationError as error:
-        return Judgment(doubts=(str(error),))
-    drift = None
-    doubts = [*_outlier_words(instrument, calibration, points)]
-    if work.rising is not None and (sum(certificate.end_slopes) > 0.0) != work.rising:
-        doubts.append(
-            f"{instrument.title} reads reversed: the volts went the other way when it was moved "
-            f"{instrument.positive}; check from which side the protractor was read"
-        )
-    if former is not None and former.unit == instrument.unit:
-        try:
-            drift = compare(certificate, former)
-        except CalibrationError as error:
-            doubts.append(str(error))
-    return Judgment(
-        calibration=calibration, certificate=certificate, drift=drift, doubts=tuple(doubts)
+        return Outcome(doubts=(str(error),))
+    drift, complaint = _drift(certificate, former)
+    alike, unlike = _beside_partner(instrument, certificate, partner)
+    doubts = [
+        *_outlier_words(instrument, calibration, points),
+        *_sign_words(instrument, work, certificate),
+        *_drift_words(drift, calibration),
+        *complaint,
+        *unlike,
+    ]
+    remarks = [*alike, *_coverage_words(calibration)]
+    if drift is not None and drift.sentence not in doubts:
+        remarks.insert(0, drift.sentence)
+    if instrument.ratiometric and supply is None:
+        remarks.append("the supply was not measured: volts count as they were read")
+    return Outcome(
+        certificates=(certificate,),
+        doubts=tuple(doubts),
+        remarks=tuple(remarks),
+        ready=True,
+        calibration=calibration,
+        drift=drift,
+    )
+
+
+def judge_check(work: HandWork, certificate: Certificate | None) -> Outcome:
+    """Return what the points of a three-point check come to."""
+    if len(work.points) < 2 or certificate is None:
+        return Outcome()
+    supply = certificate.excitation_voltage if certificate.ratiometric else None
+    points = [referred(taken, supply) for taken in work.points]
+    try:
+        result = check(certificate, points)
+    except CalibrationError as error:
+        return Outcome(doubts=(str(error),))
+    return Outcome(
+        ready=True,
+        check=result,
+        doubts=() if result.passed else (result.sentence,),
+        remarks=(result.sentence,) if result.passed else (),
     )
 
 
 def supply_of(points: Sequence[Taken]) -> float | None:
     """Return the mean supply over the points, V; None where it was not always measured."""
-    supplies = [taken.excitation for taken in points]
-    known = [supply for supply in supplies if supply is not None]
-    return float(np.mean(known)) if known and len(known) == len(supplies) else None
+    known = [taken.excitation for taken in points if taken.excitation is not None]
+    return float(np.mean(known)) if known and len(known) == len(points) else None
 
 
-def referred(taken: Taken, supply: float | None) -> Taken:
+def referred(taken: Taken, supply: float | None) -> CalibrationPoint:
     """Return a point with the volts that `supply` would have given."""
     if supply is None or not taken.excitation:
-        return taken
-    ratio = supply / taken.excitation
-    return replace(taken, volts=taken.volts * ratio, excitation=supply)
+        return taken.point
+    return replace(taken.point, volts=taken.volts * supply / taken.excitation)
 
 
 def _outlier_words(
     instrument: InstrumentPlan, calibration: Calibration, points: Sequence[CalibrationPoint]
 ) -> list[str]:
     return [
-        f"point {index + 1}, {instrument.setting_words(points[index].value)} "
+        f"point {index + 1}, {instrument.setting_words(points[index].value)} on the way "
         f"{points[index].direction}, does not fit the others; repeat or delete it"
         for index in calibration.quality.outliers
     ]
+
+
+def _sign_words(
+    instrument: InstrumentPlan, work: HandWork, certificate: Certificate
+) -> tuple[str, ...]:
+    if work.rising is None or (sum(certificate.end_slopes) > 0.0) == work.rising:
+        return ()
+    return (
+        f"{instrument.title}: the points go the other way than when it was moved "
+        f"{instrument.positive}; look from which side the protractor was read",
+    )
+
+
+def _drift(
+    certificate: Certificate, former: Certificate | None
+) -> tuple[Drift | None, tuple[str, ...]]:
+    """Return the drift since the former certificate, and what keeps it from being told."""
+    if former is None:
+        return None, ()
+    if (sum(certificate.end_slopes) > 0.0) != (sum(former.end_slopes) > 0.0):
+        return None, (
+            f"the volts go the other way than in the certificate of {former.stamp:%Y-%m-%d %H:%M}; "
+            "accept it if the instrument was mounted the other way round since",
+        )
+    try:
+        return compare(certificate, former), ()
+    except CalibrationError as error:
+        return None, (str(error),)
+
+
+def _drift_words(drift: Drift | None, calibration: Calibration) -> tuple[str, ...]:
+    if drift is None or not drift.significant:
+        return ()
+    low, high = calibration.quality.covered
+    much = abs(drift.zero) > _MUCH_ZERO * (high - low) or abs(drift.slope) > _MUCH_SLOPE
+    return (drift.sentence,) if much else ()
+
+
+def _beside_partner(
+    instrument: InstrumentPlan, certificate: Certificate, partner: Certificate | None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return how left and right compare: where they are alike, and where they are not."""
+    if partner is None or partner.unit != instrument.unit:
+        return (), ()
+    own, other = (abs(_volts_per_unit(one)) for one in (certificate, partner))
+    sentence = (
+        f"{own:.4f} V/{instrument.unit}, the other side {other:.4f} V/{instrument.unit}: "
+        f"{100.0 * (own / other - 1.0):+.0f} %"
+    )
+    if abs(own / other - 1.0) <= _UNLIKE:
+        return (sentence,), ()
+    return (), (f"left and right are not alike: {sentence}; look at the settings of both",)
+
+
+def _volts_per_unit(certificate: Certificate) -> float:
+    low, high = certificate.range
+    values = np.polynomial.polynomial.polyval(np.array((low, high)), certificate.coefficients)
+    return (high - low) / float(values[1] - values[0])
+
+
+def _coverage_words(calibration: Calibration) -> tuple[str, ...]:
+    coverage = calibration.quality.coverage
+    if coverage is None or coverage >= _LITTLE:
+        return ()
+    return (f"only {100.0 * coverage:.0f} % of the travel is covered",)

@@ -8,82 +8,57 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from types import MappingProxyType
 
-from calibration.fit import CalibrationError, CalibrationPoint, Direction
 from calibration.plan import CalibrationPlan, InstrumentPlan
+from calibration.points import CalibrationError
+from calibration.pressures import GroundAir
+from calibration.wizard.hand_work import HandWork
 from calibration.wizard.journal import Step
-from calibration.wizard.schedule import Mode, Slot, schedule
+from calibration.wizard.other_work import AccelerometerWork, AskedTurn, GyroWork, PressureWork
+from calibration.wizard.schedule import Mode, schedule
+
+Work = HandWork | GyroWork | AccelerometerWork | PressureWork
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Taken:
-    """A point that was taken.
+class Group:
+    """Instruments that are calibrated together: a surface alone, or all gyros at once.
 
     Attributes
     ----------
-    value : float
-        Setting, in the unit of the plan.
-    volts : float
-        Mean, V.
-    direction : {"up", "down", "single"}
-        The side from which it was in truth reached; ``single`` where that was not seen.
-    slot : int
-        Which setting of the schedule it fills.
-    excitation : float or None
-        Supply, V.
-    std, uncertainty : float
-        Of single samples and of the mean, V.
+    key : str
+        Channel of the first.
+    instruments : tuple of InstrumentPlan
+        All of one kind.
     """
 
-    value: float
-    volts: float
-    direction: Direction
-    slot: int
-    excitation: float | None
-    std: float
-    uncertainty: float
+    key: str
+    instruments: tuple[InstrumentPlan, ...]
 
     @property
-    def point(self) -> CalibrationPoint:
-        """Return it as the fit takes it."""
-        return CalibrationPoint(volts=self.volts, value=self.value, direction=self.direction)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HandWork:
-    """How far an instrument that is set by hand has come.
-
-    Attributes
-    ----------
-    slots : tuple of Slot
-        The schedule and what was added to it.
-    rising : bool or None
-        Whether volts rise towards positive values; None until that is proven.
-    points : tuple of Taken
-        In the order taken.
-    left_out : frozenset of int
-        Settings that are not asked for any more.
-    degree : int or None
-        Chosen by hand; None leaves it to the evidence.
-    """
-
-    slots: tuple[Slot, ...]
-    rising: bool | None = None
-    points: tuple[Taken, ...] = ()
-    left_out: frozenset[int] = frozenset()
-    degree: int | None = None
+    def channels(self) -> tuple[str, ...]:
+        """Return the ids of its channels."""
+        return tuple(one.channel for one in self.instruments)
 
     @property
-    def open_slots(self) -> tuple[int, ...]:
-        """Return the settings that are still to be taken, by their place in `slots`."""
-        done = self.left_out | {taken.slot for taken in self.points}
-        return tuple(at for at in range(len(self.slots)) if at not in done)
+    def title(self) -> str:
+        """Return what the crew calls it."""
+        if len(self.instruments) == 1:
+            return self.instruments[0].title
+        return {"gyro": "Gyros", "accelerometer": "Accelerometers", "pressure": "Pressures"}[
+            self.instruments[0].kind
+        ]
 
-    @property
-    def remaining(self) -> tuple[Slot, ...]:
-        """Return the settings that are still to be taken, the next one first."""
-        return tuple(self.slots[at] for at in self.open_slots)
+
+def groups_of(plan: CalibrationPlan) -> tuple[Group, ...]:
+    """Return the groups of a plan, each where its first instrument stands."""
+    groups: dict[str, list[InstrumentPlan]] = {}
+    for one in plan.instruments:
+        groups.setdefault(one.channel if one.by_hand else one.kind, []).append(one)
+    return tuple(
+        Group(key=members[0].channel, instruments=tuple(members)) for members in groups.values()
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,166 +67,156 @@ class State:
 
     Attributes
     ----------
-    plan : CalibrationPlan
-        What is calibrated.
-    mode : {"full", "check"}
-        All settings, or the three-point check.
+    groups : tuple of Group
+        In order.
     begun : bool
-        Whether the first instrument was reached.
-    channel : str
-        The instrument at hand; empty where none is.
-    work : mapping of str to HandWork
-        By channel.
-    accepted : mapping of str to Step
-        Instruments that are done: the step that accepted each.
-    skipped : mapping of str to str
-        Instruments that are left uncalibrated, and why.
+        Whether the first group was reached.
+    key : str
+        The group at hand; empty where none is.
+    work : mapping of str to Work
+        By group.
+    closings : mapping of str to Step
+        Groups that are done with: the step that accepted or skipped each.
+    air : GroundAir or None
+        At the field, as entered.
     aborted : bool
         Whether the calibration was broken off.
     """
 
-    plan: CalibrationPlan
-    mode: Mode
+    groups: tuple[Group, ...]
+    work: Mapping[str, Work]
     begun: bool = False
-    channel: str = ""
-    work: Mapping[str, HandWork] = field(default_factory=dict)
-    accepted: Mapping[str, Step] = field(default_factory=dict)
-    skipped: Mapping[str, str] = field(default_factory=dict)
+    key: str = ""
+    closings: Mapping[str, Step] = field(default_factory=dict)
+    air: GroundAir | None = None
     aborted: bool = False
 
     @classmethod
-    def beginning(cls, plan: CalibrationPlan, mode: Mode) -> State:
-        """Return the state before anything was done."""
-        work = {
-            one.channel: HandWork(slots=schedule(one, mode))
-            for one in plan.instruments
-            if one.by_hand
-        }
-        return cls(plan=plan, mode=mode, work=work)
+    def beginning(
+        cls, plan: CalibrationPlan, mode: Mode, rising: Mapping[str, bool] = MappingProxyType({})
+    ) -> State:
+        """Return the state before anything was done.
+
+        Parameters
+        ----------
+        plan : CalibrationPlan
+            What is calibrated.
+        mode : {"full", "check"}
+            All settings, or three.
+        rising : mapping of str to bool
+            Signs that are known beforehand, by channel.
+        """
+        groups = groups_of(plan)
+        work = {group.key: _work_of(group, mode, rising) for group in groups}
+        return cls(groups=groups, work=work)
 
     @property
-    def instrument(self) -> InstrumentPlan | None:
-        """Return the instrument at hand."""
-        return self.plan[self.channel] if self.channel else None
-
-    @property
-    def closed(self) -> frozenset[str]:
-        """Return the channels that are done with."""
-        return frozenset(self.accepted) | frozenset(self.skipped)
+    def group(self) -> Group | None:
+        """Return the group at hand."""
+        return next((group for group in self.groups if group.key == self.key), None)
 
     @property
     def done(self) -> bool:
         """Return whether nothing is left to do."""
-        return self.begun and not self.channel and not self.aborted
+        return self.begun and not self.key and not self.aborted
 
-    def after(self, step: Step) -> State:
-        """Return the state that a step leads to.
+    @property
+    def ended(self) -> bool:
+        """Return whether it is over, one way or the other."""
+        return self.done or self.aborted
+
+    @property
+    def accepted(self) -> tuple[str, ...]:
+        """Return the channels that were certified, or checked."""
+        return tuple(
+            name
+            for step in self.closings.values()
+            if step.kind == "accept"
+            for name in step.data["certified"]
+        )
+
+    @property
+    def skipped(self) -> dict[str, str]:
+        """Return the channels that were left uncalibrated, and why."""
+        found: dict[str, str] = {}
+        for step in self.closings.values():
+            found.update(step.data["uncalibrated"])
+        return found
+
+    def find(self, channel: str) -> Group:
+        """Return the group that a channel belongs to.
 
         Raises
         ------
         CalibrationError
-            If there is no such step.
+            If the plan leaves it out.
         """
-        try:
-            effect = _EFFECTS[step.kind]
-        except KeyError:
-            raise CalibrationError(
-                f"a step '{step.kind}' is not known; the journal was written by a newer program"
-            ) from None
-        return effect(self, step)
+        for group in self.groups:
+            if channel in group.channels:
+                return group
+        names = ", ".join(name for group in self.groups for name in group.channels)
+        raise CalibrationError(f"the plan has no instrument '{channel}'; it has {names}")
 
-    def _with_work(self, channel: str, work: HandWork) -> State:
-        return replace(self, work={**self.work, channel: work})
+    def after(self, step: Step) -> State:
+        """Return the state that a step leads to."""
+        effect = _EFFECTS.get(step.kind)
+        if effect is not None:
+            return effect(self, step)
+        work = self.work[step.channel].after(step)
+        return replace(self, work={**self.work, step.channel: work})
 
-    def _closing(self, channel: str) -> State:
-        """Return the state with the next open instrument at hand."""
-        channels = self.plan.channels
-        at = channels.index(channel) if channel in channels else -1
-        order = channels[at + 1 :] + channels[: at + 1]
-        following = next((name for name in order if name not in self.closed), "")
-        return replace(self, channel=following)
+    def going_on(self, key: str) -> State:
+        """Return the state with the next open group after `key` at hand."""
+        keys = [group.key for group in self.groups]
+        at = keys.index(key) if key in keys else -1
+        order = keys[at + 1 :] + keys[: at + 1]
+        following = next((name for name in order if name not in self.closings), "")
+        return replace(self, key=following)
+
+
+def _work_of(group: Group, mode: Mode, rising: Mapping[str, bool]) -> Work:
+    first = group.instruments[0]
+    if first.kind == "gyro":
+        asked = tuple(
+            AskedTurn(channel=one.channel, angle=sense * one.turn)
+            for one in group.instruments
+            if one.turn is not None
+            for sense in (1.0, -1.0)
+        )
+        return GyroWork(asked=asked)
+    if first.kind == "accelerometer":
+        return AccelerometerWork()
+    if first.kind == "pressure":
+        return PressureWork()
+    return HandWork(slots=schedule(first, mode), rising=rising.get(first.channel))
 
 
 def _begin(state: State, _step: Step) -> State:
-    return replace(state, begun=True)._closing("")
+    return replace(state, begun=True).going_on("")
 
 
-def _sign(state: State, step: Step) -> State:
-    work = replace(state.work[step.channel], rising=bool(step.data["rising"]))
-    return state._with_work(step.channel, work)
-
-
-def _point(state: State, step: Step) -> State:
-    work = state.work[step.channel]
-    taken = Taken(**{name: step.data[name] for name in Taken.__slots__})
-    return state._with_work(step.channel, replace(work, points=(*work.points, taken)))
-
-
-def _repeat(state: State, step: Step) -> State:
-    return _without(state, step, left_out=False)
-
-
-def _delete(state: State, step: Step) -> State:
-    return _without(state, step, left_out=True)
-
-
-def _without(state: State, step: Step, *, left_out: bool) -> State:
-    work = state.work[step.channel]
-    index = int(step.data["index"])
-    slot = work.points[index].slot
-    points = work.points[:index] + work.points[index + 1 :]
-    gone = work.left_out | {slot} if left_out else work.left_out
-    return state._with_work(step.channel, replace(work, points=points, left_out=gone))
-
-
-def _leave_out(state: State, step: Step) -> State:
-    work = state.work[step.channel]
-    gone = work.left_out | {int(step.data["slot"])}
-    return state._with_work(step.channel, replace(work, left_out=gone))
-
-
-def _add(state: State, step: Step) -> State:
-    work = state.work[step.channel]
-    slot = Slot(value=float(step.data["value"]), direction="single")
-    return state._with_work(step.channel, replace(work, slots=(*work.slots, slot)))
-
-
-def _degree(state: State, step: Step) -> State:
-    degree: Any = step.data["degree"]
-    return state._with_work(step.channel, replace(state.work[step.channel], degree=degree))
-
-
-def _accept(state: State, step: Step) -> State:
-    skipped = {name: why for name, why in state.skipped.items() if name != step.channel}
-    accepted = {**state.accepted, step.channel: step}
-    return replace(state, accepted=accepted, skipped=skipped)._closing(step.channel)
-
-
-def _skip(state: State, step: Step) -> State:
-    accepted = {name: one for name, one in state.accepted.items() if name != step.channel}
-    skipped = {**state.skipped, step.channel: str(step.data["reason"])}
-    return replace(state, accepted=accepted, skipped=skipped)._closing(step.channel)
+def _close(state: State, step: Step) -> State:
+    closings = {name: one for name, one in state.closings.items() if name != step.channel}
+    return replace(state, closings={**closings, step.channel: step}).going_on(step.channel)
 
 
 def _open(state: State, step: Step) -> State:
-    return replace(state, begun=True, channel=step.channel)
+    return replace(state, begun=True, key=step.channel)
+
+
+def _air(state: State, step: Step) -> State:
+    return replace(state, air=GroundAir(**step.data))
 
 
 def _abort(state: State, _step: Step) -> State:
-    return replace(state, aborted=True, channel="")
+    return replace(state, aborted=True, key="")
 
 
 _EFFECTS: Mapping[str, Callable[[State, Step], State]] = {
     "begin": _begin,
-    "sign": _sign,
-    "point": _point,
-    "repeat": _repeat,
-    "delete": _delete,
-    "leave_out": _leave_out,
-    "add": _add,
-    "degree": _degree,
-    "accept": _accept,
-    "skip": _skip,
+    "accept": _close,
+    "skip": _close,
     "open": _open,
+    "air": _air,
     "abort": _abort,
 }

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from calibration.certificate import Certificate
-from calibration.comparing import Drift
-from calibration.fit import CalibrationPoint, Direction
+from calibration.comparing import CheckResult, Drift
+from calibration.faults import InstrumentFault
 from calibration.plan import InstrumentPlan
+from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
 from calibration.watching import WatchReading
 from calibration.wizard.schedule import Slot
@@ -28,8 +29,21 @@ ActionKind = Literal[
     "accept",
     "abort",
     "open",
+    "enter",
 ]
-Phase = Literal["begin", "sign", "points", "fit", "done", "aborted"]
+Phase = Literal[
+    "begin",
+    "sign",
+    "points",
+    "fit",
+    "gyro_still",
+    "gyro_turn",
+    "accel_position",
+    "pressure_zero",
+    "pressure_blow",
+    "done",
+    "aborted",
+]
 Tone = Literal["", "steady", "taken", "moved", "error"]
 
 
@@ -41,11 +55,12 @@ class Action:
     ----------
     kind : str
         ``take`` a reading now; ``repeat`` a point (the last, or `index`); ``delete`` a point
-        (`index`); ``add`` a setting (`value`); ``undo`` the last step; ``back`` to the instrument
-        before; ``next``: go on without (begin, leave a setting out, leave an instrument for
-        later); ``skip`` the instrument (`reason`): it is uncalibrated; ``confirm_sign`` (`yes`);
-        ``choose_degree`` (`degree`, None for the evidence); ``accept``; ``abort``; ``open`` an
-        instrument (`channel`).
+        (the last, or `index`); ``add`` a setting (`value`); ``undo`` the last step; ``back`` to
+        the instrument before; ``next``: go on without (begin at once, leave a setting or a turn
+        out, leave the instrument for later); ``skip`` the instrument (`reason`): it is
+        uncalibrated; ``confirm_sign`` (`yes`); ``choose_degree`` (`degree`, None for the
+        evidence); ``accept``; ``abort``; ``open`` an instrument (`channel`); ``enter`` the air at
+        the field (`pressure` in Pa, not reduced to sea level, and `temperature` in K).
     """
 
     kind: ActionKind
@@ -55,6 +70,8 @@ class Action:
     yes: bool = True
     degree: int | None = None
     channel: str = ""
+    pressure: float | None = None
+    temperature: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,9 +81,10 @@ class WizardView:
     Attributes
     ----------
     instrument : InstrumentPlan or None
-        At hand.
+        At hand; of instruments that are calibrated together, the one concerned.
     index, count : int
-        Which one it is, from 0, and how many there are.
+        Which one it is, from 0, and how many there are; gyros, accelerometers and pressures count
+        as one each.
     phase : str
         Which page it is.
     prompt : str
@@ -80,7 +98,12 @@ class WizardView:
     reading : WatchReading or None
         Volts of the instrument at hand.
     value_now : float or None
-        What they stand for by the certificate in force, unit of the instrument.
+        What they stand for by the certificate in force (where there is none, by the nominal one),
+        unit of the instrument.
+    amount, amount_goal : float or None
+        Of what takes its time, the one big number: seconds of rest, degrees turned, pressure.
+    amount_unit : str
+        Its unit.
     points : tuple of CalibrationPoint
         Taken so far, in order.
     remaining : tuple of Slot
@@ -91,8 +114,14 @@ class WizardView:
         Of that curve against the certificate in force.
     degree : int or None
         Chosen by hand; None where the evidence decides.
+    check : CheckResult or None
+        Of a three-point check.
+    faults : tuple of InstrumentFault
+        What is wrong with the instrument, as seen so far; their sentences stand in `sentences`.
     sentences : tuple of str
-        What is wrong or worth knowing: faults, outliers, what keeps a fit from being accepted.
+        What is wrong: faults, outliers, whatever keeps a fit from being accepted by itself.
+    remarks : tuple of str
+        What is worth knowing: drift, how left and right compare.
     can : frozenset of str
         Kinds of actions that are possible now.
     progress : float
@@ -121,12 +150,18 @@ class WizardView:
     direction: Direction = "single"
     reading: WatchReading | None = None
     value_now: float | None = None
+    amount: float | None = None
+    amount_goal: float | None = None
+    amount_unit: str = ""
     points: tuple[CalibrationPoint, ...] = ()
     remaining: tuple[Slot, ...] = ()
     calibration: Calibration | None = None
     drift: Drift | None = None
     degree: int | None = None
+    check: CheckResult | None = None
+    faults: tuple[InstrumentFault, ...] = ()
     sentences: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     can: frozenset[str] = frozenset()
     progress: float = 0.0
     accepted: tuple[str, ...] = ()

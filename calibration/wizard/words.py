@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from calibration.plan import InstrumentPlan
-from calibration.wizard.hand import Hint, Look
+from calibration.wizard.hand_watch import Hint, Look
 from calibration.wizard.schedule import Slot
-from calibration.wizard.state import Taken
+from calibration.wizard.station import Outcome
 
 
 def sign_prompt(instrument: InstrumentPlan, hint: Hint) -> str:
@@ -61,16 +64,38 @@ def point_spoken(instrument: InstrumentPlan, slot: Slot, look: Look) -> str:
     return goal
 
 
-def taken_words(instrument: InstrumentPlan, taken: Taken, slot: Slot, hint: Hint) -> str:
-    """Return what was taken, and what is odd about it."""
-    text = f"taken: {taken.volts:.3f} V at {instrument.setting_words(taken.value)}"
+def taken_words(instrument: InstrumentPlan, data: Mapping[str, Any], slot: Slot, hint: Hint) -> str:
+    """Return what was taken (the data of the step), and what is odd about it."""
+    text = f"taken: {data['volts']:.3f} V at {instrument.setting_words(data['value'])}"
     if hint == "noisy":
-        return f"{text}, noisy ({1e3 * taken.std:.0f} mV)"
+        return f"{text}, noisy ({1e3 * data['std']:.0f} mV)"
     if hint == "unmoved":
         return f"{text}, though it did not move since the last step"
-    if slot.direction not in ("single", taken.direction):
+    if slot.direction not in ("single", data["direction"]):
         return f"{text}, reached from the other side"
     return text
+
+
+def hint_words(hint: Hint) -> str:
+    """Return why a rest is not taken."""
+    return {
+        "against": "the volts went the other way than they should",
+        "wrong_side": "reached from the wrong side",
+    }[hint]
+
+
+def fit_words(instrument: InstrumentPlan, outcome: Outcome) -> tuple[str, str]:
+    """Return what to do with a curve, and the same in few words."""
+    title = instrument.title
+    if not outcome.ready:
+        return f"{title}: there are too few points; add some or repeat them.", "Too few points"
+    if outcome.doubts:
+        if outcome.check is not None:
+            return f"{title}: calibrate it anew before the flight.", f"{title} has moved"
+        return f"{title}: mend the points, or accept it as it is.", "Look at the curve"
+    if outcome.check is not None:
+        return f"{title} is as it was; go on to the next.", f"{title} holds"
+    return f"{title} is good; go on to the next.", f"{title} good"
 
 
 def _ways(instrument: InstrumentPlan, slot: Slot) -> tuple[str, str]:

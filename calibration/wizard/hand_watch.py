@@ -8,12 +8,12 @@ from typing import Any, Literal
 import numpy as np
 
 from calibration.certificate import Certificate
-from calibration.fit import Direction
 from calibration.plan import InstrumentPlan
+from calibration.points import Direction
 from calibration.watching import VoltsWatch, WatchReading
 from calibration.wizard.arrival import Arrival, Side
+from calibration.wizard.hand_work import HandWork
 from calibration.wizard.schedule import Slot
-from calibration.wizard.state import HandWork
 from gsapp.quantities import FloatArray, channel, from_si
 
 Hint = Literal[
@@ -24,9 +24,9 @@ Hint = Literal[
 _APART = 0.02
 """Volts from a rest that count as elsewhere: half a degree on most instruments."""
 _APART_STDS = 6.0
-_SIGN_MOVE = 0.15
+SIGN_MOVE = 0.15
 """Volts that a movement must have so that it proves a sign: about four degrees."""
-_SIGN_HOLD = 1.0
+SIGN_HOLD = 1.0
 """Seconds that it must be held."""
 _UNSURE_HOLD = 1.5
 """Seconds more that a rest must last where nothing tells whether it is the setting asked for."""
@@ -60,13 +60,13 @@ class HandWatch:
     ----------
     instrument : InstrumentPlan
         Which.
-    former : Certificate or None
-        In force; it tells what movement to expect.
+    reference : Certificate or None
+        In force, or nominal; it tells what movement to expect.
     """
 
-    def __init__(self, instrument: InstrumentPlan, former: Certificate | None) -> None:
+    def __init__(self, instrument: InstrumentPlan, reference: Certificate | None) -> None:
         self._instrument = instrument
-        self._former = former
+        self._reference = reference
         self._watch = VoltsWatch()
         self._arrival = Arrival()
 
@@ -88,14 +88,14 @@ class HandWatch:
             self._arrival.feed(float(present.mean()))
 
     def value_now(self) -> float | None:
-        """Return what the volts stand for by the certificate in force, in its unit."""
-        if self._former is None or self.reading.state == "absent":
+        """Return what the volts stand for by the reference, in its unit."""
+        if self._reference is None or self.reading.state == "absent":
             return None
-        return self._by_former(self.reading)
+        return self._by_reference(self.reading)
 
-    def former_rising(self) -> bool | None:
-        """Return whether volts rise towards positive values by the certificate in force."""
-        return None if self._former is None else sum(self._former.end_slopes) > 0.0
+    def expected_rising(self) -> bool | None:
+        """Return whether volts rise towards positive values by the reference."""
+        return None if self._reference is None else sum(self._reference.end_slopes) > 0.0
 
     def look_for_sign(self, *, confirmed: bool) -> Look:
         """Return whether the movement to the positive side was seen.
@@ -108,15 +108,15 @@ class HandWatch:
         reading = self.reading
         if reading.state in ("absent", "clipped"):
             return Look(hint="absent" if reading.state == "absent" else "clipped")
-        side = self._arrival.side(reading.volts, _SIGN_MOVE)
+        side = self._arrival.side(reading.volts, SIGN_MOVE)
         if side is None:
             moved = self._side(reading) is not None
             return Look(hint="little" if moved else "unmoved")
         rising = side == "below"
         if not confirmed:
-            if reading.state != "steady" or reading.steady_for < _SIGN_HOLD:
+            if reading.state != "steady" or reading.steady_for < SIGN_HOLD:
                 return Look(hint="moving")
-            if self.former_rising() not in (None, rising):
+            if self.expected_rising() not in (None, rising):
                 return Look(hint="against")
         return Look(data={"rising": rising})
 
@@ -203,13 +203,13 @@ class HandWatch:
 
     def _as_before(self, slot: Slot, reading: WatchReading, work: HandWork) -> bool:
         """Return whether the certificate in force says that this is the setting."""
-        if self._former is None:
+        if self._reference is None:
             return False
-        return abs(self._by_former(reading) - slot.value) < _NEAR * self._spacing(work)
+        return abs(self._by_reference(reading) - slot.value) < _NEAR * self._spacing(work)
 
-    def _by_former(self, reading: WatchReading) -> float:
-        assert self._former is not None  # noqa: S101 - asked by the callers
-        si = float(self._former.evaluate(reading.volts, reading.excitation))
+    def _by_reference(self, reading: WatchReading) -> float:
+        assert self._reference is not None  # noqa: S101 - asked by the callers
+        si = float(self._reference.evaluate(reading.volts, reading.excitation))
         quantity = channel(self._instrument.channel).quantity
         return float(from_si(si, self._instrument.unit, quantity))
 

@@ -1,0 +1,250 @@
+"""Pressures: zero with the pitot covered, a breath into it, the field's barometer."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from calibration.certificate import Certificate
+from calibration.points import CalibrationError
+from calibration.pressures import (
+    BlowDetector,
+    GroundAir,
+    PressureZero,
+    covered_watch,
+    dynamic_zero,
+    static_check,
+)
+from calibration.rest import BLOCK, Rest
+from calibration.wizard.json_forms import content_of
+from calibration.wizard.other_work import PressureWork
+from calibration.wizard.slices import Slice
+from calibration.wizard.state import Group, Work
+from calibration.wizard.station import Answer, Draft, Header, Outcome, Reference, Showing, Station
+from calibration.wizard.view import Action, Phase
+
+_DYNAMIC, _STATIC = "dynamic_pressure", "static_pressure"
+_STILL = 3.0
+"""Seconds of steady pressure."""
+
+
+class PressureStation(Station):
+    """Looks after the pressures.
+
+    Nothing in the volts tells that the pitot is covered, so a key says it.
+
+    Parameters
+    ----------
+    group : Group
+        Dynamic pressure, and static pressure where it is measured.
+    header : Header
+        Of the calibration.
+    reference : Reference
+        Its certificates give the slopes, which are kept.
+
+    Raises
+    ------
+    CalibrationError
+        If there is no certificate to start from.
+    """
+
+    def __init__(self, group: Group, header: Header, reference: Reference) -> None:
+        self._group = group
+        self._header = header
+        known = {name: reference.best(name) for name in group.channels}
+        missing = [name for name, certificate in known.items() if certificate is None]
+        if missing:
+            raise CalibrationError(
+                f"{missing[0]} has no certificate whose slope could be kept; name a set in the "
+                'plan, as nominal = "b777", or put a certificate in force'
+            )
+        self._known = {name: one for name, one in known.items() if one is not None}
+        self._still = covered_watch(self._known[_DYNAMIC], self._known.get(_STATIC), seconds=_STILL)
+        self._blow: BlowDetector | None = None
+        self._covered = False
+        self._said = ""
+
+    def restart(self) -> None:
+        """Begin to watch anew: a step was made."""
+        self._still.restart()
+        self._blow = None
+        self._covered = False
+        self._said = ""
+
+    def feed(self, one: Slice) -> None:
+        """Take the samples of a tenth of a second."""
+        self._still.feed(one.times, one.volts)
+        if self._blow is not None:
+            self._blow.feed(one.times, one.volts)
+
+    def phase(self, work: Work) -> Phase:
+        """Return which page it is."""
+        pressure = _pressure(work)
+        if pressure.zero is None:
+            return "pressure_zero"
+        return "fit" if pressure.blown or pressure.left_out else "pressure_blow"
+
+    def by_itself(self, work: Work) -> Draft | Answer | None:
+        """Return the zero once it is steady, and the breath once it has gone again."""
+        pressure = _pressure(work)
+        phase = self.phase(pressure)
+        if phase == "pressure_zero":
+            return self._zero_draft() if self._covered else None
+        if phase == "pressure_blow":
+            return self._follow_breath(pressure)
+        return None
+
+    def can(self, work: Work) -> frozenset[str]:
+        """Return the kinds of actions that it answers to now."""
+        phase = self.phase(_pressure(work))
+        kinds = {"enter"}
+        if phase == "pressure_zero":
+            kinds.add("take")
+        else:
+            kinds.add("repeat")
+        if phase == "pressure_blow":
+            kinds.add("next")
+        return frozenset(kinds)
+
+    def act(self, work: Work, action: Action) -> Draft | Answer:
+        """Return what an action leads to."""
+        if action.kind == "take":
+            self._covered = True
+            return self._zero_draft() or Answer(message="covered: taken as soon as it is steady")
+        if action.kind == "repeat":
+            again = "from the zero on once more" if _pressure(work).blown else "the zero once more"
+            return Draft(kind="repeat", message=again, tone="")
+        if action.kind == "next":
+            return Draft(kind="leave_out", message="without a breath into the pitot", tone="")
+        return self._entered(action)
+
+    def show(self, work: Work, outcome: Outcome) -> Showing:
+        """Return what is to be shown."""
+        phase = self.phase(_pressure(work))
+        instrument = self._group.instruments[0]
+        if phase == "pressure_zero":
+            reading = self._still.reading
+            return Showing(
+                instrument=instrument,
+                prompt=(
+                    "Keep the pitot covered until the pressure is steady."
+                    if self._covered
+                    else "Cover the pitot, then take."
+                ),
+                spoken="Hold the cover" if self._covered else "Cover the pitot",
+                amount=round(reading.progress * _STILL / BLOCK) * BLOCK,
+                amount_goal=_STILL,
+                amount_unit="s",
+                warnings=(f"not steady: {reading.why}",) if reading.why else (),
+            )
+        if phase == "pressure_blow":
+            blow = None if self._blow is None else self._blow.reading
+            failed = blow is not None and blow.state in ("reversed", "blocked", "leaking")
+            return Showing(
+                instrument=instrument,
+                prompt="Take the cover off and blow gently into the pitot.",
+                spoken="Blow into the pitot",
+                amount=None if blow is None else blow.pressure,
+                amount_unit="Pa",
+                warnings=(blow.sentence,) if blow is not None and failed else (),
+            )
+        good = not outcome.doubts
+        return Showing(
+            instrument=instrument,
+            prompt=(
+                "The pressures are good; go on to the next."
+                if good
+                else "Look at the pressures: enter the field's pressure, repeat, or accept them."
+            ),
+            spoken="Pressures good" if good else "Look at the pressures",
+        )
+
+    def outcome(self, work: Work, stamp: datetime, air: GroundAir | None) -> Outcome:
+        """Return the certificates moved through what is known today."""
+        pressure = _pressure(work)
+        if pressure.zero is None:
+            return Outcome()
+        uncalibrated: dict[str, str] = {}
+        found: list[PressureZero] = []
+        doubts: list[str] = []
+        for name in self._group.channels:
+            if name == _STATIC and air is None:
+                doubts.append(
+                    "the static pressure was not held against a barometer: enter the pressure at "
+                    "the field, or accept and keep its former certificate"
+                )
+                continue
+            try:
+                found.append(self._at_known_pressure(name, pressure.zero, stamp, air))
+            except CalibrationError as error:
+                uncalibrated[name] = str(error)
+                doubts.append(str(error))
+        doubts += [one.sentence for one in found if not one.passed]
+        if pressure.left_out:
+            doubts.append("nobody blew into the pitot: that its hoses are whole is not known")
+        return Outcome(
+            certificates=tuple(one.certificate for one in found),
+            uncalibrated=uncalibrated,
+            doubts=tuple(doubts),
+            remarks=tuple(one.sentence for one in found if one.passed),
+            ready=True,
+        )
+
+    def _at_known_pressure(
+        self, name: str, rest: Rest, stamp: datetime, air: GroundAir | None
+    ) -> PressureZero:
+        former = self._known[name]
+        temperature = self._header.temperature if air is None else air.temperature
+        who = self._header.who
+        if name == _STATIC and air is not None:
+            return static_check(
+                rest, former, air.pressure, who=who, stamp=stamp, temperature=temperature
+            )
+        return dynamic_zero(rest, former, who=who, stamp=stamp, temperature=temperature)
+
+    def _zero_draft(self) -> Draft | None:
+        reading = self._still.reading
+        if reading.state != "rested" or reading.rest is None:
+            return None
+        rest = content_of(reading.rest)
+        return Draft(kind="zero", data={"rest": rest}, message="zero of the pressures taken")
+
+    def _follow_breath(self, pressure: PressureWork) -> Draft | Answer | None:
+        if self._blow is None:
+            self._blow = BlowDetector(self._today(pressure), self._known.get(_STATIC))
+        reading = self._blow.reading
+        if reading.state == "green":
+            return Draft(kind="blow", message=reading.sentence)
+        if reading.state in ("reversed", "blocked", "leaking") and reading.state != self._said:
+            self._said = reading.state
+            return Answer(message=reading.sentence, tone="error")
+        return None
+
+    def _today(self, pressure: PressureWork) -> Certificate:
+        """Return the curve of the dynamic pressure through today's zero."""
+        former = self._known[_DYNAMIC]
+        if pressure.zero is None:
+            return former
+        try:
+            zero = dynamic_zero(pressure.zero, former, who="", stamp=former.stamp)
+        except CalibrationError:
+            return former
+        return zero.certificate
+
+    def _entered(self, action: Action) -> Draft | Answer:
+        if action.pressure is None or action.temperature is None:
+            return Answer(message="enter both pressure and temperature", tone="error")
+        try:
+            air = GroundAir.entered(action.pressure, "Pa", action.temperature, "K")
+        except CalibrationError as error:
+            return Answer(message=str(error), tone="error")
+        return Draft(
+            kind="air",
+            data=content_of(air),
+            message=f"air at the field: {air.pressure / 100.0:.1f} hPa",
+            tone="",
+        )
+
+
+def _pressure(work: Work) -> PressureWork:
+    assert isinstance(work, PressureWork)  # noqa: S101 - the state pairs stations with their work
+    return work
