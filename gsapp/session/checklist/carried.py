@@ -1,4 +1,4 @@
-"""Whether telemetry brings what a rule needs."""
+"""Whether there is a flight, and whether its telemetry brings what a rule needs."""
 
 from __future__ import annotations
 
@@ -7,9 +7,19 @@ from typing import Final
 
 from gsapp.session.checklist.judgment import Facts, Judgment
 from gsapp.session.checklist.words import joined, named
+from gsapp.session.snapshot import SessionSnapshot
 from gsapp.session.states import Freshness
 
 NO_FLIGHT: Final = Judgment(state="open", why="no flight is being recorded: connect the aircraft")
+
+
+def equipment(facts: Facts) -> SessionSnapshot | Judgment:
+    """Return link, recorder and disk of a live flight, or the judgment that there are none."""
+    if facts.snapshot is None:
+        return NO_FLIGHT
+    if facts.snapshot.mode == "replay":
+        return Judgment(state="open", why="this flight was recorded before: nothing to check")
+    return facts.snapshot
 
 
 def missing_channels(names: Iterable[str], facts: Facts) -> Judgment | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gsapp.flight.info import FlightInfo
 from gsapp.quantities import Block, FloatArray, channel
-from gsapp.session.checklist.carried import NO_FLIGHT, missing_channels
+from gsapp.session.checklist.carried import NO_FLIGHT, equipment, missing_channels
 from gsapp.session.checklist.items import (
     Alive,
     Calibrated,
@@ -61,9 +61,10 @@ class LinkJudge(_Glance):
 
     def judge(self, facts: Facts) -> Judgment:
         """Return how the link stands."""
-        if facts.snapshot is None:
-            return NO_FLIGHT
-        link, rule = facts.snapshot.link, self._rule
+        there = equipment(facts)
+        if isinstance(there, Judgment):
+            return there
+        link, rule = there.link, self._rule
         if link.age is None:
             return Judgment(state="open", why=f"nothing has come yet (link: {link.words})")
         if link.age > rule.age:
@@ -83,17 +84,19 @@ class RecorderJudge(_Glance):
 
     def judge(self, facts: Facts) -> Judgment:
         """Return how the recorder stands."""
-        if facts.snapshot is None:
-            return NO_FLIGHT
-        recorder = facts.snapshot.recorder
+        there = equipment(facts)
+        if isinstance(there, Judgment):
+            return there
+        recorder = there.recorder
         written = f"{recorder.received_bytes / 1e6:.2f} MB written"
         if recorder.pid is None:
             return Judgment(state="red", why=f"no recorder runs ({recorder.words}): start it")
         if recorder.severity is not Severity.NORMAL:
-            remarks = "; ".join(recorder.remarks) or recorder.words
-            state = "red" if recorder.severity is Severity.WARNING else "amber"
-            return Judgment(state="red" if state == "red" else "amber", why=remarks)
-        if not recorder.growing:
+            return Judgment(
+                state="red" if recorder.severity is Severity.WARNING else "amber",
+                why="; ".join(recorder.remarks) or recorder.words,
+            )
+        if not recorder.growing and not recorder.byte_rate > 0.0:
             return Judgment(state="red", why=f"{written}, and it does not grow: check the link")
         return Judgment(
             state="green", why=f"{written}, growing {recorder.byte_rate / 1e3:.1f} kB/s"
@@ -109,10 +112,13 @@ class SpaceJudge(_Glance):
 
     def judge(self, facts: Facts) -> Judgment:
         """Return how the disk stands."""
-        if facts.snapshot is None or facts.snapshot.disk.free_bytes is None:
-            return NO_FLIGHT
-        disk, rule = facts.snapshot.disk, self._rule
-        free = (disk.free_bytes or 0) / 1e9
+        there = equipment(facts)
+        if isinstance(there, Judgment):
+            return there
+        disk, rule = there.disk, self._rule
+        if disk.free_bytes is None:
+            return Judgment(state="amber", why="the disk does not say how much is free")
+        free = disk.free_bytes / 1e9
         lasts = math.inf if disk.seconds_left is None else disk.seconds_left
         why = f"{free:.1f} GB free"
         if math.isfinite(lasts):

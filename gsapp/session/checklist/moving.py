@@ -304,7 +304,7 @@ class PulsesJudge:
         ]
         count = sum(watch.count for watch in self._watches.values())
         if count >= rule.count:
-            return Judgment(state="green", why=f"seen: {joined(seen)}")
+            return Judgment(state="green", why=f"seen: {'; '.join(seen)}")
         size = shown(rule.size, rule.channels[0])
         wanted = f"{count} of {rule.count} pulses of {size} seen: let the pilot make them"
         return Judgment(state="open", why=wanted)
