@@ -35,7 +35,7 @@ class Stretch:
     @property
     def count(self) -> FloatArray:
         """Return how many samples there are of each channel, shape (n_channels,)."""
-        return np.count_nonzero(np.isfinite(self.volts), axis=0).astype(np.float64)
+        return np.asarray(np.sum(np.isfinite(self.volts), axis=0), dtype=np.float64)
 
     @property
     def mean(self) -> FloatArray:

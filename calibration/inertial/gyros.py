@@ -306,11 +306,6 @@ def _judge_turn(figures: FactoryFigures, own: _Moved, shares: Mapping[str, float
     share = shares[name]
     others = {other: value for other, value in shares.items() if other != name}
     loudest = max(others, key=lambda other: abs(others[other]), default="")
-    if own.extremes[0] < figures.range[0] - 0.05 or own.extremes[1] > figures.range[1] + 0.05:
-        return Verdict(
-            kind="clipped",
-            sentence=f"The {name} gyro went past its range; turn more slowly.",
-        )
     if loudest and abs(others[loudest]) > max(2.0 * abs(share), 0.5):
         return Verdict(
             kind="swapped",
@@ -320,6 +315,11 @@ def _judge_turn(figures: FactoryFigures, own: _Moved, shares: Mapping[str, float
     if abs(share) < _DEAD_SHARE:
         return Verdict(
             kind="dead", sentence=f"The {name} gyro does not answer to the turn; check its wires."
+        )
+    if own.extremes[0] < figures.range[0] - 0.05 or own.extremes[1] > figures.range[1] + 0.05:
+        return Verdict(
+            kind="clipped",
+            sentence=f"The {name} gyro went past its range; turn more slowly.",
         )
     if share < 0.0:
         return Verdict(

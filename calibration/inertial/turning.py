@@ -31,8 +31,8 @@ _READY, _STOPPED = 10, 15
 """Stretches of rest before a turn may begin, and after which it is over."""
 _KEPT_BEFORE = 30
 """Stretches of rest before the turn that count for its zero."""
-_LEAST = 20.0
-"""deg: less is a knock against the table, unless asked otherwise."""
+_LEAST = 135.0
+"""deg: less is a knock against the table, or the aircraft being laid on it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,8 +65,8 @@ class TurnWatch:
     channels : sequence of str
         All gyros that are recorded.
     least : float
-        What counts as a turn, deg by the factory's scale. Half of the angle asked for keeps the
-        laying of the aircraft on its table from being taken for one.
+        What counts as a turn, deg by the factory's scale. By default more than the quarter turn
+        by which the aircraft is laid on its table; to be lowered where less is asked for.
     factory : mapping of str to FactoryFigures, optional
         Volts per unit; of the model airliner by default.
     """

@@ -1,0 +1,74 @@
+"""A crew that calibrates gyros, accelerometers and pressures of the virtual bench, in samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calibration.inertial import (
+    ACCELEROMETERS,
+    GYROS,
+    POSITIONS,
+    GyroZero,
+    PositionReading,
+    SixPositions,
+    Turn,
+    TurnWatch,
+    gyro_zero,
+    six_positions,
+    still_watch,
+)
+from calibration.rest import Rest, RestWatch
+from gsapp.dynamics.pilot.bench import VirtualBench
+
+
+def rest(bench: VirtualBench, watch: RestWatch, *, patience: float = 20.0) -> Rest:
+    """Wait until the watch has seen its rest; channels are fed as they come from the bench."""
+    watch.restart()
+    until = bench.time + patience
+    while bench.time < until:
+        block = bench.step(0.5)
+        watch.feed(block.times, {name: block[f"{name}_volts"] for name in watch.channels})
+        reading = watch.reading
+        if reading.state == "rested" and reading.rest is not None:
+            return reading.rest
+    raise AssertionError(f"no rest: {watch.reading}")
+
+
+def turned(bench: VirtualBench, channel: str, angle: float) -> Turn:
+    """Turn the table and return what was seen."""
+    seconds = bench.turn(channel, 0.0, seconds=0.01)  # only brought upright
+    bench.step(seconds + 0.5)
+    watch = TurnWatch(GYROS, least=0.5 * abs(angle))
+    seconds = bench.turn(channel, angle)
+    block = bench.step(seconds + 3.0)
+    watch.feed(block.times, {name: block[f"{name}_volts"] for name in GYROS})
+    return watch.turn(channel, angle)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GyroWork:
+    """What a crew finds of one gyro, and when it took the zero, s."""
+
+    zero: GyroZero
+    zero_time: float
+    turns: tuple[Turn, ...]
+
+
+def gyro_work(bench: VirtualBench, channel: str) -> GyroWork:
+    """Take the zero of a gyro, and turn the table once to either side."""
+    still = rest(bench, still_watch((*GYROS, *ACCELEROMETERS)))
+    zero = gyro_zero(channel, still)
+    turns = tuple(turned(bench, channel, angle) for angle in (360.0, -360.0))
+    return GyroWork(zero=zero, zero_time=0.5 * (still.start + still.end), turns=turns)
+
+
+def six_work(bench: VirtualBench, positions: Sequence[str] = POSITIONS) -> SixPositions:
+    """Lay the aircraft in all positions and take the rest in each."""
+    readings = []
+    for position in POSITIONS:
+        if position in positions:
+            bench.step(bench.lie(position))
+            found = rest(bench, still_watch(ACCELEROMETERS, seconds=3.0))
+            readings.append(PositionReading(position=position, rest=found))
+    return six_positions(readings)

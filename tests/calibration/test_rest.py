@@ -1,0 +1,92 @@
+"""Rest: what passes for it, what does not, and that cutting the samples changes nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from calibration.points import CalibrationError
+from calibration.rest import RestLimit, RestWatch, find_rest
+
+STEP = 5.0 / 4096
+LIMITS = {"q": RestLimit(std=0.012, wander=0.006), "an": RestLimit(std=0.012, wander=0.003)}
+
+
+def record(seconds: float, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return two quiet instruments after the converter, 100 samples a second from 12.34 s on."""
+    random = np.random.default_rng(seed)
+    times = 12.34 + np.arange(round(100 * seconds)) / 100.0
+    noise = 0.0024 * random.standard_normal((2, times.size))
+    volts = {"q": 2.512 + noise[0], "an": 3.031 + noise[1]}
+    return times, {name: np.round(v / STEP) * STEP for name, v in volts.items()}
+
+
+def test_the_mean_lies_within_its_uncertainty() -> None:
+    """19 times out of 20, over 60 periods of rest of two instruments."""
+    inside = []
+    for seed in range(60):
+        rest = find_rest(*record(6.0, seed), LIMITS)
+        assert rest.end - rest.start >= 5.0
+        for name, truth in (("q", 2.512), ("an", 3.031)):
+            inside.append(abs(rest.volts[name] - truth) < rest.uncertainty[name])
+    assert 0.88 < np.mean(inside) < 0.995
+
+
+@pytest.mark.parametrize("cuts", [(1,), (7, 1, 100), (333,)])
+def test_cutting_changes_nothing(cuts: tuple[int, ...]) -> None:
+    """The same samples in other pieces give the same rest to the last bit."""
+    times, volts = record(9.0)
+    volts["q"][200:260] += 0.05
+    whole = RestWatch(LIMITS)
+    whole.feed(times, volts)
+    pieces = RestWatch(LIMITS)
+    start = number = 0
+    while start < times.size:
+        stop = start + cuts[number % len(cuts)]
+        pieces.feed(times[start:stop], {name: v[start:stop] for name, v in volts.items()})
+        start, number = stop, number + 1
+    assert pieces.reading == whole.reading
+    assert whole.reading.state == "rested"
+
+
+def test_a_bump_begins_the_rest_anew() -> None:
+    """A knock after four seconds: the rest is counted from there, and what moved is named."""
+    times, volts = record(9.0)
+    volts["q"][400:420] += 0.1
+    watch = RestWatch(LIMITS)
+    watch.feed(times[:430], {name: v[:430] for name, v in volts.items()})
+    assert watch.reading.state == "moving"
+    assert watch.reading.why.startswith("q moved by")
+    watch.feed(times[430:], {name: v[430:] for name, v in volts.items()})
+    reading = watch.reading
+    assert reading.state == "resting"
+    assert reading.rest is not None
+    assert reading.rest.start >= 12.34 + 4.2
+
+
+def test_a_slow_turn_is_no_rest() -> None:
+    """A gyro on a table that creeps looks still; the accelerometer that leans tells."""
+    times, volts = record(8.0)
+    volts["an"] = volts["an"] + 0.001 * (times - times[0])
+    with pytest.raises(CalibrationError, match=r"no rest of 5 s \(an moved by"):
+        find_rest(times, volts, LIMITS)
+
+
+def test_missing_samples_are_no_rest() -> None:
+    """A gap, and a channel that falls silent, each begin the rest anew."""
+    times, volts = record(8.0)
+    watch = RestWatch(LIMITS)
+    watch.feed(times[:300], {name: v[:300] for name, v in volts.items()})
+    watch.feed(times[500:], {name: v[500:] for name, v in volts.items()})
+    assert watch.reading.state == "resting"
+    assert "gap" in watch.reading.why
+    volts["q"][100:] = np.nan
+    with pytest.raises(CalibrationError, match="q gave no samples"):
+        find_rest(times, volts, LIMITS)
+
+
+def test_a_silent_converter_is_not_believed_to_the_microvolt() -> None:
+    """Without noise the mean is known to half a step of the converter, no better."""
+    times, volts = record(6.0)
+    volts["q"] = np.full(times.size, 2050 * STEP)
+    assert find_rest(times, volts, LIMITS).uncertainty["q"] >= 0.5 * STEP
