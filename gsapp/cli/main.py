@@ -823,6 +823,62 @@ def resample(
 
 
 @app.command()
+def calibrate(
+    points: Annotated[
+        Path,
+        typer.Argument(
+            metavar="POINTS.csv",
+            readable=False,
+            help="Columns: angle [deg], volts [V], direction (up or down); excitation [V] if known",
+        ),
+    ],
+    channel: Annotated[str, typer.Option(metavar="ID", help="Such as elevator_left")],
+    out: Annotated[
+        Path, typer.Option(readable=False, metavar="FILE", help="Certificate to write")
+    ],
+    degree: Annotated[
+        Optional[int],  # noqa: UP045
+        typer.Option(min=1, max=3, help="Of the curve; without it the points decide"),
+    ] = None,
+    excitation: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="V", help="Supply of an instrument whose volts follow it"),
+    ] = None,
+    travel: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="LOW:HIGH", help="Of the surface, in the unit of the points"),
+    ] = None,
+    who: Annotated[str, typer.Option(help="Who took the readings")] = "",
+    temperature: Annotated[
+        Optional[float],  # noqa: UP045
+        typer.Option(metavar="DEGC", help="Of the surroundings"),
+    ] = None,
+    former: Annotated[
+        Optional[list[Path]],  # noqa: UP045
+        typer.Option(
+            readable=False, metavar="FILE", help="Certificate to compare with; repeatable"
+        ),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Turn calibration points into a certificate: the curve they deserve, and how good it is.
+
+    Examples
+    --------
+    gsapp calibrate points.csv --channel elevator_left --out calibration/elevator_left.toml
+
+    gsapp calibrate points.csv --channel rudder --out new.toml --excitation 5 --travel -30:30
+    --who "B. Jones" --temperature 16 --former old.toml
+    """
+    from gsapp.cli import calibrate as command
+
+    command.run(
+        points=points, channel=channel, out=out, degree=degree, excitation=excitation,
+        travel=travel, who=who, temperature=temperature, former=former or (), json=json,
+    )  # fmt: skip
+
+
+@app.command()
 def inertia(
     swings: Annotated[
         Path,

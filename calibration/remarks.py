@@ -1,0 +1,53 @@
+"""What a person should know of a calibration before accepting it, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from calibration.points import CalibrationPoint
+from calibration.quality import Calibration
+
+LITTLE_COVERAGE = 0.6
+"""Share of the travel below which a calibration is remarked upon."""
+
+
+def remarks(
+    calibration: Calibration, points: Sequence[CalibrationPoint], unit: str
+) -> tuple[str, ...]:
+    """Return what is odd about a calibration, each with its remedy; empty where all is well.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        From `calibration.choosing.calibrate`.
+    points : sequence of CalibrationPoint
+        The points that it was drawn through.
+    unit : str
+        Of the values.
+    """
+    quality = calibration.quality
+    found = [
+        f"point {index + 1} ({points[index].value:g} {unit}, {points[index].direction}) does not "
+        "fit the others; repeat or delete it"
+        for index in quality.outliers
+    ]
+    if not calibration.losses:
+        found.append(
+            "there are too few settings to choose a curve on evidence; take three at least"
+        )
+    if not quality.half_widths:
+        found.append("there are too few points to tell an uncertainty; take more")
+    width, std = calibration.branch_fit.hysteresis, calibration.branch_fit.hysteresis_std
+    if width is None:
+        found.append("hysteresis was not measured; take the settings upward and downward")
+    elif std is not None and width < -3.0 * std:
+        found.append(
+            "the volts lead the movement instead of lagging behind it; look whether up and down "
+            "were noted the wrong way round"
+        )
+    if quality.coverage is not None and quality.coverage < LITTLE_COVERAGE:
+        found.append(
+            f"only {100.0 * quality.coverage:.0f} % of the travel is covered; beyond it values "
+            "are extrapolated, take settings nearer to the ends"
+        )
+    return tuple(found)

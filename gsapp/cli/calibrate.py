@@ -1,0 +1,245 @@
+"""``gsapp calibrate``: a certificate from points that were written down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from calibration import Certificate
+    from calibration.comparing import Drift
+    from calibration.points_file import PointsFile
+    from calibration.quality import Calibration
+
+_DEGREES = {1: "straight line", 2: "quadratic", 3: "cubic"}
+
+
+def run(
+    *,
+    points: Path,
+    channel: str,
+    out: Path,
+    degree: int | None = None,
+    excitation: float | None = None,
+    travel: str | None = None,
+    who: str = "",
+    temperature: float | None = None,
+    former: Sequence[Path] = (),
+    json: Path | None = None,
+) -> None:
+    """Fit points and write the certificate.
+
+    Parameters
+    ----------
+    points : Path
+        CSV; see `calibration.points_file`.
+    channel : str
+        Channel id.
+    out : Path
+        The certificate.
+    degree : int, optional
+        1 to 3; without it the points decide.
+    excitation : float, optional
+        Supply of a ratiometric instrument, V; a column of the file goes before it.
+    travel : str, optional
+        ``LOW:HIGH`` of the surface, in the unit of the file.
+    who : str
+        Who took the readings.
+    temperature : float, optional
+        Of the surroundings, degC.
+    former : sequence of Path
+        Certificates to compare with.
+    json : Path, optional
+        Where the result for programs goes.
+
+    Raises
+    ------
+    GroundStationError
+        If a file holds mistakes, or the points allow no curve.
+    """
+    from calibration import load_certificate, write_certificate
+    from calibration.choosing import calibrate, certify
+    from calibration.comparing import compare
+    from calibration.points_file import load_points
+    from calibration.remarks import remarks
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.foundation import GroundStationError
+    from gsapp.quantities import to_si
+
+    taken = load_points(points, channel)
+    supply = taken.excitation or excitation
+    if supply is not None and not 0.5 <= supply <= 30.0:
+        raise GroundStationError(f"a supply of {supply:g} V is not possible; give it in volts")
+    made = calibrate(taken.points, degree=degree, travel=_travel(travel))
+    certificate = certify(
+        made,
+        taken.points,
+        channel_id=channel,
+        unit=taken.unit,
+        who=who,
+        stamp=datetime.now(),  # noqa: DTZ005  certificates carry the field's local time
+        excitation_voltage=supply,
+        ratiometric=supply is not None,
+        temperature=None if temperature is None else to_si(temperature, "degC", "temperature"),
+    )
+    drifts = [(path, compare(certificate, load_certificate(path))) for path in former]
+    sentences = remarks(made, taken.points, taken.unit)
+    if not who:
+        sentences = (*sentences, "who took the readings is not said; add --who")
+    try:
+        write_certificate(certificate, out)
+    except OSError as error:
+        raise GroundStationError(
+            f"{out} cannot be written ({error.strerror or error}); choose a file in a folder "
+            "where you may write"
+        ) from error
+    if json is not None:
+        content = _content(certificate, made, drifts, sentences, out)
+        write_result(json, result_text(content))
+        if on_screen(json):
+            return
+    _print(certificate, made, taken, drifts, sentences, out)
+
+
+def _travel(text: str | None) -> tuple[float, float] | None:
+    """Read ``LOW:HIGH``."""
+    from gsapp.foundation import GroundStationError
+
+    if text is None:
+        return None
+    parts = text.split(":")
+    try:
+        low, high = (float(part) for part in parts)
+    except ValueError:
+        low = high = 0.0
+    if not low < high:
+        raise GroundStationError(f"--travel '{text}' is no range; write LOW:HIGH, as -25:25")
+    return low, high
+
+
+def _content(
+    certificate: Certificate,
+    made: Calibration,
+    drifts: Sequence[tuple[Path, Drift]],
+    sentences: Sequence[str],
+    out: Path,
+) -> dict[str, Any]:
+    """Return the result for programs: SI units, volts; absent = null."""
+    from gsapp.quantities import channel, to_si
+
+    spec = channel(certificate.channel)
+    offset = to_si(0.0, certificate.unit, spec.quantity)
+    factor = to_si(1.0, certificate.unit, spec.quantity) - offset
+
+    def si(value: float | None) -> float | None:
+        return None if value is None else value * factor
+
+    quality = made.quality
+    return {
+        "certificate": str(out),
+        "channel": certificate.channel,
+        "unit": spec.unit,
+        "degree": made.degree,
+        "coefficients": list(certificate.si_coefficients),
+        "range": list(certificate.range),
+        "losses": {str(degree): si(loss) for degree, loss in made.losses.items()},
+        "quality": {
+            "rms": si(quality.rms),
+            "maximum": si(quality.maximum),
+            "linearity": si(quality.linearity),
+            "scatter": si(quality.scatter),
+            "hysteresis": si(quality.hysteresis),
+            "hysteresis_uncertainty": si(quality.hysteresis_uncertainty),
+            "return_to_zero": si(quality.return_to_zero),
+            "resolution": si(quality.resolution),
+            "covered": [value * factor + offset for value in quality.covered],
+            "coverage": quality.coverage,
+            "uncertainty": {
+                "volts": list(quality.places),
+                "half_width": [si(width) for width in quality.half_widths],
+            },
+        },
+        "residuals": [si(residual) for residual in made.fit.residuals],
+        "outliers": list(quality.outliers),
+        "former": [
+            {
+                "certificate": str(path),
+                "zero": si(drift.zero),
+                "zero_uncertainty": si(drift.zero_uncertainty),
+                "slope": drift.slope,
+                "slope_uncertainty": drift.slope_uncertainty,
+                "significant": drift.significant,
+            }
+            for path, drift in drifts
+        ],
+        "remarks": list(sentences),
+    }
+
+
+def _print(
+    certificate: Certificate,
+    made: Calibration,
+    taken: PointsFile,
+    drifts: Sequence[tuple[Path, Drift]],
+    sentences: Sequence[str],
+    out: Path,
+) -> None:
+    console = Console()
+    unit = certificate.unit
+    console.print(_points_table(made, taken))
+    table = Table("", unit, title=f"{certificate.channel}, {_DEGREES[made.degree]}")
+    for title, value in _rows(made):
+        table.add_row(title, value)
+    console.print(table)
+    if made.losses:
+        losses = ", ".join(f"{_DEGREES[degree]} {loss:.3f}" for degree, loss in made.losses.items())
+        console.print(f"each setting predicted from the others, rms {unit}: {losses}",
+                      highlight=False, soft_wrap=True)  # fmt: skip
+    if made.quality.coverage is not None:
+        console.print(f"{100.0 * made.quality.coverage:.0f} % of the travel covered",
+                      highlight=False)  # fmt: skip
+    for path, drift in drifts:
+        console.print(
+            f"{path.name}: {drift.sentence}", highlight=False, markup=False, soft_wrap=True,
+            style="yellow" if drift.significant else None,
+        )  # fmt: skip
+    for sentence in sentences:
+        console.print(f"note: {sentence}", highlight=False, markup=False, soft_wrap=True)
+    console.print(f"certificate: {out}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _rows(made: Calibration) -> list[tuple[str, str]]:
+    """Return the figures of a calibration, in its unit."""
+    quality = made.quality
+
+    def shown(value: float | None) -> str:
+        return "not known" if value is None else f"{value:.3f}"
+
+    width = shown(quality.hysteresis)
+    if quality.hysteresis_uncertainty is not None:
+        width += f" +- {quality.hysteresis_uncertainty:.3f}"
+    return [
+        ("uncertainty, 95 %, at worst", shown(quality.uncertainty)),
+        ("hysteresis, width", width),
+        ("does not return to zero by", shown(quality.return_to_zero)),
+        ("linearity, off the best line", f"{quality.linearity:.3f}"),
+        ("one setting scatters by, std", shown(quality.scatter)),
+        ("one count of the converter", f"{quality.resolution:.3f}"),
+        ("covered", f"{quality.covered[0]:g} to {quality.covered[1]:g}"),
+    ]
+
+
+def _points_table(made: Calibration, taken: PointsFile) -> Table:
+    table = Table("line", f"set, {unit}", "volts", "direction", f"off the curve, {unit}")
+    rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
+    for index, (line, point, residual) in enumerate(rows):
+        table.add_row(
+            str(line), f"{point.value:g}", f"{point.volts:.4f}", point.direction,
+            f"{residual:+.3f}", style="yellow" if index in made.quality.outliers else None,
+        )  # fmt: skip
+    return table
