@@ -115,6 +115,7 @@ class AccelerometerStation(Station):
             amount=round(reading.progress * _STILL / BLOCK) * BLOCK,
             amount_goal=_STILL,
             amount_unit="s",
+            position=position,
             warnings=self._warnings(lain),
         )
 

@@ -16,7 +16,7 @@ from typing import Any
 from calibration.certificate import Certificate
 from calibration.comparing import CheckResult, Drift
 from calibration.faults import InstrumentFault
-from calibration.inertial import FactoryFigures, factory_figures
+from calibration.inertial import FactoryFigures, Position, factory_figures
 from calibration.plan import CalibrationPlan, InstrumentPlan
 from calibration.points import CalibrationPoint, Direction
 from calibration.pressures import GroundAir
@@ -155,6 +155,7 @@ class Showing:
     amount: float | None = None
     amount_goal: float | None = None
     amount_unit: str = ""
+    position: Position | None = None
     points: tuple[CalibrationPoint, ...] = ()
     remaining: tuple[Slot, ...] = ()
     degree: int | None = None

@@ -9,6 +9,7 @@ from typing import Literal
 from calibration.certificate import Certificate
 from calibration.comparing import CheckResult, Drift
 from calibration.faults import InstrumentFault
+from calibration.inertial import Position
 from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
@@ -104,6 +105,8 @@ class WizardView:
         Of what takes its time, the one big number: seconds of rest, degrees turned, pressure.
     amount_unit : str
         Its unit.
+    position : Position or None
+        In which the aircraft is to lie, for accelerometers.
     points : tuple of CalibrationPoint
         Taken so far, in order.
     remaining : tuple of Slot
@@ -153,6 +156,7 @@ class WizardView:
     amount: float | None = None
     amount_goal: float | None = None
     amount_unit: str = ""
+    position: Position | None = None
     points: tuple[CalibrationPoint, ...] = ()
     remaining: tuple[Slot, ...] = ()
     calibration: Calibration | None = None
