@@ -235,6 +235,7 @@ def _rows(made: Calibration) -> list[tuple[str, str]]:
 
 
 def _points_table(made: Calibration, taken: PointsFile) -> Table:
+    unit = taken.unit
     table = Table("line", f"set, {unit}", "volts", "direction", f"off the curve, {unit}")
     rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
     for index, (line, point, residual) in enumerate(rows):
