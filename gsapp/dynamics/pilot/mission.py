@@ -152,14 +152,14 @@ class Mission:
                 if time >= run_up.at:
                     throttle = run_up.throttle
             since = time - check.at
-            index = int(since // (2.0 * check.duration)) if since >= 0.0 else -1
+            index = int(since // check.spacing) if since >= 0.0 else -1
             checking = 0 <= index < len(pulses)
             view = yield Intent(
                 phase="range check" if checking else "engines running",
                 throttle=throttle,
                 brake=1.0,
                 stick=pulses[index] if checking else None,
-                stick_time=since - 2.0 * check.duration * index,
+                stick_time=since - check.spacing * index,
             )
 
     def _takeoff(self) -> Stage:
@@ -407,7 +407,7 @@ def _range_check_inputs(check: RangeCheck) -> list[StickInput]:
             Maneuver.model_validate(
                 {
                     "inputs": (surface,),
-                    "shape": "pulse",
+                    "shape": check.shape,
                     "stick": (check.stick,),
                     "step": f"{check.duration} s",
                 }

@@ -109,16 +109,24 @@ class RangeCheck(StrictModel):
         Of the first pulse, s after the engines started.
     pulses : tuple of str
         The control of each, ``de``, ``da`` or ``dr``.
+    shape : {"pulse", "doublet"}
+        Doublets show both sides of the travel.
     stick : float
         Share of full stick.
     duration : float
-        Of one pulse, s.
+        Of one pulse, or of either half of a doublet, s; as long lies between two inputs.
     """
 
     at: Time = 60.0
     pulses: tuple[Surface, ...] = ()
+    shape: Literal["pulse", "doublet"] = "pulse"
     stick: Ratio = Field(default=0.9, gt=0.0, le=1.0)
     duration: Time = 1.0
+
+    @property
+    def spacing(self) -> float:
+        """Return the time from one input to the next, s."""
+        return (len(SHAPES[self.shape]) + 1) * self.duration
 
 
 class Takeoff(StrictModel):

@@ -11,6 +11,7 @@ from gsapp.session.snapshot import SessionSnapshot
 from gsapp.session.states import Freshness
 
 NO_FLIGHT: Final = Judgment(state="open", why="no flight is being recorded: connect the aircraft")
+NOTHING_YET: Final = Judgment(state="open", why="nothing has come from the aircraft yet")
 
 
 def equipment(facts: Facts) -> SessionSnapshot | Judgment:
@@ -25,7 +26,7 @@ def equipment(facts: Facts) -> SessionSnapshot | Judgment:
 def missing_channels(names: Iterable[str], facts: Facts) -> Judgment | None:
     """Return the judgment where telemetry does not carry, or no longer brings, what is needed."""
     if not facts.states:
-        return NO_FLIGHT
+        return NO_FLIGHT if facts.snapshot is None else NOTHING_YET
     wanted = tuple(names)
     absent = [named(name) for name in wanted if name not in facts.states]
     if absent:

@@ -70,9 +70,14 @@ class SessionChecklist:
         """Return what the rules go by now, beside the samples."""
         session = self.session
         card = self._card()
+        carried = [
+            name
+            for name in self.checklist.watched
+            if name in session.sources or session.history.has(name)
+        ]
         return Facts(
             snapshot=session.snapshot(),
-            states=session.states(),
+            states=session.states(carried),
             card=card,
             doubts=()
             if card is None

@@ -1,0 +1,445 @@
+"""The checklist: rules on a real record of the virtual aircraft on the ground, and live."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsapp.flight.events import read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.loading import load_flight
+from gsapp.flight.preparing import prepare_flight
+from gsapp.flight.raw import FRAMES_FILE, read_tlog
+from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.foundation.toml import validate
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+from gsapp.session import ChannelState, Freshness, Session
+from gsapp.session.checklist import (
+    Checklist,
+    ChecklistFile,
+    Facts,
+    ItemState,
+    SessionChecklist,
+    load_checklist,
+    shipped_checklists,
+)
+from gsapp.session.checklist.live import START
+from gsapp.session.session import run_through
+from gsapp.telemetry.virtual.onboard import OnboardLog
+from gsapp.telemetry.virtual.settings import FlightSettings
+
+GROUND = """
+name = "ground"
+[engines]
+start = "0.5 s"
+running = "60 s"
+[[engines.run_ups]]
+at = "3.5 s"
+throttle = 0.5
+[[engines.run_ups]]
+at = "7 s"
+throttle = 1.0
+[[engines.run_ups]]
+at = "10.5 s"
+throttle = 0.0
+[range_check]
+at = "10.5 s"
+pulses = ["de", "da", "dr"]
+shape = "doublet"
+duration = "0.7 s"
+"""
+"""Idle, half, full, idle; then both sides of every surface, as a pilot does it."""
+STANDS = 17.5
+
+TELEMETRY = (
+    "recorder_battery", "excitation", "receiver_signal", "calibrated", "gyros", "sensors",
+    "elevator", "aileron", "rudder", "range_check", "engines_idle", "engines_mid", "engines_full",
+)  # fmt: skip
+"""Items of the shipped list that a record tells."""
+
+
+@pytest.fixture(scope="module")
+def ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the flight folder of an aircraft that was made ready and has not taken off."""
+    place = tmp_path_factory.mktemp("ground")
+    (place / "plan.toml").write_text(GROUND)
+    settings = FlightSettings(plan=str(place / "plan.toml"), seed=3)
+    folder = prepare_flight(place / "flight", aircraft="b777", channel_map="b777")
+    log = OnboardLog(folder.tlog_file)
+    box = settings.downlink(1_778_000_000_000_000)
+    flown = 0.0
+    while flown < STANDS:
+        for packet in box.advance(100):
+            log.append(packet.stamp_us + 12_000, packet.live)
+            flown = packet.time
+    log.close()
+    return folder.path
+
+
+@pytest.fixture(scope="module")
+def measured(ground: Path) -> Block:
+    return load_flight(ground).block
+
+
+def rules(*rows: dict[str, Any]) -> Checklist:
+    items = [{"id": f"i{k}", "words": "x", "rule": row} for k, row in enumerate(rows)]
+    return Checklist(validate("list.toml", {"items": items}, ChecklistFile))
+
+
+def by_id(items: Sequence[ItemState]) -> dict[str, ItemState]:
+    return {item.id: item for item in items}
+
+
+def facts_for(checklist: Checklist, **changes: Any) -> Facts:
+    """Return facts in which telemetry brings every channel that is watched, fresh."""
+    states = {
+        name: ChannelState(channel=name, freshness=Freshness.FRESH) for name in checklist.watched
+    }
+    for name, change in changes.items():
+        states[name] = replace(states[name], **change)
+    return Facts(states=states)
+
+
+def judged(checklist: Checklist, block: Block, facts: Facts | None = None) -> ItemState:
+    names = [name for name in checklist.watched if name in block]
+    checklist.feed(block.select(names))
+    (item,) = checklist.judge(facts or facts_for(checklist))
+    return item
+
+
+def changed(block: Block, **columns: np.ndarray) -> Block:
+    """Return a block with other samples in some channels."""
+    values = np.array(block.values)
+    for name, samples in columns.items():
+        values[:, block.channels.index(name)] = samples
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
+# The file
+
+
+def test_shipped_lists_load_and_what_they_watch_exists() -> None:
+    """Every list that comes with the program is valid; hand items have no rule."""
+    assert "b777" in shipped_checklists()
+    for name in shipped_checklists():
+        found = load_checklist(name)
+        assert {item.by for item in found.items} == {"hand", "telemetry"}
+
+
+def test_all_mistakes_of_a_list_are_told_at_once(tmp_path: Path) -> None:
+    """Unknown rules, channels, units, keys, ids given twice: one pass with key paths."""
+    path = tmp_path / "list.toml"
+    path.write_text(
+        """
+[[items]]
+id = "a"
+words = "Battery"
+rule = { kind = "within", channel = "batery", low = "11 V" }
+[[items]]
+id = "a"
+words = "Battery"
+rule = { kind = "within", channel = "battery", low = "11 V", low_red = "12 V" }
+[[items]]
+id = "c"
+words = "Battery"
+rule = { kind = "within", channel = "battery", low = "11 ft" }
+[[items]]
+id = "d"
+word = "Magic"
+rule = { kind = "magic" }
+[[items]]
+id = "e"
+words = "Engines"
+rule = { kind = "engines", low = "9000 rpm", high = "6000 rpm" }
+"""
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        load_checklist(path)
+    text = str(caught.value)
+    for part in (
+        "no channel is called 'batery'; did you mean battery",
+        "low_red, low, high and high_red must grow",
+        "'ft' is not a unit of voltage",
+        "'within', 'link', 'recorder'",
+        "items[3].words: is missing",
+        "low must lie below high",
+        "items: the id 'a' is given 2 times",
+    ):
+        assert part in text
+
+
+# A record of the virtual aircraft
+
+
+def test_a_sound_aircraft_is_green_after_its_run_up(ground: Path) -> None:
+    """The shipped list on the virtual aircraft's own record: all that a record tells is green.
+
+    What only a live flight has stays open, and what the box does not measure is left to hands.
+    """
+    session = Session.replay(ground, speed=float("inf"))
+    going = SessionChecklist(session, load_checklist("b777"))
+    before = by_id(going.look())
+    assert before["engines_full"].state == "open"
+    run_through(session)
+    items = going.look()
+    found = by_id(items)
+    assert {name: found[name].state for name in TELEMETRY} == dict.fromkeys(TELEMETRY, "green"), {
+        name: found[name].why for name in TELEMETRY
+    }
+    assert "12.6 V" in found["recorder_battery"].why or "12.5" in found["recorder_battery"].why
+    assert found["link"].state == found["recorder"].state == "open"
+    assert found["receiver_battery"].state == "amber"
+    assert found["receiver_battery"].can_tick
+    order = ["red", "amber", "open", "green"]
+    assert [item.state for item in items] == sorted((item.state for item in items), key=order.index)
+    session.close()
+
+
+def test_it_does_not_matter_how_samples_are_cut(measured: Block) -> None:
+    """Blocks of 7, of 400 and of all samples give the same words."""
+    said = []
+    for size in (7, 400, len(measured)):
+        checklist = Checklist(load_checklist("b777"))
+        names = [name for name in checklist.watched if name in measured]
+        chosen = measured.select(names)
+        for first in range(0, len(chosen), size):
+            checklist.feed(
+                Block(
+                    channels=chosen.channels,
+                    times=chosen.times[first : first + size],
+                    values=chosen.values[first : first + size],
+                )
+            )
+        said.append([(item.id, item.state, item.why) for item in checklist.judge(
+            facts_for(checklist))])  # fmt: skip
+    assert said[0] == said[1] == said[2]
+
+
+ELEVATOR = {
+    "kind": "follows", "stick": "stick_pitch", "surface": "de", "sign": -1, "surface_reach": "8 deg"
+}  # fmt: skip
+
+
+def test_surfaces_are_seen_to_follow_and_faults_are_named(measured: Block) -> None:
+    """Right, reversed, stuck, weak, and right again once mended; half a stick is not enough."""
+    elevator = measured["de"]
+    assert judged(rules(ELEVATOR), measured).state == "green"
+    reversed_ = judged(rules(ELEVATOR), changed(measured, de=-elevator))
+    assert reversed_.state == "red"
+    assert "goes the wrong way" in reversed_.why
+    stuck = judged(rules(ELEVATOR), changed(measured, de=np.full(len(measured), 0.5 * DEGREE)))
+    assert (stuck.state, "hardly moves" in stuck.why) == ("red", True)
+    weak = judged(rules(ELEVATOR), changed(measured, de=0.3 * elevator))
+    assert (weak.state, "8.0 deg wanted" in weak.why) == ("red", True)
+    timid = judged(rules(ELEVATOR), changed(measured, stick_pitch=0.5 * measured["stick_pitch"]))
+    assert (timid.state, "hold the pitch stick fully" in timid.why) == ("open", True)
+    mended = rules(ELEVATOR)
+    assert judged(mended, changed(measured, de=-elevator)).state == "red"
+    later = Block(channels=measured.channels, times=measured.times + 60.0, values=measured.values)
+    assert judged(mended, later).state == "green"
+    # An elevator that the trim lever holds off its middle follows as well.
+    assert judged(rules(ELEVATOR), changed(measured, de=elevator + 3.0 * DEGREE)).state == "green"
+
+
+RPM = np.pi / 30.0
+IDLE = {
+    "kind": "engines", "low": "6000 rpm", "high": "8500 rpm", "apart": "800 rpm",
+    "duration": "3 s", "throttle": ["-5 %", "5 %"],
+}  # fmt: skip
+
+
+def test_engines_within_bounds_left_and_right(measured: Block) -> None:
+    """Seen idling; one too fast, one stopped, too far apart; and not judged at other throttles."""
+    left = measured["rpm_left"]
+    assert judged(rules(IDLE), measured).state == "green"
+    hung = judged(rules(IDLE), changed(measured, rpm_left=left + 3000.0 * RPM))
+    assert hung.state == "red"
+    assert "left engine speed" in hung.why
+    assert "above 8500 rpm" in hung.why
+    dead = judged(rules(IDLE), changed(measured, rpm_left=np.zeros(len(measured))))
+    assert (dead.state, "left engine speed 0 rpm, below 6000 rpm" in dead.why) == ("red", True)
+    apart = judged(rules(IDLE), changed(measured, rpm_left=left + 900.0 * RPM))
+    assert (apart.state, "apart, 800 rpm allowed" in apart.why) == ("red", True)
+    still = np.zeros(len(measured))
+    off = judged(rules(IDLE), changed(measured, rpm_left=still, rpm_right=still))
+    assert (off.state, off.why) == ("open", "the engines do not run")
+    running_up = measured.between(5.0, 7.0)
+    assert judged(rules(IDLE), running_up).state == "open"
+    # Without a throttle in the telemetry the bounds alone tell.
+    bare = measured.select(["rpm_left", "rpm_right"])
+    checklist = rules(IDLE)
+    present = {
+        name: state for name, state in facts_for(checklist).states.items() if name != "throttle"
+    }
+    assert judged(checklist, bare, Facts(states=present)).state == "green"
+
+
+def test_pulses_of_the_range_check_are_counted(measured: Block) -> None:
+    """Three surfaces, two pulses each; a held surface, trim and small movements are none."""
+    row = {"kind": "pulses", "channels": ["de", "da", "dr"], "size": "8 deg", "count": 6}
+    seen = judged(rules(row), measured)
+    assert seen.state == "green"
+    assert "2 of the rudder" in seen.why
+    before = judged(rules(row), measured.between(0.0, 10.0))
+    assert (before.state, "0 of 6 pulses" in before.why) == ("open", True)
+    small = judged(
+        rules(row),
+        changed(measured, **{name: 0.3 * measured[name] for name in ("de", "da", "dr")}),
+    )
+    assert small.state == "open"
+    times = np.arange(0.0, 30.0, 0.01)
+    moved = np.where(times > 5.0, 12.0 * DEGREE, 0.0)
+    held = Block(channels=("dr",), times=times, values=moved[:, None])
+    one = {"kind": "pulses", "channels": ["dr"], "size": "8 deg"}
+    assert judged(rules(one), held).state == "open"
+
+
+def test_batteries_and_sensors(measured: Block) -> None:
+    """Amber and red bands, a gyro that is stuck, at its end, silent, implausible or not carried."""
+    battery = {"kind": "within", "channel": "battery", "low": "11.4 V", "low_red": "11.0 V"}
+    assert judged(rules(battery), measured).state == "green"
+    volts = np.ones(len(measured))
+    low = judged(rules(battery), changed(measured, battery=11.2 * volts))
+    assert (low.state, low.why) == ("amber", "11.20 V, below 11.40 V")
+    empty = judged(rules(battery), changed(measured, battery=10.2 * volts))
+    assert (empty.state, empty.why) == ("red", "10.20 V, below 11.00 V")
+    # It recovered half a second ago: not yet.
+    recovering = np.where(measured.times > measured.times[-1] - 0.5, 12.0, 11.0)
+    assert judged(rules(battery), changed(measured, battery=recovering)).state == "open"
+
+    gyros = {"kind": "alive", "channels": ["p", "q", "r"], "moving": True}
+    assert judged(rules(gyros), measured).state == "green"
+    stuck = judged(rules(gyros), changed(measured, q=0.01 * volts))
+    assert (stuck.state, "pitch rate stuck at" in stuck.why) == ("red", True)
+    wild = judged(rules(gyros), changed(measured, r=1e3 * volts))
+    assert (wild.state, "cannot be" in wild.why) == ("red", True)
+    for change, word in (
+        ({"clipped": True}, "at the end of its range"),
+        ({"freshness": Freshness.STALE, "age": 4.0}, "silent for 4 s"),
+    ):
+        checklist = rules(gyros)
+        found = judged(checklist, measured, facts_for(checklist, q=change))
+        assert found.state == "red"
+        assert word in found.why
+    checklist = rules(gyros)
+    states = dict(facts_for(checklist).states)
+    del states["r"]
+    absent = judged(checklist, measured, Facts(states=states))
+    assert (absent.state, absent.can_tick) == ("amber", True)
+    checklist.tick("i0", "J. Doe")
+    (ticked,) = checklist.judge(Facts(states=states))
+    assert (ticked.state, ticked.by) == ("green", "hand")
+    assert ticked.why.startswith("ticked by J. Doe; yaw rate not in the telemetry")
+
+
+def test_the_flight_card_is_looked_at() -> None:
+    """Empty fields are named; a slip is amber; a filled card is green."""
+    checklist = rules({"kind": "card", "fields": ["takeoff_weight", "weather.temperature"]})
+    (none,) = checklist.judge(Facts())
+    (empty,) = checklist.judge(Facts(card=FlightInfo()))
+    assert none.state == empty.state == "open"
+    assert empty.why == "not filled in: takeoff weight and weather: temperature"
+    card = FlightInfo.model_validate(
+        {"takeoff_weight": "46 lb", "weather": {"temperature": "15 degC"}}
+    )
+    assert checklist.judge(Facts(card=card))[0].state == "green"
+    assert checklist.judge(Facts(card=card, doubts=("a slip",)))[0].state == "amber"
+
+
+# Live
+
+LIVE = """
+[[items]]
+id = "airframe"
+words = "Hatches closed"
+[[items]]
+id = "vanes"
+words = "Vane covers off"
+[[items]]
+id = "link"
+words = "Telemetry"
+rule = { kind = "link", age = "0.5 s" }
+[[items]]
+id = "recorder"
+words = "Recorder writes"
+rule = { kind = "recorder" }
+[[items]]
+id = "space"
+words = "Room on the disk"
+rule = { kind = "space", time = "1 min", time_red = "1 s", gigabytes = 0.001 }
+[[items]]
+id = "excitation"
+words = "Supply of the potentiometers"
+rule = { kind = "within", channel = "excitation", low = "4.7 V", high = "5.3 V" }
+"""
+
+
+def test_a_live_flight_is_checked_and_started_all_the_same(
+    field: Any, ground: Path, patience: Callable[..., None], tmp_path: Path
+) -> None:
+    """A recorder, a link and the record's frames: equipment goes green, red when it stops.
+
+    Ticks and the start with what was not green stand in events.jsonl; a window that comes later
+    knows them.
+    """
+    (tmp_path / "list.toml").write_text(LIVE)
+    file = load_checklist(tmp_path / "list.toml")
+    field.record()
+    session = Session.follow(field.folder, channel_map="b777", aircraft="b777")
+    going = SessionChecklist(session, file)
+    assert by_id(going.look())["link"].state == "open"
+    frames = (record.data for record in read_tlog(ground / FRAMES_FILE))
+    out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def state_of(item: str, state: str, *, sending: bool = True) -> Callable[[], bool]:
+        def come() -> bool:
+            for frame in islice(frames, 10 if sending else 0):
+                out.sendto(frame, ("127.0.0.1", field.port))
+            session.update()
+            return by_id(going.look())[item].state == state
+
+        return come
+
+    for item in ("recorder", "link", "space", "excitation"):
+        patience(state_of(item, "green"))
+    going.tick("airframe", "J. Doe")
+    with pytest.raises(UnknownNameError, match="no item 'airfame'"):
+        going.tick("airfame")
+    going.tick("vanes")
+    going.untick("vanes")
+    # Nothing comes any more.
+    out.close()
+    patience(state_of("link", "red", sending=False))
+    started = going.start("R. Roe")
+    assert started.text.startswith("flight started all the same: ")
+    assert "Telemetry (red: nothing for" in started.text
+    assert "airframe" in started.data["green"]
+    assert "vanes" in started.data["open"]
+    kept = read_events(FlightFolder(path=field.folder).events.path).events
+    assert [event.kind for event in kept if event.kind.startswith("checklist")] == [
+        "checklist-tick",
+        "checklist-tick",
+        "checklist-untick",
+    ]
+    assert [event.data["who"] for event in kept if event.kind == START] == ["R. Roe"]
+    later = SessionChecklist(
+        Session.follow(field.folder, channel_map="b777", aircraft="b777"), file
+    )
+    found = by_id(later.look())
+    assert (found["airframe"].why, found["vanes"].state) == ("ticked by J. Doe", "open")
+    assert later.started is not None
+    later.restart()
+    assert by_id(later.look())["airframe"].state == "open"
+    assert by_id(going.look())["airframe"].state == "open"
+    assert going.started is None
+    going.session.close()
+    later.session.close()
