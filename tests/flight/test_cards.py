@@ -153,11 +153,14 @@ def test_a_card_is_done_when_enough_good_ones_were_flown() -> None:
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"V": 107.0 * FOOT}, "speed too fast: 1.4 times"),
-        ({"V": 94.0 * FOOT}, "speed too slow: 1.2 times"),
-        ({"amplitudes": {"de": 2.0 * DEGREE}}, "amplitude of the elevator too small"),
-        ({"amplitudes": {"de": 6.0 * DEGREE}}, "amplitude of the elevator too large"),
-        ({"t_input_end": 11.4}, "width too short"),
+        ({"V": 107.0 * FOOT}, "speed 7.0 ft/s too fast, 5.0 allowed"),
+        ({"V": 94.0 * FOOT}, "speed 6.0 ft/s too slow"),
+        (
+            {"amplitudes": {"de": 2.0 * DEGREE}},
+            "amplitude of the elevator 50 % too small, 35 % allowed",
+        ),
+        ({"amplitudes": {"de": 6.0 * DEGREE}}, "amplitude of the elevator 50 % too large"),
+        ({"t_input_end": 11.4}, "width 60 % too short"),
         ({"grade": "D", "reasons": ("the sensor clipped",)}, "unfit (the sensor clipped)"),
     ],
 )

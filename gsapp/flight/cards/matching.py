@@ -9,6 +9,7 @@ from typing import Literal
 
 from gsapp.flight.cards.card import STEPS, SURFACES, CardSet, TestCard
 from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.quantities import from_si
 
 Progress = Literal["open", "begun", "done"]
 
@@ -137,7 +138,7 @@ def match_cards(cards: CardSet, maneuvers: Sequence[FoundManeuver]) -> CardsFlow
 def compare(card: TestCard, maneuver: FoundManeuver) -> Attempt:
     """Return how well a maneuver meets a card, whatever its surfaces."""
     off = dict(_deviations(card, maneuver))
-    reasons = [_words(name, share) for name, share in off.items() if abs(share) > 1.0]
+    reasons = [_words(name, share, card) for name, share in off.items() if abs(share) > 1.0]
     if maneuver.grade == "D":
         reasons.append(f"graded unfit ({'; '.join(maneuver.reasons) or 'no reason given'})")
     return Attempt(maneuver=maneuver, off=off, reasons=tuple(reasons))
@@ -184,9 +185,17 @@ def _distance(attempt: Attempt) -> float:
     return math.hypot(*attempt.off.values())
 
 
-def _words(name: str, share: float) -> str:
-    low, high = {"speed": ("too slow", "too fast"), "width": ("too short", "too long")}.get(
-        name, ("too small", "too large")
-    )
-    side = high if share > 0.0 else low
-    return f"{name} {side}: {abs(share):.1f} times the tolerance"
+def _words(name: str, share: float, card: TestCard) -> str:
+    """Return by how much a card was missed: ``7.0 ft/s too fast, 5.0 allowed``."""
+    allowed = card.tolerance
+    if name == "speed":
+        room, unit, sides = from_si(allowed.speed, "ft/s", "speed"), "ft/s", ("slow", "fast")
+    elif name == "alpha":
+        room, unit, sides = from_si(allowed.alpha, "deg", "angle"), "deg", ("small", "large")
+    elif name == "width":
+        room, unit, sides = 100.0 * allowed.width, "%", ("short", "long")
+    else:
+        room, unit, sides = 100.0 * allowed.amplitude, "%", ("small", "large")
+    digits = 0 if unit == "%" else 1
+    missed = f"{abs(share) * room:.{digits}f} {unit} too {sides[share > 0.0]}"
+    return f"{name} {missed}, {room:.{digits}f} allowed"
