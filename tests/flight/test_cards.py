@@ -153,7 +153,7 @@ def test_a_card_is_done_when_enough_good_ones_were_flown() -> None:
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"V": 107.0 * FOOT}, "speed 7.0 ft/s too fast, 5.0 allowed"),
+        ({"V": 107.0 * FOOT}, "speed 7.0 ft/s too fast, 5.0 ft/s allowed"),
         ({"V": 94.0 * FOOT}, "speed 6.0 ft/s too slow"),
         (
             {"amplitudes": {"de": 2.0 * DEGREE}},

@@ -186,7 +186,7 @@ def _distance(attempt: Attempt) -> float:
 
 
 def _words(name: str, share: float, card: TestCard) -> str:
-    """Return by how much a card was missed: ``7.0 ft/s too fast, 5.0 allowed``."""
+    """Return by how much a card was missed: ``7.0 ft/s too fast, 5.0 ft/s allowed``."""
     allowed = card.tolerance
     if name == "speed":
         room, unit, sides = from_si(allowed.speed, "ft/s", "speed"), "ft/s", ("slow", "fast")
@@ -198,4 +198,4 @@ def _words(name: str, share: float, card: TestCard) -> str:
         room, unit, sides = 100.0 * allowed.amplitude, "%", ("small", "large")
     digits = 0 if unit == "%" else 1
     missed = f"{abs(share) * room:.{digits}f} {unit} too {sides[share > 0.0]}"
-    return f"{name} {missed}, {room:.{digits}f} allowed"
+    return f"{name} {missed}, {room:.{digits}f} {unit} allowed"
