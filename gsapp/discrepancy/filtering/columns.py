@@ -46,7 +46,7 @@ def forcing(own: Filter, columns: Sequence[Column], room: int = 0) -> tuple[Floa
     """
     found = own.linearization
     channels = found.record.channels
-    n_blocks, n_channels, n_x = own.by_state.shape
+    n_blocks, n_channels, n_x = own.blocks.by_state.shape
     out = np.zeros((n_blocks, n_channels + n_x, len(columns) + room))
     by_place: dict[str, list[tuple[int, FloatArray]]] = {}
     for number, column in enumerate(columns):

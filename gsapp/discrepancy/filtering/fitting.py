@@ -301,14 +301,14 @@ class Fit:
         return Information(
             names=(*self.free, *names, *biases),
             matrix=rest.T @ rest,
-            samples=float(one.filtered.compared_counted.sum()) - n_local,
+            samples=float(one.filtered.counted.sum()) - n_local,
         )
 
     def cost(self) -> float:
         """Return minus two log likelihoods of all innovations, as last filtered."""
         left = self.information().with_priors(self.priors())
         left = left.projected((*self.free, *self.bias_names()))
-        sizes = sum(len(one.filtered.compared) * one.filtered.log_size for one in self.maneuvers)
+        sizes = sum(one.filtered.log_size for one in self.maneuvers)
         return float(left.matrix[-1, -1]) + sizes
 
     # --- going on -------------------------------------------------------------------------------

@@ -9,18 +9,21 @@ along obey, between predictions,
 
 for the residual (z: measured minus computed, b: minus the defect of the motion) and for the
 change that a parameter makes (z: its part in the channels, b: minus its part in the rates) alike.
-Within blocks both are carried from sample to sample.
+Within blocks both are carried from sample to sample. Colored noise of a channel is a state like
+any other: differences of successive means in its place would hold the turbulence of two blocks.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, solve_discrete_lyapunov
 from scipy.linalg.lapack import dtbtrs
 
-from gsapp.discrepancy.filtering.blocks import Blocks, Way
+from gsapp.discrepancy.filtering.blocks import Blocks
+from gsapp.discrepancy.filtering.colors import Colors
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
 from gsapp.discrepancy.filtering.noise import NoiseModel
 from gsapp.discrepancy.filtering.riccati import steady_covariance
@@ -32,47 +35,63 @@ _LEAST = 1e-9
 """Process noise that every state has, in units of the scales squared per second."""
 
 
+class Adjoints(NamedTuple):
+    """What the smoother makes of innovations (Bryson and Frazier), or what it should make of them.
+
+    The intensity of a noise times its adjoint is its smoothed value. Histories, block by block;
+    covariances where the noise model holds (`Filter.expected`).
+
+    Attributes
+    ----------
+    process : list of ndarray, shape (n_blocks - 1, n_x) or (n_x, n_x)
+        For each of the ways through a block.
+    measurement : ndarray, shape (n_blocks, n_channels) or (n_channels, n_channels)
+    colors : ndarray, shape (n_blocks - 1, n_colored, block) or (n_colored, block)
+        Of what each sample adds to colored noise.
+    """
+
+    process: list[FloatArray]
+    measurement: FloatArray
+    colors: FloatArray
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Filter:
     """The filter of one maneuver.
+
+    Its states are those of the blocks, and the noise of every colored channel at a block's start.
 
     Attributes
     ----------
     blocks : Blocks
         What no noise changes.
-    propagation : ndarray, shape (n_blocks - 1, n_x, n_x)
+    colors : Colors
+        The colored channels.
+    by_state : ndarray, shape (n_blocks, n_channels, n_x + n_colored)
+        Derivatives of mean channels by the state at a block's start.
+    propagation : ndarray, shape (n_blocks - 1, n_x + n_colored, n_x + n_colored)
         Phi (1 - K C).
-    injection : ndarray, shape (n_blocks - 1, n_x, n_channels)
+    injection : ndarray, shape (n_blocks - 1, n_x + n_colored, n_channels)
         Phi K, zero for channels that do not count in a block.
-    whitener : ndarray, shape (n_channels, n_channels)
+    whitener : ndarray, shape (n_blocks, n_channels, n_channels)
         Turns innovations into uncorrelated ones of unit variance.
     log_size : float
-        Logarithm of the determinant of the innovations' covariance.
-    covariance : ndarray, shape (n_channels, n_channels)
-        Of the innovations.
-    mean_injection : ndarray, shape (n_x, n_channels)
+        Sum of the logarithms of the determinants of the innovations' covariances.
+    mean_injection : ndarray, shape (n_x + n_colored, n_channels)
         For the mean dynamics.
-    ways : tuple of Way
-    colors : ndarray, shape (n_channels,), or None
-        Correlation of each channel's noise from block to block, where any is colored. What is
-        compared are then the means of the next block less this share of the present ones, in
-        which the noise is white (Bryson and Henrikson, J. Spacecraft 5, 1968).
-    compared : ndarray, shape (n_compared, n_channels, n_x)
-        What is compared by the state at a block's start; n_compared is n_blocks, or one less.
-    compared_counted : ndarray of bool, shape (n_compared, n_channels)
+    predicted : ndarray, shape (n_x + n_colored, n_x + n_colored)
+        Covariance of the predicted states.
     """
 
     blocks: Blocks
+    colors: Colors
+    by_state: FloatArray
     propagation: FloatArray
     injection: FloatArray
     whitener: FloatArray
     log_size: float
-    covariance: FloatArray
     mean_injection: FloatArray
-    ways: tuple[Way, ...]
-    colors: FloatArray | None
-    compared: FloatArray
-    compared_counted: BoolArray
+    predicted: FloatArray
 
     @property
     def linearization(self) -> Linearization:
@@ -83,11 +102,6 @@ class Filter:
     def block(self) -> int:
         """Return the number of samples taken together."""
         return self.blocks.block
-
-    @property
-    def by_state(self) -> FloatArray:
-        """Return the derivatives of mean channels by the state at a block's start."""
-        return self.blocks.by_state
 
     @property
     def counted(self) -> BoolArray:
@@ -118,72 +132,109 @@ class Filter:
 
         Returns
         -------
-        innovations : ndarray, shape (n_compared, n_channels, m)
+        innovations : ndarray, shape (n_blocks, n_channels, m)
             Zero for what does not count.
         deviations : ndarray, shape (n_blocks, n_x, m)
         """
+        found, deviations = self._followed(z, b, start)
+        return found, deviations[:, : b.shape[1]]
+
+    def _followed(
+        self, z: FloatArray, b: FloatArray, start: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return innovations, and deviations of all states with colored noise."""
         n, _, m = z.shape
-        if self.colors is not None:
-            z = z[1:] - self.colors[:, None] * z[:-1] - self.by_state[1:] @ b
-        if not self.compared_counted.all():
-            z = z * self.compared_counted[:, :, None]
+        n_x = b.shape[1]
+        if not self.counted.all():
+            z = z * self.counted[:, :, None]
         rows = np.zeros((n, self.by_state.shape[2], m))
-        np.matmul(self.injection, z[: n - 1], out=rows[1:])
-        rows[1:] += b
+        np.matmul(self.injection, z[:-1], out=rows[1:])
+        rows[1:, :n_x] += b
         if start is not None:
-            rows[0] = start
+            rows[0, :n_x] = start
         deviations = solve_forward(self.propagation, rows)
-        found = z - self.compared @ deviations[: len(z)]
-        if not self.compared_counted.all():
-            found *= self.compared_counted[:, :, None]
+        found = z - self.by_state @ deviations
+        if not self.counted.all():
+            found *= self.counted[:, :, None]
         return found, deviations
 
-    def adjoints(self, innovations: FloatArray) -> tuple[list[FloatArray], FloatArray]:
-        """Return what the smoother makes of the innovations (Bryson and Frazier).
+    def adjoints(self, innovations: FloatArray) -> Adjoints:
+        """Return what the smoother makes of innovations, shape (n_blocks, n_channels)."""
+        adjoint, measurement = self._backward(innovations)
+        measurement[:-1] -= (adjoint[1:, None] @ self.injection)[:, 0]
+        n_x = len(self.blocks.scales)
+        process = [
+            adjoint[1:, :n_x] @ way.state + measurement[:-1] @ way.channels
+            for way in self.blocks.ways
+        ]
+        own = self.colors
+        colors = adjoint[1:, n_x:, None] * own.by_end
+        colors += measurement[:-1, own.places, None] * own.by_mean
+        return Adjoints(process=process, measurement=measurement, colors=colors)
 
-        Parameters
-        ----------
-        innovations : ndarray, shape (n_compared, n_channels)
-
-        Returns
-        -------
-        process : list of ndarray, shape (n_blocks - 1, n_x)
-            For each of `ways`: the intensity of the process noise times this is its smoothed
-            value, block by block.
-        measurement : ndarray, shape (n_compared, n_channels)
-            Variance of the measurement noise times this is its smoothed value.
-        """
-        precision = self.whitener.T @ self.whitener
-        weighted = innovations @ precision
-        steps = len(self.injection)
-        rows = np.zeros((steps + 1, self.by_state.shape[2]))
-        rows[: len(weighted)] = (weighted[:, None] @ self.compared)[:, 0]
+    def _backward(self, innovations: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the adjoints of states, (n_blocks, n_all), and the weighted innovations."""
+        white = self.whitener @ innovations[:, :, None]
+        weighted = (self.whitener.transpose(0, 2, 1) @ white)[:, :, 0]
+        rows = (weighted[:, None] @ self.by_state)[:, 0]
         # Backward in time: reversed, with transposed propagation.
         backward = np.ascontiguousarray(self.propagation[::-1].transpose(0, 2, 1))
         adjoint = solve_forward(backward, rows[::-1, :, None].copy())[::-1, :, 0]
-        measurement = weighted.copy()
-        measurement[:steps] -= (adjoint[1:, None] @ self.injection)[:, 0]
-        process = [
-            adjoint[1:] @ way.state + measurement[:steps] @ way.channels for way in self.ways
-        ]
-        return process, measurement
+        return adjoint, weighted
 
-    def expected(self) -> tuple[list[FloatArray], FloatArray]:
-        """Return the covariances of `adjoints` where the noise model holds."""
-        precision = self.whitener.T @ self.whitener
+    def _expected_backward(self) -> tuple[FloatArray, FloatArray]:
+        """Return the covariances of `_backward` where the noise model holds."""
+        flat = self.whitener.reshape(-1, self.whitener.shape[2])
+        precision = flat.T @ flat / len(self.whitener)
         M = self.propagation.mean(axis=0)
-        C = self.compared.mean(axis=0)
-        J = self.mean_injection
-        scales = self.blocks.scales
+        C = self.by_state.mean(axis=0)
+        scales = np.concatenate((self.blocks.scales, self.colors.sizes))
         C_s, M_s = C * scales, M * scales / scales[:, None]
         state = solve_discrete_lyapunov(M_s.T, C_s.T @ precision @ C_s, method="direct")
-        state = state / scales[:, None] / scales
-        measurement = precision + J.T @ state @ J
+        return state / scales[:, None] / scales, precision
+
+    def kept_colors(self, z: FloatArray, b: FloatArray) -> FloatArray:
+        """Return what share of colored noise the smoother sees from block to block, (n_colored,).
+
+        The root of E[(n[k+1] - kappa n[k]) n[k]] = 0, given all measurements of the maneuver.
+
+        Parameters
+        ----------
+        z, b : ndarray
+            The residual; see `innovations`.
+        """
+        n_x = len(self.blocks.scales)
+        innovations, deviations = self._followed(z[:, :, None], b[:, :, None])
+        adjoint, _ = self._backward(innovations[:, :, 0])
+        smooth = deviations[:, n_x:, 0] + adjoint @ self.predicted[:, n_x:]
+        information, _ = self._expected_backward()
+        left = np.eye(len(self.predicted)) - information @ self.predicted
+        same = np.diag(self.predicted @ left)[n_x:]
+        next_ = np.diag(self.predicted @ self.propagation.mean(axis=0).T @ left)[n_x:]
+        count = len(smooth) - 1
+        held = (smooth[1:] * smooth[:-1]).sum(axis=0) + count * next_
+        found: FloatArray = held / ((smooth[:-1] ** 2).sum(axis=0) + count * same)
+        return found
+
+    def expected(self) -> Adjoints:
+        """Return the covariances of `adjoints` where the noise model holds."""
+        state, precision = self._expected_backward()
+        J = self.mean_injection
+        crossing = state @ J
+        measurement = precision + J.T @ crossing
+        n_x = len(self.blocks.scales)
         process = []
-        for _, N, O in self.ways:  # noqa: E741
-            crossed = N.T @ state @ J @ O
-            process.append(N.T @ state @ N - crossed - crossed.T + O.T @ measurement @ O)
-        return process, measurement
+        for _, N, O in self.blocks.ways:  # noqa: E741
+            crossed = N.T @ crossing[:n_x] @ O
+            process.append(
+                N.T @ state[:n_x, :n_x] @ N - crossed - crossed.T + O.T @ measurement @ O
+            )
+        own = self.colors
+        rows = np.arange(n_x, n_x + len(own.places))
+        colors = state[rows, rows, None] * own.by_end**2
+        colors -= 2.0 * crossing[rows, own.places, None] * own.by_end * own.by_mean
+        colors += measurement[own.places, own.places, None] * own.by_mean**2
+        return Adjoints(process=process, measurement=measurement, colors=colors)
 
 
 def filter_of(linearization: Linearization, noise: NoiseModel | None, motion: Motion) -> Filter:
@@ -193,75 +244,99 @@ def filter_of(linearization: Linearization, noise: NoiseModel | None, motion: Mo
 
 def _filter(blocks: Blocks, noise: NoiseModel | None) -> Filter:
     channels = blocks.linearization.record.channels
-    colors = None if noise is None else noise.colors(channels, blocks.block)
-    compared, counted = blocks.by_state, blocks.counted
-    ways: tuple[Way, ...] = () if noise is None else blocks.ways
-    if colors is not None:
-        compared = blocks.by_state[1:] @ blocks.transition - colors[:, None] * compared[:-1]
-        counted = counted[1:] & (counted[:-1] | (colors == 0.0))
-        ways = tuple(
-            way._replace(channels=blocks.mean_by_state @ way.state - colors[:, None] * way.channels)
-            for way in ways
-        )
+    colors = Colors.of(noise, channels, blocks.block)
+    n_x, n_all = len(blocks.scales), len(blocks.scales) + len(colors.places)
+    transition = np.zeros((len(blocks.transition), n_all, n_all))
+    transition[:, :n_x, :n_x] = blocks.transition
+    transition[:, range(n_x, n_all), range(n_x, n_all)] = colors.kept
+    by_state = np.zeros((*blocks.by_state.shape[:2], n_all))
+    by_state[:, :, :n_x] = blocks.by_state
+    by_state[:, colors.places, range(n_x, n_all)] = colors.shown
+    n_blocks, n_channels = blocks.counted.shape
     if noise is None:
-        gain = within = np.zeros((len(blocks.scales), len(channels)))
-        covariance = np.eye(len(channels))
+        injection = np.zeros((n_blocks - 1, n_all, n_channels))
+        whitener = np.broadcast_to(np.eye(n_channels), (n_blocks, n_channels, n_channels))
+        log_size, P = 0.0, np.zeros((n_all, n_all))
     else:
-        gain, within, covariance = _gain(blocks, noise, channels, compared, ways)
-    n_x = len(gain)
-    injection = (blocks.transition.reshape(-1, n_x) @ gain).reshape(-1, n_x, len(channels))
-    injection += within
-    steps = len(injection)
-    if not counted.all():
-        injection *= counted[:steps, None, :]
-    lower = np.linalg.cholesky(covariance)
+        P, shared, of_means = _steady(
+            blocks, noise, colors, transition.mean(axis=0), by_state.mean(axis=0)
+        )
+        # What is expected of states hardly changes with speed; what they show does.
+        crossed = by_state @ P
+        covariance = crossed @ by_state.transpose(0, 2, 1) + of_means
+        whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+        precision = whitener.transpose(0, 2, 1) @ whitener
+        injection = transition @ crossed[:-1].transpose(0, 2, 1) + shared
+        injection = injection @ precision[:-1]
+        log_size = -2.0 * float(np.log(np.diagonal(whitener, axis1=1, axis2=2)).sum())
+    if not blocks.counted.all():
+        injection *= blocks.counted[:-1, None, :]
     return Filter(
         blocks=blocks,
-        propagation=blocks.transition - injection @ compared[:steps],
-        injection=injection,
-        whitener=np.linalg.inv(lower),
-        log_size=2.0 * float(np.log(np.diag(lower)).sum()),
-        covariance=covariance,
-        ways=ways,
-        mean_injection=blocks.mean_transition @ gain + within,
         colors=colors,
-        compared=compared,
-        compared_counted=counted,
+        by_state=by_state,
+        propagation=transition - injection @ by_state[:-1],
+        injection=injection,
+        whitener=whitener,
+        log_size=log_size,
+        mean_injection=injection.mean(axis=0),
+        predicted=P,
     )
 
 
-def _gain(
-    blocks: Blocks,
-    noise: NoiseModel,
-    channels: tuple[str, ...],
-    compared: FloatArray,
-    ways: tuple[Way, ...],
+def _steady(
+    blocks: Blocks, noise: NoiseModel, colors: Colors, transition: FloatArray, by_state: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return steady gain, what noise within a block adds to it, and the innovations' covariance.
+    """Return the steady covariance of states, and what noise within a block adds.
 
-    Process noise of a block is seen in the means over that block already.
+    Returns
+    -------
+    P : ndarray, shape (n_all, n_all)
+        Of predicted states, for the mean dynamics.
+    shared : ndarray, shape (n_all, n_channels)
+        Process noise of a block is seen in the means over that block already: covariance of its
+        part in the end of the block and in the means.
+    of_means : ndarray, shape (n_channels, n_channels)
+        Covariance of the means where states are known: noise of instruments and within the block.
     """
-    scales = blocks.scales
-    A = blocks.mean_transition / scales[:, None] * scales
-    C = compared.mean(axis=0) * scales
-    R = np.diag([noise.variances[name] / blocks.block for name in channels])
-    Q = noise.process(blocks.V, len(scales) - 3) / scales[:, None] / scales
+    channels = blocks.linearization.record.channels
+    n_x = len(blocks.scales)
+    scales = np.concatenate((blocks.scales, colors.sizes))
+    A = transition / scales[:, None] * scales
+    C = by_state * scales
+    measured = noise.of_means(channels, blocks.block)
+    Q = noise.process(blocks.V, n_x - 3)
+    moved = blocks.linearization.rate_by_control
+    Q[: n_x - 3, : n_x - 3] += np.einsum("nic,c,njc->ij", moved, noise.controls, moved) / len(moved)
+    Q = Q / blocks.scales[:, None] / blocks.scales
     # Channels in units of their noise: the equation is badly scaled otherwise.
-    units = np.sqrt(np.diag(R))
-    C, R = C / units[:, None], np.eye(len(channels))
-    scaled = [
-        (way.weight, way.state / scales[:, None] * scales, way.channels * scales / units[:, None])
-        for way in ways
-    ]
+    units = np.sqrt(measured)
+    units[colors.places] = np.sqrt(colors.variance_of_means)
+    C, R = C / units[:, None], np.diag(measured / units**2)
+    ways = [
+        (way.weight, way.state / scales[:n_x, None] * scales[:n_x],
+         way.channels * scales[:n_x] / units[:, None])
+        for way in blocks.ways
+    ]  # fmt: skip
+    rows, places = np.arange(n_x, len(scales)), colors.places
     for least in (_LEAST, 1e3 * _LEAST, 1e6 * _LEAST):
-        own = Q + least * np.eye(len(scales))
-        arrived = np.zeros(Q.shape)
-        for weight, N, _ in scaled:
-            arrived += weight * N @ own @ N.T
+        own = Q + least * np.eye(n_x)
+        arrived = np.zeros(A.shape)
         shared = np.zeros(C.T.shape)
-        for weight, N, O in scaled:  # noqa: E741
-            shared += weight * N @ own @ O.T
-        noise_of_means = R + sum(weight * O @ own @ O.T for weight, _, O in scaled)  # noqa: E741
+        noise_of_means = R.copy()
+        for weight, N, O in ways:  # noqa: E741
+            arrived[:n_x, :n_x] += weight * N @ own @ N.T
+            shared[:n_x] += weight * N @ own @ O.T
+            noise_of_means += weight * O @ own @ O.T
+        arrived[rows, rows] += (colors.by_end**2).sum(axis=1) * colors.added / colors.sizes**2
+        shared[rows, places] += (
+            (colors.by_end * colors.by_mean).sum(axis=1)
+            * colors.added
+            / (colors.sizes * units[places])
+        )
+        noise_of_means[places, places] += (
+            (colors.by_mean**2).sum(axis=1) * colors.added / units[places] ** 2
+        )
         try:
             P = steady_covariance(A, C, arrived, noise_of_means, shared)
             break
@@ -269,14 +344,10 @@ def _gain(
             continue
     else:
         raise FlightError("the fit of a model ran away; refuse the effect, or check the data")
-    covariance = C @ P @ C.T + noise_of_means
-    covariance = 0.5 * (covariance + covariance.T)
-    gain = np.linalg.solve(covariance, C @ P).T
-    within = np.linalg.solve(covariance, shared.T).T
     return (
-        scales[:, None] * gain / units,
-        scales[:, None] * within / units,
-        covariance * units[:, None] * units,
+        P * scales[:, None] * scales,
+        shared * scales[:, None] * units,
+        noise_of_means * units[:, None] * units,
     )
 
 

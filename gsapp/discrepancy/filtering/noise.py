@@ -8,12 +8,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gsapp.discrepancy.filtering.record import Record
+from gsapp.discrepancy.filtering.slopes import CONTROLS
+from gsapp.dynamics.flight_model import INPUTS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
 GUSTS = ("u", "v", "w")
 GUST_ROWS = (0, 2, 1)
 """States that gusts along x, y, z enter: V, beta, alpha."""
+WHITE_SHARE = 0.02
+"""White noise of a channel whose noise is colored, over the variance that each sample adds."""
 _FIRST_GUST = 0.1
 _FIRST_MOMENT = 0.01
 _HIGHEST = 12.0
@@ -21,6 +25,8 @@ _HIGHEST = 12.0
 _FEWEST = 50
 _FEW = 10
 _MEDIAN_OF_NORMAL = 0.6745
+_RHO = np.concatenate(([0.0], np.linspace(0.3, 0.9, 61)))
+"""Correlations that are tried; what changes more slowly than the last is a bias or turbulence."""
 _WHITE = 0.35
 """Correlation below which noise counts as white."""
 _SMALLEST: Mapping[str, float] = {
@@ -54,8 +60,10 @@ class NoiseModel:
     lengths : tuple of float
         Effective scale lengths, m.
     moments : float
-        Intensity of white noise in p', q', r', rad^2/s^3: noise of measured surfaces, and all
-        else that no channel shows.
+        Intensity of white noise in p', q', r', rad^2/s^3: what no channel shows.
+    controls : tuple of float
+        Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
+        with it, the aircraft does not.
     """
 
     variances: Mapping[str, float]
@@ -63,12 +71,19 @@ class NoiseModel:
     lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
     moments: float = _FIRST_MOMENT
     correlations: Mapping[str, float] = field(default_factory=dict)
+    controls: tuple[float, ...] = (0.0,) * len(CONTROLS)
 
-    def colors(self, channels: Sequence[str], block: int) -> FloatArray | None:
-        """Return the correlation of noise between means of successive blocks; None where white."""
-        if not any(name in self.correlations for name in channels):
-            return None
-        return np.array([_of_means(self.correlations.get(name, 0.0), block) for name in channels])
+    def of_means(self, channels: Sequence[str], block: int) -> FloatArray:
+        """Return the variance of the white noise in means over blocks, shape (n_channels,).
+
+        With colored noise little of it is white: steps of the converter.
+        """
+        return np.array(
+            [
+                self.variances[name] / block * (WHITE_SHARE if name in self.correlations else 1.0)
+                for name in channels
+            ]
+        )
 
     def with_value(self, name: str, value: float) -> NoiseModel:
         """Return the model with one number changed: ``gust.w``, ``length.w``, ``moments``."""
@@ -127,6 +142,9 @@ def first_noise(records: Sequence[Record]) -> NoiseModel:
     variances = {name: float(np.median(values)) for name, values in found.items()}
     return NoiseModel(
         variances=variances,
+        controls=tuple(
+            float(np.median([_intensity(record, name) for record in records])) for name in CONTROLS
+        ),
         correlations={name: one for name, one in correlations.items() if one > _WHITE},
     ).with_variances(variances)
 
@@ -138,13 +156,24 @@ def _from_differences(record: Record, name: str) -> float:
     """
     column = record.channels.index(name)
     samples = np.where(record.counted[:, column], record.measured[:, column], np.nan)
+    found = _third_differences(samples)
+    return _SMALLEST[name] ** 2 if found is None else found
+
+
+def _third_differences(samples: FloatArray) -> float | None:
     differences = np.diff(samples, 3)
     differences = differences[np.isfinite(differences)]
     if differences.size <= _FEW:
-        return _SMALLEST[name] ** 2
+        return None
     size = float(np.median(np.abs(differences))) / _MEDIAN_OF_NORMAL
     # 20 = 1 + 9 + 9 + 1.
     return size * size / 20.0
+
+
+def _intensity(record: Record, control: str) -> float:
+    """Return the intensity of white noise in a measured control."""
+    found = _third_differences(record.motion.inputs[:, INPUTS.index(control)])
+    return 0.0 if found is None else found * record.dt
 
 
 def variance_of_sample(record: Record, name: str, correlation: float) -> float:
@@ -164,22 +193,13 @@ def variance_of_sample(record: Record, name: str, correlation: float) -> float:
     return float((power[high] * shape).mean()) / (1.0 - correlation**2)
 
 
-def _of_means(correlation: float, block: int) -> float:
-    """Return the correlation between means of successive blocks of a first-order recursion."""
-    lags = np.arange(-(block - 1), block)
-    weights = block - np.abs(lags)
-    same = float((weights * correlation ** np.abs(lags)).sum())
-    return float((weights * correlation ** (lags + block)).sum()) / same
-
-
 def _correlation(records: Sequence[Record], name: str) -> float:
     """Return the correlation of a channel's noise from sample to sample.
 
     The shape of a first-order recursion fitted (Whittle) to the periodogram above the frequencies
-    at which an aircraft moves: there all is noise.
+    at which an aircraft moves: there all is noise, or turbulence.
     """
-    grid = np.concatenate(([0.0], np.linspace(0.3, 0.97, 68)))
-    cost = np.zeros(len(grid))
+    cost = np.zeros(len(_RHO))
     for record in records:
         column = record.channels.index(name) if name in record.channels else -1
         if column < 0 or not record.counted[:, column].all():
@@ -189,10 +209,10 @@ def _correlation(records: Sequence[Record], name: str) -> float:
         power, angle = power[high], angle[high]
         if len(power) < _FEWEST:
             continue
-        shape = 1.0 + grid[:, None] ** 2 - 2.0 * grid[:, None] * np.cos(angle)
+        shape = 1.0 + _RHO[:, None] ** 2 - 2.0 * _RHO[:, None] * np.cos(angle)
         size = (power * shape).mean(axis=1)
         cost += len(power) * np.log(size) - np.log(shape).sum(axis=1)
-    return float(grid[int(np.argmin(cost))])
+    return float(_RHO[int(np.argmin(cost))])
 
 
 def _periodogram(samples: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -101,11 +101,6 @@ def followed(one: ManeuverState, moves: FloatArray, bias: FloatArray) -> Motion:
     residual = rows[:, -1] - rows[:, :count] @ moves
     local = np.linalg.lstsq(rows[:, count:-1], residual, rcond=None)[0]
     change = seen.deviations[:, :, -1] - seen.deviations[:, :, :-1] @ np.concatenate((moves, local))
-    if own.colors is not None:
-        # A block's means were compared before its start: they must not move it.
-        white = residual - rows[:, count:-1] @ local
-        plain = np.linalg.solve(own.whitener, white.reshape(seen.innovations.shape[:2]).T).T
-        change[1:] -= (own.injection @ plain[:, :, None])[:, :, 0]
     _, _, within = own.blocks.residual(bias)
     moved = (own.blocks.reach @ change[:, None, :, None])[:, :, :, 0] + within
     moved = moved.reshape(-1, moved.shape[2])

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsapp.discrepancy.filtering.fitting import Fit
-from gsapp.discrepancy.filtering.noise import GUST_ROWS, GUSTS, NoiseModel
+from gsapp.discrepancy.filtering.noise import GUST_ROWS, GUSTS, WHITE_SHARE, NoiseModel
 from gsapp.discrepancy.filtering.passing import ManeuverState
 
 _LARGEST_STEP = 6.0
@@ -42,24 +42,68 @@ def tune(fit: Fit, rounds: int = 4) -> None:
 def choose_colors(fit: Fit, rounds: int) -> None:
     """Decide, in place, whether the noise of instruments is colored; the fit was linearized.
 
-    What looks like it may be turbulence. So both are tuned, and the more likely one stays.
+    What looks like it may be turbulence. So it is tried as it looks, with the instruments that
+    turbulence reaches like the others, with those white, and all white; the most likely one stays.
     """
-    if not any(one.correlations for one in fit.noise.values()):
+    first = fit.noise
+    if not any(one.correlations for one in first.values()):
         return
-    tune(fit, rounds)
-    colored, with_colors = dict(fit.noise), _cost_each(fit)
-    fit.noise = {name: replace(one, correlations={}) for name, one in colored.items()}
+    best, least = first, np.inf
+    for shape in _SHAPES:
+        fit.noise = {name: replace(one, correlations=shape(one)) for name, one in first.items()}
+        tune(fit, rounds)
+        cost = fit.cost()
+        if cost < least:
+            best, least = fit.noise, cost
+    fit.noise = dict(best)
     fit.refilter()
-    tune(fit, rounds)
-    if _cost_each(fit) > with_colors:
-        fit.noise = colored
-        fit.refilter()
+    for _ in range(_RECOLORINGS):
+        _recolor(fit)
+        tune(fit, 1)
 
 
-def _cost_each(fit: Fit) -> float:
-    """Return minus two log likelihoods per block: colored noise leaves one block less."""
-    blocks = sum(len(one.filtered.compared) for one in fit.maneuvers)
-    return fit.cost() / max(blocks, 1)
+def _as_they_look(noise: NoiseModel) -> dict[str, float]:
+    return dict(noise.correlations)
+
+
+def _like_the_others(noise: NoiseModel) -> dict[str, float]:
+    """Return correlations where channels that feel turbulence have that of the others."""
+    usual = float(np.median([noise.correlations.get(name, 0.0) for name in _STEADY]))
+    found = {name: noise.correlations[name] for name in noise.correlations if name in _STEADY}
+    if usual > 0.0:
+        found |= {name: usual for name in noise.correlations if name not in _STEADY}
+    return found
+
+
+def _steady_only(noise: NoiseModel) -> dict[str, float]:
+    return {name: value for name, value in noise.correlations.items() if name in _STEADY}
+
+
+def _white(_: NoiseModel) -> dict[str, float]:
+    return {}
+
+
+_STEADY = ("p", "q", "r", "phi", "theta")
+"""Channels that turbulence reaches through the motion of the aircraft only."""
+_SHAPES = (_as_they_look, _like_the_others, _steady_only, _white)
+_RECOLORINGS = 4
+_LEAST_COLOR, _MOST_COLOR = 0.05, 0.97
+
+
+def _recolor(fit: Fit) -> None:
+    """Move the correlation of colored noise, in place, to what the smoother sees of it."""
+    for flight, noise in fit.noise.items():
+        found: dict[str, list[float]] = {}
+        for one in fit.maneuvers:
+            if one.record.flight != flight or not len(one.filtered.colors.places):
+                continue
+            own = one.filtered
+            z, b, _ = own.residual(fit.bias_of(one.record))
+            kept = np.clip(own.kept_colors(z, b), _LEAST_COLOR**own.block, 1.0)
+            for place, share in zip(own.colors.places, kept ** (1.0 / own.block), strict=True):
+                found.setdefault(one.record.channels[place], []).append(float(share))
+        moved = {name: min(float(np.median(values)), _MOST_COLOR) for name, values in found.items()}
+        fit.noise[flight] = replace(noise, correlations={**noise.correlations, **moved})
 
 
 def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> NoiseModel:
@@ -68,15 +112,16 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
         own = one.filter = one.filtered.with_noise(noise)
         held: dict[str, float] = {}
         expected: dict[str, float] = {}
-        process, measurement = own.adjoints(fit.residual_innovations(one))
-        by_process, by_measurement = own.expected()
+        seen_of, usual_of = own.adjoints(fit.residual_innovations(one)), own.expected()
         steps = slice(_SKIPPED, None)
         n_states = len(one.motion.states)
         V = float(np.mean(one.motion.states[0]))
         for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
             entry = np.zeros(n_states + 3)
             entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
-            for way, seen, usual in zip(own.ways, process, by_process, strict=True):
+            for way, seen, usual in zip(
+                own.blocks.ways, seen_of.process, usual_of.process, strict=True
+            ):
                 _add(
                     held,
                     expected,
@@ -85,7 +130,9 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
                     way.weight * len(seen[steps]) * float(entry @ usual @ entry),
                 )
         for row in (3, 4, 5):
-            for way, seen, usual in zip(own.ways, process, by_process, strict=True):
+            for way, seen, usual in zip(
+                own.blocks.ways, seen_of.process, usual_of.process, strict=True
+            ):
                 _add(
                     held,
                     expected,
@@ -93,15 +140,25 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
                     way.weight * float((seen[steps, row] ** 2).sum()),
                     way.weight * len(seen[steps]) * float(usual[row, row]),
                 )
-        measurement = measurement[steps]
-        counted = own.compared_counted[steps]
+        counted = own.counted[steps]
+        measurement = seen_of.measurement[steps]
         for column, name in enumerate(one.record.channels):
+            white = 1.0 if name not in noise.correlations else WHITE_SHARE / own.block
             _add(
                 held,
                 expected,
                 name,
-                float((measurement[counted[:, column], column] ** 2).sum()),
-                float(counted[:, column].sum() * by_measurement[column, column]),
+                white * float((measurement[counted[:, column], column] ** 2).sum()),
+                white * float(counted[:, column].sum() * usual_of.measurement[column, column]),
+            )
+        for color, column in enumerate(own.colors.places):
+            here = counted[: len(seen_of.colors) - _SKIPPED, column]
+            _add(
+                held,
+                expected,
+                one.record.channels[column],
+                float((seen_of.colors[steps][here, color] ** 2).sum()),
+                float(here.sum() * usual_of.colors[color].sum()),
             )
         for name, size in expected.items():
             if size > 0.0:
