@@ -23,6 +23,7 @@ from calibration.wizard.other_work import AccelerometerWork
 from calibration.wizard.slices import Slice
 from calibration.wizard.state import Group, Work
 from calibration.wizard.station import Answer, Draft, Header, Outcome, Reference, Showing, Station
+from calibration.wizard.unrest import Unrest
 from calibration.wizard.view import Action, Phase
 
 _STILL = 3.0
@@ -49,14 +50,17 @@ class AccelerometerStation(Station):
         self._header = header
         self._factory = reference.factory
         self._still = still_watch(group.channels, seconds=_STILL, factory=self._factory)
+        self._unrest = Unrest()
 
     def restart(self) -> None:
         """Begin to watch anew: a step was made."""
         self._still.restart()
+        self._unrest.restart()
 
     def feed(self, one: Slice) -> None:
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
+        self._unrest.feed(self._still.reading)
 
     def phase(self, work: Work) -> Phase:
         """Return which page it is."""
@@ -164,7 +168,6 @@ class AccelerometerStation(Station):
         return next(one for one in self._group.instruments if one.channel == axis)
 
     def _warnings(self, lain: AccelerometerWork) -> tuple[str, ...]:
-        reading = self._still.reading
         if self._rested is not None:
             found = recognize_position(self._rested.volts, factory=self._factory)
             if found is None:
@@ -174,7 +177,7 @@ class AccelerometerStation(Station):
                 )
             if found not in lain.open_positions:
                 return (f"{POSITION_WORDS[found]} was taken already",)
-        return (f"not at rest: {reading.why}",) if reading.why else ()
+        return self._unrest.warnings
 
 
 def _draft(position: Position, rest: Rest) -> Draft:

@@ -23,10 +23,13 @@ from calibration.wizard.other_work import AskedTurn, GyroWork
 from calibration.wizard.slices import Slice
 from calibration.wizard.state import Group, Work
 from calibration.wizard.station import Answer, Draft, Header, Outcome, Reference, Showing, Station
+from calibration.wizard.unrest import Unrest
 from calibration.wizard.view import Action, Phase
 
 _STILL = 5.0
 """Seconds of rest for the zeros."""
+_MOST_OF = 0.6
+"""Share of the angle asked for that makes a turn; laying the aircraft on the table makes none."""
 
 
 class GyroStation(Station):
@@ -52,16 +55,22 @@ class GyroStation(Station):
         self._still = still_watch(
             (*group.channels, *self._beside), seconds=_STILL, factory=self._factory
         )
-        self._turn = TurnWatch(group.channels, factory=self._factory)
+        self._unrest = Unrest()
+        least = [_MOST_OF * one.turn for one in group.instruments if one.turn is not None]
+        self._turn = TurnWatch(
+            group.channels, least=min(least, default=180.0), factory=self._factory
+        )
 
     def restart(self) -> None:
         """Begin to watch anew: a step was made."""
         self._still.restart()
+        self._unrest.restart()
         self._turn.restart()
 
     def feed(self, one: Slice) -> None:
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
+        self._unrest.feed(self._still.reading)
         self._turn.feed(one.times, one.volts)
 
     def phase(self, work: Work) -> Phase:
@@ -120,7 +129,7 @@ class GyroStation(Station):
                 amount=round(reading.progress * _STILL / BLOCK) * BLOCK,
                 amount_goal=_STILL,
                 amount_unit="s",
-                warnings=(f"not at rest: {reading.why}",) if reading.why else (),
+                warnings=self._unrest.warnings,
             )
         points = tuple(turn.point for _, turn in gyro.turns)
         if phase == "gyro_turn":

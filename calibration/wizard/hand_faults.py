@@ -122,22 +122,24 @@ class HandFaults:
         found = self._at_once()
         if not found and sign_asked and not moved:
             found = self._without_movement()
-        self._seen = found
+        self._seen = self._same(found)
 
     def after_movement(self) -> tuple[InstrumentFault, ...]:
         """Return what is wrong, now that the crew has moved it to the positive side."""
-        open_wire = self._open_wire()
-        if open_wire:
-            self._seen = open_wire
-            return open_wire
         names = [name for name, other in self._others.items() if other.held_elsewhere]
-        self._seen = find_faults(
+        found = self._open_wire() or find_faults(
             self._instrument.channel,
             self._volts((self._instrument.channel, *names), _TRAIL),
             sense=1,
             slope_sign=self._slope,
         )
+        self._seen = self._same(found)
         return self._seen
+
+    def _same(self, found: tuple[InstrumentFault, ...]) -> tuple[InstrumentFault, ...]:
+        """Return faults that were seen before as they were told then: their figures waver."""
+        before = {(fault.kind, fault.other): fault for fault in self._seen}
+        return tuple(before.get((fault.kind, fault.other), fault) for fault in found)
 
     def _at_once(self) -> tuple[InstrumentFault, ...]:
         """Return what needs no movement to be seen."""

@@ -20,11 +20,16 @@ from calibration.wizard.other_work import PressureWork
 from calibration.wizard.slices import Slice
 from calibration.wizard.state import Group, Work
 from calibration.wizard.station import Answer, Draft, Header, Outcome, Reference, Showing, Station
+from calibration.wizard.unrest import Unrest
 from calibration.wizard.view import Action, Phase
 
 _DYNAMIC, _STATIC = "dynamic_pressure", "static_pressure"
 _STILL = 3.0
 """Seconds of steady pressure."""
+_WITHOUT_BAROMETER = (
+    "the static pressure was not held against a barometer: enter the pressure at the field, or "
+    "accept and keep its former certificate",
+)
 
 
 class PressureStation(Station):
@@ -59,6 +64,7 @@ class PressureStation(Station):
             )
         self._known = {name: one for name, one in known.items() if one is not None}
         self._still = covered_watch(self._known[_DYNAMIC], self._known.get(_STATIC), seconds=_STILL)
+        self._unrest = Unrest()
         self._blow: BlowDetector | None = None
         self._covered = False
         self._said = ""
@@ -66,6 +72,7 @@ class PressureStation(Station):
     def restart(self) -> None:
         """Begin to watch anew: a step was made."""
         self._still.restart()
+        self._unrest.restart()
         self._blow = None
         self._covered = False
         self._said = ""
@@ -73,6 +80,7 @@ class PressureStation(Station):
     def feed(self, one: Slice) -> None:
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
+        self._unrest.feed(self._still.reading)
         if self._blow is not None:
             self._blow.feed(one.times, one.volts)
 
@@ -134,7 +142,7 @@ class PressureStation(Station):
                 amount=round(reading.progress * _STILL / BLOCK) * BLOCK,
                 amount_goal=_STILL,
                 amount_unit="s",
-                warnings=(f"not steady: {reading.why}",) if reading.why else (),
+                warnings=self._unrest.warnings,
             )
         if phase == "pressure_blow":
             blow = None if self._blow is None else self._blow.reading
@@ -168,10 +176,7 @@ class PressureStation(Station):
         doubts: list[str] = []
         for name in self._group.channels:
             if name == _STATIC and air is None:
-                doubts.append(
-                    "the static pressure was not held against a barometer: enter the pressure at "
-                    "the field, or accept and keep its former certificate"
-                )
+                doubts += _WITHOUT_BAROMETER if pressure.share == 1.0 else ()
                 continue
             try:
                 found.append(self._at_known_pressure(name, pressure.zero, stamp, air))

@@ -15,7 +15,7 @@ def sign_prompt(instrument: InstrumentPlan, hint: Hint) -> str:
     """Return how to prove the sign."""
     if hint == "against":
         return (
-            f"The volts went against the certificate in force: is it {instrument.positive} now? "
+            f"The volts went the other way than expected: is it {instrument.positive} now? "
             "Confirm, or move it the right way."
         )
     if hint == "little":
@@ -26,7 +26,7 @@ def sign_prompt(instrument: InstrumentPlan, hint: Hint) -> str:
 def sign_spoken(instrument: InstrumentPlan, hint: Hint) -> str:
     """Return the same in few words."""
     if hint == "against":
-        return f"Against the certificate. Is it {instrument.positive}?"
+        return f"The other way than expected. Is it {instrument.positive}?"
     return f"{instrument.title}, {instrument.positive}"
 
 
