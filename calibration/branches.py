@@ -45,6 +45,8 @@ class Readings:
         Number of the setting of each point; settings ascend.
     two_sided : bool
         Whether both branches were measured, so that h can be found.
+    noise : float
+        Standard deviation of single samples, V, over the points where it was noted; 0 otherwise.
     """
 
     volts: FloatArray
@@ -52,6 +54,7 @@ class Readings:
     side: FloatArray
     settings: FloatArray
     two_sided: bool
+    noise: float = 0.0
 
     @classmethod
     def of(cls, points: Sequence[CalibrationPoint]) -> Readings:
@@ -68,7 +71,15 @@ class Readings:
         if turning.any() and _chance(volts, values, said, turning) < DOUBT:
             side = np.where(turning, 0.0, said)
         two_sided = bool(np.any(side > 0.0) and np.any(side < 0.0))
-        return cls(volts=volts, values=values, side=side, settings=settings, two_sided=two_sided)
+        noted = [point.noise**2 for point in points if point.noise > 0.0]
+        return cls(
+            volts=volts,
+            values=values,
+            side=side,
+            settings=settings,
+            two_sided=two_sided,
+            noise=float(np.sqrt(np.mean(noted))) if noted else 0.0,
+        )
 
     def __len__(self) -> int:
         """Return the number of points."""

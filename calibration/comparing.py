@@ -8,7 +8,7 @@ scatter of the points and the uncertainty of the former curve explain.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -103,10 +103,7 @@ def compare(new: Certificate, former: Certificate) -> Drift:
     ratio = 1.0
     if new.ratiometric and former.ratiometric and new.excitation_voltage:
         ratio = (former.excitation_voltage or new.excitation_voltage) / new.excitation_voltage
-    points = [
-        CalibrationPoint(volts=point.volts * ratio, value=point.value, direction=point.direction)
-        for point in new.points
-    ]
+    points = [replace(point, volts=point.volts * ratio) for point in new.points]
     shift = _shift(former, points)
     words = _words(shift, former)
     return Drift(

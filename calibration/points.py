@@ -26,8 +26,11 @@ class CalibrationPoint:
         What the instrument was set to, in the unit of the certificate.
     direction : {"up", "down", "single"}
         Whether the value was reached from below or from above; ``single`` where it was not noted.
+    noise : float
+        Standard deviation of single samples meanwhile, V; 0 where it was not noted.
     """
 
     volts: float
     value: float
     direction: Direction = "single"
+    noise: float = 0.0

@@ -49,9 +49,10 @@ class Quality:
     places : tuple of float
         Voltages along the range, V, ascending.
     half_widths : tuple of float
-        95 % half widths of the value there, for one reading whose direction is not known: from
-        scatter of the settings, play, and converter. What all settings have in common, as an error
-        of the protractor's own zero, no points can tell. Empty where nothing is known.
+        95 % half widths of the value there, for one sample whose direction is not known: from
+        scatter of the settings, play, converter, and noise where the points tell it. What all
+        settings have in common, as an error of the protractor's own zero, no points can tell.
+        Empty where nothing is known.
     outliers : tuple of int
         Indices of points that do not fit the others.
     """
@@ -143,6 +144,9 @@ def assess(
     # The ends to the last bit, so that no voltage within the range lies outside.
     places = np.array([low, *np.linspace(low, high, PLACES)[1:-1].round(4), high])
     known = np.isfinite(branch_fit.scatter)
+    noise = float(
+        np.hypot(readings.noise, count / np.sqrt(12.0) if readings.noise < count else 0.0)
+    )
     width = branch_fit.hysteresis
     std = branch_fit.hysteresis_std
     return Quality(
@@ -161,7 +165,7 @@ def assess(
         travel=travel,
         places=tuple(float(v) for v in places) if known else (),
         half_widths=(
-            tuple(float(u) for u in half_widths(branch_fit, places, count, rivals)) if known else ()
+            tuple(float(u) for u in half_widths(branch_fit, places, noise, rivals)) if known else ()
         ),
         outliers=outliers,
     )
@@ -221,14 +225,14 @@ def return_to_zero(readings: Readings, branch_fit: BranchFit) -> float | None:
 def half_widths(
     branch_fit: BranchFit,
     volts: FloatArray,
-    count: float,
+    noise: float,
     rivals: Sequence[tuple[float, BranchFit]] = (),
 ) -> FloatArray:
     """Return the 95 % half width of the value that the curve tells at volts.
 
     The instrument is on one branch or the other, h/2 away from the curve, and which one is not
     known when it is read; to that come the uncertainty of the branch itself, that of the choice
-    of the degree (how far other degrees would lie, by their shares), and the step of the converter.
+    of the degree (how far other degrees would lie, by their shares), and the noise of a sample.
     The half width U holds 95 % of that sum: P(|h/2 + e| < U) = 0.95, with e by Student.
 
     Parameters
@@ -237,8 +241,8 @@ def half_widths(
         The curve; its scatter must be known.
     volts : ndarray, shape (n,)
         V.
-    count : float
-        One count of the converter, V.
+    noise : float
+        Standard deviation of a sample, its rounding by the converter included, V.
     rivals : sequence of (float, BranchFit)
         As in `assess`.
 
@@ -249,9 +253,8 @@ def half_widths(
     # SciPy's special functions take a third of a second to import; no window waits for them.
     from scipy.special import stdtr
 
-    steps = slope_of(branch_fit.coefficients, volts) * count
     variance = 0.5 * (branch_fit.variance(volts, 1.0) + branch_fit.variance(volts, -1.0))
-    variance += steps**2 / 12.0
+    variance += (slope_of(branch_fit.coefficients, volts) * noise) ** 2
     for share, rival in rivals:
         variance += share * (rival.value(volts) - branch_fit.value(volts)) ** 2
     std = np.sqrt(variance)

@@ -33,6 +33,7 @@ class _Point(StrictModel):
     volts: Voltage
     value: str
     direction: Literal["up", "down", "single"] = "single"
+    noise: Voltage = 0.0
 
 
 class _FitSection(StrictModel):
@@ -80,6 +81,7 @@ def load_certificate(path: str | Path) -> Certificate:
             volts=point.volts,
             value=read_in_unit(point.value, unit, key, f"points[{index}].value", problems),
             direction=point.direction,
+            noise=point.noise,
         )
         for index, point in enumerate(file.points)
     )
@@ -221,6 +223,7 @@ def certificate_content(certificate: Certificate) -> dict[str, Any]:
             "volts": f"{float(point.volts)!r} V",
             "value": f"{float(point.value)!r} {unit}".rstrip(),
             "direction": point.direction,
+            **({"noise": f"{point.noise:.3g} V"} if point.noise else {}),
         }
         for point in certificate.points
     ]

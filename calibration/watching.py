@@ -6,8 +6,7 @@ how the samples were cut into pieces on their way.
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -36,6 +35,9 @@ FEWEST = 5
 
 STRETCH = 3.0
 
+GAP = 0.5
+"""Seconds without a sample after which everything before is forgotten."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WatchReading:
@@ -52,6 +54,7 @@ class WatchReading:
         Of single samples about their mean, V.
     uncertainty : float
         Standard deviation of the mean, V; samples that resemble their neighbors count for less.
+        While the instrument moves, that of single samples.
     steady_for : float
         Seconds since the instrument came to rest; 0 while it is not at rest, and after `restart`
         until it has been seen to move.
@@ -61,7 +64,7 @@ class WatchReading:
     excitation : float or None
         Mean supply over the same window, V.
     time : float
-        Of the last sample, s; NaN before the first.
+        When that was judged, s; NaN before the first time.
     """
 
     state: WatchState
@@ -91,16 +94,16 @@ class VoltsWatch:
         self._window = window
         self._step = full_scale / 2**bits
         self._full_scale = full_scale
-        self._samples: deque[tuple[float, float, float]] = deque()
-        self._tick = 0
+        self._rows = np.empty((3, 0))
+        self._last = -np.inf
         self._rest_began: float | None = None
-        self._reference = float("nan")
+        self._left = float("nan")
         self._moved = False
         self._reading = WatchReading(state="absent")
 
     @property
     def reading(self) -> WatchReading:
-        """Return what is known at the last sample fed."""
+        """Return what was known at the last tick of the samples fed."""
         return self._reading
 
     def restart(self) -> None:
@@ -110,7 +113,8 @@ class VoltsWatch:
         """
         self._moved = False
         self._rest_began = None
-        self._reference = self._reading.volts
+        self._left = self._reading.volts
+        self._reading = replace(self._reading, moved=False, steady_for=0.0)
 
     def feed(
         self, times: FloatArray, volts: FloatArray, excitation: FloatArray | None = None
@@ -120,42 +124,53 @@ class VoltsWatch:
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s, ascending; NaN in `volts` is a missing sample.
+            s, ascending; where they jump back everything before is forgotten.
         volts : ndarray, shape (n,)
-            V.
+            V; NaN is a missing sample.
         excitation : ndarray, shape (n,), optional
             Supply, V.
         """
-        supply = np.full(times.size, np.nan) if excitation is None else excitation
-        for time, value, source in zip(
-            times.tolist(), volts.tolist(), supply.tolist(), strict=True
-        ):
-            tick = int(time // TICK)
-            if tick != self._tick:
-                self._tick = tick
-                self._judge(time)
-            if value == value:
-                self._samples.append((time, value, source))
-
-    def _judge(self, time: float) -> None:
-        """Judge the samples before `time`."""
-        samples = self._samples
-        while samples and samples[0][0] < time - STRETCH * self._window:
-            samples.popleft()
-        inside = [sample for sample in samples if sample[0] >= time - self._window]
-        if len(inside) < FEWEST:
-            inside = list(samples)[-FEWEST:]
-        if len(inside) < FEWEST:
-            self._rest_began = None
-            self._reading = WatchReading(state="absent", moved=self._moved, time=time)
+        if not times.size:
             return
-        rows = np.array(inside)
-        at, volts, supply = rows.T
-        state, std = self._state(volts)
-        mean = float(volts.mean())
-        if state == "moving" or abs(mean - self._reference) > 2.0 * STILL_COUNTS * self._step:
+        if times[0] < self._last:
+            self._rows = self._rows[:, :0]
+            self._rest_began = None
+        supply = np.full(times.size, np.nan) if excitation is None else excitation
+        former = self._last
+        rows = np.hstack([self._rows, np.array([times, volts, supply], dtype=np.float64)])
+        ticks = np.floor(np.concatenate([[former], times]) / TICK)
+        for now in times[np.flatnonzero(np.diff(ticks) != 0.0)].tolist():
+            if np.isfinite(former) and now >= former:
+                self._judge(rows[:, : np.searchsorted(rows[0], now)], now)
+        self._last = float(times[-1])
+        oldest = np.searchsorted(rows[0], self._last - STRETCH * self._window - TICK)
+        self._rows = rows[:, oldest:]
+
+    def _judge(self, rows: FloatArray, now: float) -> None:
+        """Judge the samples (times, volts, supply) before `now`."""
+        rows = rows[:, np.searchsorted(rows[0], now - STRETCH * self._window) :]
+        rows = rows[:, np.isfinite(rows[1])]
+        gaps = np.flatnonzero(np.diff(rows[0], append=now) > GAP)
+        if gaps.size:
+            # What was before may have been anywhere since.
+            forgotten = rows[0, gaps[-1]]
+            rows = rows[:, gaps[-1] + 1 :]
+            if self._rest_began is not None and self._rest_began <= forgotten:
+                self._rest_began = None
+        count = rows.shape[1] - int(np.searchsorted(rows[0], now - self._window))
+        if rows.shape[1] < FEWEST:
+            self._rest_began = None
+            self._reading = WatchReading(state="absent", moved=self._moved, time=now)
+            return
+        at, volts, supply = rows[:, -max(count, FEWEST) :]
+        mean = float(volts.sum()) / volts.size
+        deviation = volts - mean
+        std = float(np.sqrt(deviation @ deviation / (volts.size - 1)))
+        state = self._state(volts, std)
+        if state == "moving" or abs(mean - self._left) > 2.0 * STILL_COUNTS * self._step:
             self._moved = True
-        if state not in {"steady", "noisy"}:
+        rested = state in {"steady", "noisy"}
+        if not rested:
             self._rest_began = None
         elif self._rest_began is None and self._moved:
             self._rest_began = float(at[0])
@@ -164,39 +179,39 @@ class VoltsWatch:
             state=state,
             volts=mean,
             std=std,
-            uncertainty=mean_uncertainty(volts, self._step),
-            steady_for=0.0 if self._rest_began is None else time - self._rest_began,
+            uncertainty=mean_uncertainty(deviation, self._step) if rested else std,
+            steady_for=0.0 if self._rest_began is None else now - self._rest_began,
             moved=self._moved,
-            excitation=float(known.mean()) if known.size else None,
-            time=time,
+            excitation=float(known.sum()) / known.size if known.size else None,
+            time=now,
         )
 
-    def _state(self, volts: FloatArray) -> tuple[WatchState, float]:
-        """Return the state of a window, and the standard deviation of its samples."""
-        std = float(volts.std(ddof=1))
-        low, high = 1.5 * self._step, self._full_scale - 2.5 * self._step
-        if np.mean((volts <= low) | (volts >= high)) >= CLIPPED_SHARE:
-            return "clipped", std
+    def _state(self, volts: FloatArray, std: float) -> WatchState:
+        """Return the state of a window whose samples have a standard deviation."""
+        ends = (volts <= 1.5 * self._step) | (volts >= self._full_scale - 2.5 * self._step)
+        if np.count_nonzero(ends) >= CLIPPED_SHARE * volts.size:
+            return "clipped"
         # Noise from one sample to the next: a movement does not count into it.
-        noise = float(np.median(np.abs(np.diff(volts)))) / (0.6745 * np.sqrt(2.0))
+        changes = np.sort(np.abs(np.diff(volts)))
+        noise = float(changes[changes.size // 2]) / (0.6745 * np.sqrt(2.0))
         noise = max(noise, self._step / np.sqrt(12.0))
-        parts = np.array_split(volts, min(SEGMENTS, volts.size // 2))
-        means = np.array([part.mean() for part in parts])
-        allowed = max(
-            STILL_COUNTS * self._step, 5.0 * noise / np.sqrt(min(part.size for part in parts))
-        )
-        if float(np.ptp(means)) > allowed:
-            return "moving", std
-        return ("noisy" if std > NOISY_COUNTS * self._step else "steady"), std
+        # Medians, so that a contact lost for a sample is noise and not a movement.
+        parts = min(SEGMENTS, volts.size // 2)
+        length = volts.size // parts
+        medians = np.sort(volts[-parts * length :].reshape(parts, length))[:, length // 2]
+        allowed = max(STILL_COUNTS * self._step, 6.0 * noise / np.sqrt(length))
+        if float(medians.max() - medians.min()) > allowed:
+            return "moving"
+        return "noisy" if std > NOISY_COUNTS * self._step else "steady"
 
 
-def mean_uncertainty(volts: FloatArray, step: float) -> float:
+def mean_uncertainty(deviation: FloatArray, step: float) -> float:
     """Return the standard deviation of the mean of samples that resemble their neighbors.
 
     Parameters
     ----------
-    volts : ndarray, shape (n,)
-        V.
+    deviation : ndarray, shape (n,)
+        Of the samples from their mean, V.
     step : float
         Of the converter, V: where all samples fall on one count, the mean is no better than it.
 
@@ -205,9 +220,8 @@ def mean_uncertainty(volts: FloatArray, step: float) -> float:
     float
         V.
     """
-    n = volts.size
-    deviation = volts - volts.mean()
-    variance = float(np.mean(deviation**2))
+    n = deviation.size
+    variance = float(deviation @ deviation) / n
     if variance < (0.25 * step) ** 2:
         return step / float(np.sqrt(12.0))
     # Correlations add up in pairs for as long as a pair is positive.

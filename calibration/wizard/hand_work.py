@@ -41,7 +41,9 @@ class Taken:
     @property
     def point(self) -> CalibrationPoint:
         """Return it as the fit takes it."""
-        return CalibrationPoint(volts=self.volts, value=self.value, direction=self.direction)
+        return CalibrationPoint(
+            volts=self.volts, value=self.value, direction=self.direction, noise=self.std
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
