@@ -7,7 +7,6 @@ sensor that a file leaves out takes the defaults given here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
@@ -327,6 +326,30 @@ class Controls(StrictModel):
     flap: Control = Field(default_factory=Control)
 
 
+class Axles(StrictModel):
+    """Centers of the wheels' axles, from the CG, m; None for those that there are not.
+
+    Reads as a mapping of those that there are; `main` stands for the middle of left and right.
+    """
+
+    nose: Position | None = None
+    tail: Position | None = None
+    main: Position | None = None
+    left: Position | None = None
+    right: Position | None = None
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the axles that there are."""
+        return tuple(name for name in type(self).model_fields if getattr(self, name) is not None)
+
+    def __getitem__(self, name: str) -> Position:
+        """Return where an axle is."""
+        place: Position | None = getattr(self, name, None) if name in self.keys() else None
+        if place is None:
+            raise KeyError(name)
+        return place
+
+
 class Aircraft(StrictModel):
     """An aircraft file, read.
 
@@ -336,8 +359,8 @@ class Aircraft(StrictModel):
         For titles and reports.
     source : str
         Where the numbers come from.
-    axles : mapping of str to position
-        Centers of the wheels' axles, ``nose``, ``left``, ``right`` or ``main``, for weighing, m.
+    axles : Axles
+        For weighing.
     """
 
     name: str = "aircraft"
@@ -348,7 +371,7 @@ class Aircraft(StrictModel):
     sensors: Sensors = Field(default_factory=Sensors)
     controls: Controls = Field(default_factory=Controls)
     limits: Limits = Field(default_factory=Limits)
-    axles: Mapping[str, Position] = Field(default_factory=dict)
+    axles: Axles = Field(default_factory=Axles)
 
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""

@@ -23,6 +23,7 @@ from typing import Final
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from gsapp.aircraft.config import Axles
 from gsapp.aircraft.measured import Measured, MeasuredAngle, MeasuredWeight
 from gsapp.foundation import FlightError, StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -201,13 +202,13 @@ def cg_from_three_points(
     return _weigh((one, two, three), pitch, bank, height, axes=2)
 
 
-def weigh(record: WeighingRecord, axles: Mapping[str, Position]) -> Weighing:
+def weigh(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weighing:
     """Return mass and CG from what a flight card holds.
 
     Parameters
     ----------
     record : WeighingRecord
-    axles : mapping of str to position
+    axles : Axles or mapping of str to position
         Those of the aircraft file, m.
 
     Raises

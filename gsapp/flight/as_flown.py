@@ -15,7 +15,7 @@ Products Ixy and Iyz, which a load off the plane of symmetry would bring, are le
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -56,7 +56,7 @@ class AsFlown:
     shift: Position = _HERE
     remarks: tuple[str, ...] = ()
 
-    def after(self, burned: float) -> Aircraft:
+    def after(self, burned: float) -> AsFlown:
         """Return the aircraft with so much fuel gone, kg: what tanks off the CG do in flight.
 
         Mass and fuel stay those of the take-off, since a maneuver has a mass of its own; the same
@@ -70,10 +70,15 @@ class AsFlown:
             for name in _NAMES
         )
         if not changed and math.hypot(*loaded.center) < _SAME_PLACE:
-            return self.aircraft
+            return self
         moved = _about(self.aircraft, loaded.center)
         kept = {"mass": properties.mass, "fuel_position": moved.mass.fuel_position}
-        return moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)})
+        x, y, z = (a + b for a, b in zip(self.shift, loaded.center, strict=True))
+        return replace(
+            self,
+            aircraft=moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)}),
+            shift=(x, y, z),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,7 +211,7 @@ def _at(mass: float, place: FloatArray) -> FloatArray:
 
 def _about(aircraft: Aircraft, center: Position) -> Aircraft:
     """Return an aircraft whose positions count from another CG; what is not listed stays at it."""
-    sensors = aircraft.sensors
+    sensors, axles = aircraft.sensors, aircraft.axles
     return aircraft.model_copy(
         update={
             "sensors": sensors.model_copy(
@@ -217,7 +222,9 @@ def _about(aircraft: Aircraft, center: Position) -> Aircraft:
             ),
             "propulsion": _moved(aircraft.propulsion, "position", center),
             "mass": _moved(aircraft.mass, "fuel_position", center),
-            "axles": {name: _from(place, center) for name, place in aircraft.axles.items()},
+            "axles": axles.model_copy(
+                update={name: _from(place, center) for name, place in {**axles}.items()}
+            ),
         }
     )
 
@@ -250,9 +257,9 @@ def _reference_words(center: Position, aircraft: Aircraft) -> str:
     x, _, _ = center
     geometry = aircraft.geometry
     return (
-        "sensors and engines count from the CG as flown, and moments are taken about it: about the "
-        f"aircraft file's they are C_m {x / geometry.chord:+.3f} C_N and "
-        f"C_n {x / geometry.span:+.4f} C_Y"
+        "sensors and engines count from the CG as flown; moments about the aircraft file's are "
+        f"those about it with {x / geometry.chord:+.3f} C_N in pitch and "
+        f"{x / geometry.span:+.4f} C_Y in yaw"
     )
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft
+from gsapp.aircraft.config import Axles
 from gsapp.aircraft.weighing import weigh
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
@@ -139,7 +140,7 @@ def _fuel(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
 def _scales(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
     if info.weighing is None:
         return
-    axles = {} if aircraft is None else aircraft.axles
+    axles = Axles() if aircraft is None else aircraft.axles
     try:
         found = weigh(info.weighing, axles)
     except FlightError as error:

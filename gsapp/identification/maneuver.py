@@ -17,6 +17,7 @@ from gsapp.identification.air import with_air_data
 from gsapp.identification.alignment import aligned, lateness, touched
 from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
+from gsapp.quantities.fields import Position
 
 _MARGIN = 32
 """Samples beside a maneuver that bringing late channels to their time may reach into."""
@@ -45,6 +46,8 @@ class Maneuver:
         ``doublet``, ``3-2-1-1``, ...; empty where nobody said.
     clipped : mapping of str to ndarray of bool, shape (n,)
         Samples at the end of an instrument's range, by channel.
+    cg_shift : tuple of float
+        From the CG of the aircraft file, about which models hold, to the one flown, m.
     remarks : tuple of str
         What its estimate should say of the aircraft: another mass or CG than the file's.
     """
@@ -57,6 +60,7 @@ class Maneuver:
     mass: float
     kind: str = ""
     clipped: Mapping[str, BoolArray] = field(default_factory=dict)
+    cg_shift: Position = (0.0, 0.0, 0.0)
     remarks: tuple[str, ...] = ()
 
     @property

@@ -21,7 +21,7 @@ from gsapp.foundation.toml import validate
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 B777 = load_aircraft("b777")
-WHEELS = {name: np.array(place) for name, place in B777.axles.items()}
+WHEELS = {name: np.array(place) for name, place in {**B777.axles}.items()}
 
 
 def loads_of(mass: float, cg: np.ndarray, pitch: float = 0.0, bank: float = 0.0) -> dict:
