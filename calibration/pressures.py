@@ -23,7 +23,7 @@ from gsapp.quantities import channel, from_si, to_si
 
 BlowState = Literal["waiting", "blowing", "green", "reversed", "blocked", "leaking"]
 
-_QUIET, _QUIET_STD = 5.0, 12.0
+_QUIET, _QUIET_STD = 2.5, 6.0
 """Pa: how far half-second means of the dynamic pressure may wander, and its samples scatter."""
 _STATIC_QUIET, _STATIC_STD = 60.0, 150.0
 """The same for the static pressure, Pa."""
@@ -48,6 +48,9 @@ def covered_watch(
     dynamic: Certificate, static: Certificate | None = None, *, seconds: float = 3.0
 ) -> RestWatch:
     """Return a watch for steady pressures, the pitot being covered against wind.
+
+    An uncovered pitot in a light wind may still pass in a lull, some pascals off: the cover is
+    what keeps the wind away, the watch only finds that it was forgotten in any other wind.
 
     Parameters
     ----------

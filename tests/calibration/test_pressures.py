@@ -1,0 +1,187 @@
+"""Pressures: zero with the pitot covered, the breath that shows itself, the air on the ground."""
+
+from __future__ import annotations
+
+import datetime as dt
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calibration import (
+    CalibrationError,
+    Certificate,
+    load_certificate,
+    load_certificates,
+    write_certificate,
+)
+from calibration.pressures import (
+    BlowDetector,
+    GroundAir,
+    covered_watch,
+    dynamic_zero,
+    static_check,
+)
+from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
+from gsapp.foundation import UnitError
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from ground_crew import rest
+
+STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
+SHIPPED = load_certificates("b777")
+DYNAMIC, STATIC = SHIPPED["dynamic_pressure"], SHIPPED["static_pressure"]
+BOTH = ("dynamic_pressure", "static_pressure")
+
+
+def zeroed(bench: VirtualBench) -> Certificate:
+    bench.cover()
+    found = rest(bench, covered_watch(DYNAMIC, STATIC))
+    return dynamic_zero(found, DYNAMIC, who="crew", stamp=STAMP).certificate
+
+
+def watch_on(bench: VirtualBench, detector: BlowDetector, seconds: float, cut: float) -> list[str]:
+    """Feed the detector for a while; return its states in the order in which they came."""
+    states = []
+    until = bench.time + seconds
+    while bench.time < until - 0.005:
+        block = bench.step(min(cut, until - bench.time))
+        detector.feed(block.times, {name: block[f"{name}_volts"] for name in BOTH})
+        if not states or states[-1] != detector.reading.state:
+            states.append(detector.reading.state)
+    return states
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
+    """To 1 Pa, with the slope kept; the file is read back the same."""
+    bench = VirtualBench(seed)
+    bench.cover()
+    found = dynamic_zero(
+        rest(bench, covered_watch(DYNAMIC, STATIC)), DYNAMIC, who="crew", stamp=STAMP
+    )
+    truth = bench.pressures["dynamic_pressure"]
+    assert float(found.certificate.evaluate(truth.zero)) == pytest.approx(0.0, abs=1.0)
+    assert found.passed
+    assert float(DYNAMIC.evaluate(truth.zero)) == pytest.approx(found.shift, abs=1.0)
+    path = write_certificate(found.certificate, tmp_path / "dynamic_pressure.toml")
+    volts = np.linspace(0.3, 4.7, 5)
+    again, before = load_certificate(path).evaluate(volts), DYNAMIC.evaluate(volts)
+    np.testing.assert_allclose(again, found.certificate.evaluate(volts), atol=1e-9)
+    np.testing.assert_allclose(np.diff(again), np.diff(before), rtol=1e-9)
+
+
+def test_wind_is_no_zero() -> None:
+    """An uncovered pitot in a light wind does not come to rest; covered, it does."""
+    bench = VirtualBench(3)
+    watch = covered_watch(DYNAMIC)
+    block = bench.step(12.0)
+    watch.feed(block.times, {"dynamic_pressure": block["dynamic_pressure_volts"]})
+    assert watch.reading.state != "rested"
+    bench.cover()
+    assert rest(bench, watch).uncertainty["dynamic_pressure"] < 2e-3
+
+
+def test_the_static_pressure_follows_the_barometer() -> None:
+    """After the check it shows what the barometer reads."""
+    bench = VirtualBench(5)
+    found = static_check(
+        rest(bench, covered_watch(DYNAMIC, STATIC)), STATIC, bench.weather.pressure,
+        who="crew", stamp=STAMP, temperature=bench.weather.temperature,
+    )  # fmt: skip
+    transducer = bench.pressures["static_pressure"]
+    volts = transducer.zero + transducer.slope * bench.weather.pressure
+    assert float(found.certificate.evaluate(volts)) == pytest.approx(bench.weather.pressure, abs=25)
+    assert found.certificate.temperature == bench.weather.temperature
+    far = static_check(
+        rest(bench, covered_watch(DYNAMIC, STATIC)), STATIC, bench.weather.pressure - 3000.0,
+        who="crew", stamp=STAMP,
+    )  # fmt: skip
+    assert not far.passed
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_breath_turns_green_by_itself(seed: int) -> None:
+    """In a light wind, and however the samples are cut."""
+    seen = []
+    for cut in (0.07, 5.0):
+        bench = VirtualBench(20 + seed)
+        detector = BlowDetector(zeroed(bench), STATIC)
+        bench.uncover()
+        assert watch_on(bench, detector, 5.0, cut) == ["waiting"], "wind is no breath"
+        states = watch_on(bench, detector, bench.blow() + 1.0, cut)
+        assert states[-1] == "green"
+        if cut < 1.0:
+            assert states == ["waiting", "blowing", "green"]
+        assert detector.reading.peak > 400.0
+        seen.append(detector.reading)
+    assert seen[0] == seen[1]
+
+
+def test_swapped_hoses_are_named() -> None:
+    """The pressure falls under the breath."""
+    bench = VirtualBench(21, faults=[parse_bench_fault("dynamic_pressure:reversed")])
+    detector = BlowDetector(zeroed(bench), STATIC)
+    watch_on(bench, detector, bench.blow() - 0.6, 0.05)
+    assert detector.reading.state == "reversed"
+    assert "swapped" in detector.reading.sentence
+
+
+def made(pressure: np.ndarray, static: np.ndarray) -> dict[str, np.ndarray]:
+    return {
+        "dynamic_pressure": np.asarray(DYNAMIC.volts(pressure)),
+        "static_pressure": np.asarray(STATIC.volts(static)),
+    }
+
+
+def test_a_breath_that_stays_or_leaks_is_named() -> None:
+    """A blocked hose keeps the pressure; a leak takes it to the static side."""
+    times = np.arange(0.0, 20.0, 0.01)
+    steady = np.full(times.size, 100e3)
+    blown = np.where(times > 2.0, 900.0, 0.0)
+    blocked = BlowDetector(DYNAMIC, STATIC)
+    blocked.feed(times, made(blown, steady))
+    assert blocked.reading.state == "blocked"
+    short = np.where((times > 2.0) & (times < 3.5), 900.0, 0.0)
+    leaking = BlowDetector(DYNAMIC, STATIC)
+    leaking.feed(times, made(short, steady + short))
+    assert leaking.reading.state == "leaking"
+    knock = np.where((times > 2.0) & (times < 2.1), 900.0, 0.0)
+    detector = BlowDetector(DYNAMIC, STATIC)
+    detector.feed(times, made(knock, steady))
+    assert detector.reading.state == "waiting", "a knock is no breath"
+
+
+def test_an_open_input_gives_no_zero() -> None:
+    bench = VirtualBench(0)
+    found = rest(bench, covered_watch(DYNAMIC))
+    dead = dict.fromkeys(found.volts, 0.0)
+    with pytest.raises(CalibrationError, match="end of the converter"):
+        dynamic_zero(replace(found, volts=dead), DYNAMIC, who="crew", stamp=STAMP)
+
+
+@pytest.mark.parametrize(
+    ("entered", "words"),
+    [
+        ((30.1, "inHg", 72.0, "degF"), ""),
+        ((1013.0, "hPa", 20.0, "degC"), ""),
+        ((30.1, "hPa", 20.0, "degC"), "not the pressure at a field"),
+        ((1013.0, "hPa", 72.0, "degC"), "no temperature to fly in"),
+    ],
+)
+def test_the_air_on_the_ground_is_checked(
+    entered: tuple[float, str, float, str], words: str
+) -> None:
+    """Inches of mercury taken for hectopascals, and Fahrenheit for Celsius, are caught."""
+    if words:
+        with pytest.raises(CalibrationError, match=words):
+            GroundAir.entered(*entered)
+    else:
+        air = GroundAir.entered(*entered)
+        assert 101e3 < air.pressure < 102.5e3
+        assert 292.0 < air.temperature < 296.0
+    with pytest.raises(UnitError):
+        GroundAir.entered(1013.0, "kg", 20.0, "degC")
