@@ -156,13 +156,14 @@ def _weighed(
         for at, there, measured, known in zip(found.cg, tank, found.measured, usual, strict=True)
     )
     x, y, z = center
-    spread = from_si(found.cg_std[0], "mm", "length")
-    sentence = (
-        f"CG by weighing {_offset((x, y, z))} of the aircraft file's (x within {spread:.0f} mm)"
+    std = found.cg_std[0]
+    sure = (
+        f"x within {1e3 * std:.0f} mm, {100.0 * std / aircraft.geometry.chord:.1f} % of the chord"
     )
+    where = f"{_offset((x, y, z))} of the aircraft file's"
     if math.hypot(x, y, z) < _SAME_PLACE:
-        sentence = f"CG by weighing where the aircraft file has it (x within {spread:.0f} mm)"
-    return mass, (x, y, z), sentence
+        where = "where the aircraft file has it"
+    return mass, (x, y, z), f"CG by weighing {where} ({sure})"
 
 
 def _must_carry(mass: float, fuel: float, by: str) -> None:

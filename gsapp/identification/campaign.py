@@ -19,6 +19,13 @@ from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import SURFACES, Axis, axis_derivatives, axis_of, free_derivatives
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.moment_reference import (
+    HERE,
+    about_file_cg,
+    about_flown_cg,
+    common_shift,
+    model_about_flown_cg,
+)
 from gsapp.identification.results import DerivativeEstimate, Estimate, Method
 
 _STIRRED = 0.01
@@ -266,6 +273,44 @@ def _estimate_one(
 
 
 def _estimate(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+) -> Estimate:
+    """Estimate from maneuvers of one axis; what is known and what is found are about the file's CG.
+
+    The fit itself balances moments about the CG as flown.
+    """
+    shift = common_shift(maneuvers)
+    if shift == HERE:
+        return _estimate_about_cg(maneuvers, axis, settings, means)
+    geometry = maneuvers[0].aircraft.geometry
+    model = settings.model
+    known = {name: one.mean for name, one in means.items()} if model is None else model.derivatives
+    likelihood = settings.likelihood
+    priors = about_flown_cg(
+        {name: value for name, (value, _) in likelihood.priors.items()}, shift, geometry, known
+    )
+    likelihood = replace(
+        likelihood,
+        model=None if model is None else model_about_flown_cg(model, shift, geometry),
+        priors={name: (value, likelihood.priors[name][1]) for name, value in priors.items()},
+    )
+    held = about_flown_cg(settings.held, shift, geometry, known)
+    held_means = {
+        name: replace(means[name], mean=mean)
+        for name, mean in about_flown_cg(
+            {name: one.mean for name, one in means.items()}, shift, geometry
+        ).items()
+    }
+    found = _estimate_about_cg(
+        maneuvers, axis, replace(settings, held=held, likelihood=likelihood), held_means
+    )
+    return about_file_cg(found, shift, geometry)
+
+
+def _estimate_about_cg(
     maneuvers: Sequence[Maneuver],
     axis: Axis,
     settings: CampaignSettings,
