@@ -55,7 +55,7 @@ class HandStation(Station):
         self._said: tuple[object, ...] = ()
 
     def restart(self) -> None:
-        """Demand a movement and a new rest, since a step was made."""
+        """Demand a movement, since a step was made."""
         self._watch.restart()
         self._faults.restart()
         self._look = Look()
@@ -206,6 +206,7 @@ class HandStation(Station):
 
     def _deny_sign(self) -> Answer:
         self.restart()
+        self._watch.forget()
         return Answer(message="move it once more")
 
     def _take(self, hand: HandWork) -> Draft | Answer:

@@ -76,7 +76,11 @@ class HandWatch:
         return self._watch.reading
 
     def restart(self) -> None:
-        """Demand a movement and a new rest, since a step was made."""
+        """Demand a movement, since a step was made. From which side it came is not forgotten."""
+        self._watch.restart()
+
+    def forget(self) -> None:
+        """Begin anew: what was seen before does not count."""
         self._watch.restart()
         self._arrival.restart()
 
@@ -165,7 +169,7 @@ class HandWatch:
         work: HandWork,
     ) -> Hint:
         """Return why a rest is perhaps not the one asked for."""
-        if direction == "single":
+        if direction == "single" or not reading.moved:
             return "unmoved"
         if reading.state == "noisy":
             return "noisy"

@@ -194,11 +194,11 @@ class Wizard:
             if one.present and one.end - self._since >= _BEGIN:
                 self._step("begin")
             return
+        if gap:
+            self._turn_to_group()
         station, state = self._station, self.state
         if station is None:
             return
-        if gap:
-            station.restart()
         station.feed(one)
         work = state.work[state.key]
         answer = station.by_itself(work)
