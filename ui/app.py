@@ -84,6 +84,7 @@ def run_window(
     link: str | None = None,
     *,
     channel_map: str | None = None,
+    calibration: str | None = None,
     aircraft: str | None = None,
     speed: float | str = 1.0,
     settings: Path | None = None,
@@ -98,6 +99,8 @@ def run_window(
         LINK to record and show.
     channel_map, aircraft : str, optional
         Names or paths, in place of those used last.
+    calibration : str, optional
+        Certificates that a recorded flight is read with in place of its own.
     speed : float or str
         Of a replay, times real time, 0.1 to 50; ``max`` for as fast as it can.
     settings : Path, optional
@@ -135,7 +138,9 @@ def run_window(
     if flight is not None:
         QTimer.singleShot(
             0,
-            lambda: window.desk.open_flight(flight, channel_map=channel_map, speed=times),
+            lambda: window.desk.open_flight(
+                flight, channel_map=channel_map, calibration=calibration, speed=times
+            ),
         )
     elif link is not None:
         QTimer.singleShot(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.loading import load_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
@@ -91,6 +92,7 @@ class Desk(QObject):
         self._finished = False
         self._problem = ""
         self._remarked = False
+        self._back_to: float | None = None
         self._pace = Pace(SOONEST_LIVE)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -148,6 +150,11 @@ class Desk(QObject):
         return self.session.history if self.session is not None else None
 
     @property
+    def calibration(self) -> CertificatesUsed | None:
+        """Return which certificates the flight is read with; None without a flight."""
+        return self.session.calibration if self.session is not None else None
+
+    @property
     def time(self) -> float | None:
         """Return the flight time, s."""
         return self.session.now if self.session is not None else None
@@ -159,19 +166,62 @@ class Desk(QObject):
         path: Path,
         *,
         channel_map: str | None = None,
+        calibration: str | None = None,
         speed: float = 1.0,
         playing: bool = True,
     ) -> None:
-        """Open a flight: live if it is being recorded, as a replay otherwise."""
+        """Open a flight: live if it is being recorded, as a replay otherwise.
+
+        Parameters
+        ----------
+        path : Path
+            Flight folder or file.
+        channel_map : str, optional
+            Name or path.
+        calibration : str, optional
+            Certificates that a replay is read with in place of its own: a folder, or a shipped
+            set.
+        speed : float
+            Times real time.
+        playing : bool
+            Whether a replay plays at once.
+        """
         place = Path(path).expanduser()
         if place.is_dir() and find_recorder(place) is not None:
             self._open(lambda: Session.follow(place, channel_map=channel_map), place.name)
             return
 
         def replay() -> Session:
-            return Session.replay(place, channel_map=channel_map, speed=speed, playing=playing)
+            return Session.replay(
+                place, channel_map=channel_map, certificates=calibration, speed=speed,
+                playing=playing,
+            )  # fmt: skip
 
-        self._open(replay, place.name, None if channel_map else place)
+        self._open(replay, place.name, None if channel_map or calibration else place)
+
+    def read_with(self, calibration: str | None) -> None:
+        """Open the replay anew where it stands, with other certificates.
+
+        Parameters
+        ----------
+        calibration : str or None
+            A folder, or a shipped set; None for the flight's own.
+        """
+        session = self.session
+        feed = session.replaying if session is not None else None
+        if session is None or feed is None:
+            return
+        path, here, speed, playing = session.path, feed.now, feed.speed, feed.playing
+        decoder = session.decoder
+        channel_map = None if decoder is None else decoder.channel_map
+
+        def replay() -> Session:
+            return Session.replay(
+                path, channel_map=channel_map, certificates=calibration, speed=speed,
+                playing=playing,
+            )  # fmt: skip
+
+        self._open(replay, path.name, back_to=here)
 
     def attach(self, found: RunningRecorder) -> None:
         """Follow a flight that is being recorded."""
@@ -238,6 +288,7 @@ class Desk(QObject):
         make: Callable[[], Session | tuple[Session, AircraftProcess]],
         name: str,
         wants_map: Path | None = None,
+        back_to: float | None = None,
     ) -> None:
         """Make a session in a thread; the window goes on meanwhile."""
 
@@ -254,7 +305,7 @@ class Desk(QObject):
             self._work.cancel()
         work = Work(f"Opening {name}", run, self)
         self._work = work
-        work.done.connect(lambda made: self._show(*made))
+        work.done.connect(lambda made: self._show(*made, back_to))
         work.failed.connect(lambda error: self._failed(error, wants_map))
         self.working.emit(work, "")
         work.start()
@@ -265,8 +316,11 @@ class Desk(QObject):
         else:
             self.faults.report(error)
 
-    def _show(self, session: Session, aircraft: AircraftProcess | None) -> None:
+    def _show(
+        self, session: Session, aircraft: AircraftProcess | None, back_to: float | None
+    ) -> None:
         self.close()
+        self._back_to = back_to
         self.session = session
         self._aircraft = aircraft
         self._taker = PictureTaker(session)
@@ -345,7 +399,9 @@ class Desk(QObject):
         decoder = session.decoder
         progress(None, "reading the record")
         flight = load_flight(
-            session.path, channel_map=None if decoder is None else decoder.channel_map
+            session.path,
+            channel_map=None if decoder is None else decoder.channel_map,
+            certificates=session.calibration.given or None,
         )
         if not len(flight.block):
             raise FlightError(f"{session.name} holds no samples yet; nothing to export")
@@ -421,6 +477,8 @@ class Desk(QObject):
             self.said.emit("caution", snapshot.problem)
         if not self._remarked and self.is_loaded:
             self._remarked = True
+            if self._back_to is not None:
+                self.seek(self._back_to)
             if session.remarks:
                 self.said.emit("note", " ".join(session.remarks))
         if self._aircraft is not None and (complaint := self._aircraft.complaint()):

@@ -9,9 +9,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from calibration import shipped_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
 from ui.choices import connect_choices, virtual_choices
 from ui.desk import Desk
+from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.small import ExportDialog, MapDialog, ask_stop
 from ui.dialogs.virtual import VirtualDialog
@@ -73,6 +75,7 @@ class Opening(QObject):
             "virtual": self.fly_virtual,
             "attach": self.attach,
             "export": self.export,
+            "certificates": self.read_with,
             "stop_recording": self.stop_recording,
             "close_flight": self._desk.close_flight,
         }
@@ -174,6 +177,15 @@ class Opening(QObject):
         dialog = MapDialog(self._look, path, maps, current, self._window)
         if dialog.exec():
             self._desk.open_flight(path, channel_map=dialog.channel_map.value)
+
+    def read_with(self) -> None:
+        """Ask for other certificates, and read the replay that is open anew with them."""
+        calibration = self._desk.calibration
+        if calibration is None:
+            return
+        dialog = CertificatesDialog(self._look, calibration, shipped_sets(), self._window)
+        if dialog.exec():
+            self._desk.read_with(dialog.certificates.value or None)
 
     def offer_replay(self, folder: Path) -> None:
         """Say that a recording ended, and offer to replay it."""

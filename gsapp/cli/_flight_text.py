@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
     from rich.console import Console
 
+    from gsapp.decoding.pipeline import ChannelSource
     from gsapp.flight.flight import Flight
 
 
 _MARKS = {"estimated": "est.", "derived": "calc."}
+_UNCALIBRATED = "uncal"
 """Beside what was not measured."""
 
 _WIDE = 100
@@ -65,7 +70,7 @@ def describe(console: Console, flight: Flight) -> None:
             "" if numbers["rate"] is None else f"{numbers['rate']:.4g}",
             *shown,
             str(numbers["gaps"]),
-            _MARKS.get(source.kind, "") if source else "",
+            _mark(source) if source else "",
             *([escape(source.source) if source else ""] if wide else []),
         )
     console.print(table)
@@ -85,6 +90,42 @@ def describe(console: Console, flight: Flight) -> None:
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
     if len(noticed) > _MOST_NOTICES:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
+
+
+def _mark(source: ChannelSource) -> str:
+    return _UNCALIBRATED if source.uncalibrated else _MARKS.get(source.kind, "")
+
+
+def tell_calibration(console: Console, flights: Iterable[Flight]) -> None:
+    """Say of each flight which channels are uncalibrated, and whose certificates were used."""
+    for sentence in calibration_sentences(flights):
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+
+
+def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
+    """Return what is to be said of the calibration of each flight, with its name."""
+    return tuple(
+        f"{flight.name}: {words}" for flight in flights for words in flight.calibration_remarks
+    )
+
+
+def calibration_list(flights: Iterable[Flight]) -> list[dict[str, Any]]:
+    """Return the calibration behind each flight's numbers, for programs."""
+    return [{"flight": flight.name, **flight.calibration_json()} for flight in flights]
+
+
+def check_catalog(catalog: Path | None, calibration: str | None) -> None:
+    """Raise `FlightError` where results with other certificates would go into a catalog.
+
+    A catalog keeps one set of maneuvers and estimates of a flight: those of its own certificates.
+    """
+    from gsapp.foundation import FlightError
+
+    if catalog is not None and calibration is not None:
+        raise FlightError(
+            f"{catalog} keeps what the flights' own certificates give; leave out --catalog or "
+            "--calibration"
+        )
 
 
 def _at(time: float | None) -> str:

@@ -7,24 +7,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from gsapp.flight.flight import Flight
     from gsapp.quantities import Block
 
 
-def load(path: Path, channel_map: str | None) -> Flight:
-    """Open a flight that holds samples.
+def load(path: Path, channel_map: str | None, calibration: str | None) -> Flight:
+    """Open a flight that holds samples, and say whose certificates it is read with.
 
     Raises
     ------
     GroundStationError
         If it cannot be read or holds none.
     """
+    from rich.console import Console
+
+    from gsapp.cli._flight_text import tell_calibration
     from gsapp.flight.loading import load_flight
     from gsapp.foundation import FlightError
 
-    flight = load_flight(path, channel_map=channel_map)
+    flight = load_flight(path, channel_map=channel_map, certificates=calibration)
     if not len(flight.block):
         raise FlightError(f"{path} holds no samples")
+    tell_calibration(Console(stderr=True), [flight])
     return flight
 
 
@@ -66,10 +72,26 @@ def check_out(out: Path) -> str:
     return suffix
 
 
-def write(block: Block, out: Path, units: str, json: Path | None) -> None:
-    """Write a block in the format that the name asks for, and tell what was written."""
+def write(
+    block: Block, out: Path, units: str, json: Path | None, flights: Iterable[Flight]
+) -> None:
+    """Write a block in the format that the name asks for, and tell what was written.
+
+    Parameters
+    ----------
+    block : Block
+    out : Path
+        Its suffix says the format.
+    units : {"us", "si", "base"}
+        Of the columns.
+    json : Path or None
+        Where the answer for programs goes.
+    flights : iterable of Flight
+        What the block was made from.
+    """
     from rich.console import Console
 
+    from gsapp.cli._flight_text import calibration_list
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.uniform import typical_step
     from gsapp.flight.writers import write_block
@@ -81,6 +103,7 @@ def write(block: Block, out: Path, units: str, json: Path | None) -> None:
         content = {
             "out": str(out), "samples": len(block), "t_start": start, "t_end": stop,
             "rate": 1.0 / step if step > 0.0 else None, "channels": list(block.channels),
+            "calibration": calibration_list(flights),
         }  # fmt: skip
         write_result(json, json_module.dumps(content, indent=1) + "\n")
         if on_screen(json):

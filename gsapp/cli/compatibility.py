@@ -19,6 +19,7 @@ def run(
     maneuver: Sequence[str] = (),
     free: Sequence[str] = (),
     channel_map: str | None = None,
+    calibration: str | None = None,
     json: Path | None = None,
 ) -> None:
     """Check the instruments over the maneuvers of some flights, all taken together.
@@ -28,6 +29,8 @@ def run(
     flights : sequence of Path
     aircraft, channel_map : str, optional
         Names or paths.
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
     maneuver : sequence of str
         ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
     free : sequence of str
@@ -42,6 +45,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._flight_text import calibration_list, tell_calibration
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.foundation import FlightError
@@ -50,8 +54,8 @@ def run(
     console = Console(stderr=on_screen(json))
     settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
     flown = flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, given=maneuver, every_grade=True,
-        console=console,
+        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
+        given=maneuver, every_grade=True, console=console,
     )  # fmt: skip
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
@@ -62,7 +66,10 @@ def run(
     with console.status("comparing instruments"):
         result = check(maneuvers, settings=settings)
     if json is not None:
-        write_result(json, result_text(_content(result)))
+        content = _content(result)
+        content["calibration"] = calibration_list(one.flight for one in flown)
+        write_result(json, result_text(content))
+    tell_calibration(console, (one.flight for one in flown))
     _describe(console, result)
 
 

@@ -17,6 +17,7 @@ def run(
     from_zero: bool = False,
     units: str = "us",
     channel_map: str | None = None,
+    calibration: str | None = None,
     json: Path | None = None,
 ) -> None:
     """Cut windows from a flight.
@@ -37,6 +38,8 @@ def run(
     units : {"us", "si", "base"}
         Of the columns written.
     channel_map : str, optional
+    calibration : str, optional
+        Certificates in place of those kept with the flight: a folder, or a shipped set.
     json : Path, optional
 
     Raises
@@ -49,9 +52,10 @@ def run(
 
     check_out(out)
     wanted = [parse_window(text) for text in windows]
-    block = selected(load(flight, channel_map).block, channels, without, list(rename))
+    loaded = load(flight, channel_map, calibration)
+    block = selected(loaded.block, channels, without, list(rename))
     if wanted:
         block = cut_windows(block, wanted)
     if from_zero:
         block = shifted(block, -float(block.times[0]))
-    write(block, out, units, json)
+    write(block, out, units, json, [loaded])

@@ -38,6 +38,7 @@ def run(
     draw: Sequence[str] = (),
     units: Literal["us", "si"] = "us",
     channel_map: str | None = None,
+    calibration: str | None = None,
     json: Path | None = None,
 ) -> None:
     """Search for what a model lacks and write the answer.
@@ -50,6 +51,8 @@ def run(
         already only files of the same names are replaced, all at once when everything is done.
     aircraft, model, channel_map : str, optional
         Names or paths.
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
     maneuver : sequence of str
         ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
     every_grade : bool
@@ -76,6 +79,7 @@ def run(
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._discrepancy_text import describe
+    from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.discrepancy.belonging import check_model
@@ -96,8 +100,8 @@ def run(
         most_effects=most_effects,
     )
     flown = flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, given=maneuver,
-        every_grade=every_grade, console=console,
+        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
+        given=maneuver, every_grade=every_grade, console=console,
     )  # fmt: skip
     own = flown[0].aircraft
     maneuvers = [one for flight in flown for one in flight.maneuvers]
@@ -105,11 +109,14 @@ def run(
     if settings.model is not None:
         check_model(settings.model, maneuvers)
     found = _search(console, maneuvers, own, settings)
-    remarks = record_remarks(maneuvers, own)
+    remarks = (
+        *calibration_sentences(one.flight for one in flown),
+        *record_remarks(maneuvers, own),
+    )
     found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
     provenance = search_provenance(
         flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
-        maneuvers=maneuver,
+        calibration=calibration, maneuvers=maneuver,
     )  # fmt: skip
     system: Literal["US", "SI"] = "SI" if units == "si" else "US"
     with console.status("writing the report"), _whole_folder(out) as part:
@@ -119,7 +126,8 @@ def run(
     warn_of_aircraft(console, own)
     for one in flown:
         for remark in one.remarks:
-            _remark(console, f"{one.flight.name}: {remark}")
+            if remark not in one.flight.calibration_remarks:  # stands among the warnings
+                _remark(console, f"{one.flight.name}: {remark}")
     describe(console, found, system)
     console.print(
         f"The model, the report and its figures are in {out}", highlight=False, markup=False,

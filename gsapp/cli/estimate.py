@@ -42,6 +42,7 @@ def run(
     maneuver: Sequence[str] = (),
     every_grade: bool = False,
     channel_map: str | None = None,
+    calibration: str | None = None,
     catalog: Path | None = None,
     json: Path | None = None,
 ) -> None:
@@ -52,6 +53,8 @@ def run(
     flights : sequence of Path
     aircraft, model, channel_map : str, optional
         Names or paths.
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
     method : {"ml", "ee", "ftr"}
     axis : {"lon", "lat", "both"}
     six_degrees : bool
@@ -93,6 +96,7 @@ def run(
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._flight_text import calibration_list, check_catalog
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, write_result
     from gsapp.dynamics.model import load_model
@@ -105,6 +109,7 @@ def run(
     from gsapp.identification.weights import load_weights
 
     console = Console(stderr=on_screen(json))
+    check_catalog(catalog, calibration)
     known = None if model is None else load_model(model)
     loaded_weights = None if weights is None else load_weights(weights)
     likelihood = MLSettings(
@@ -123,8 +128,8 @@ def run(
     held = _values(hold, "--hold")
     _check_derivatives((*held, *(_names(free) or ()), *likelihood.priors), known)
     flown = flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, given=maneuver,
-        every_grade=every_grade, console=console,
+        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
+        given=maneuver, every_grade=every_grade, console=console,
     )  # fmt: skip
     settings = CampaignSettings(
         method=method,
@@ -157,7 +162,9 @@ def run(
                 store_maneuvers(store, one.flight, one.surveyed, aircraft=one.aircraft.name)
             store_campaign(store, result)
     if json is not None:
-        text = json_module.dumps(campaign_json(result), indent=1, allow_nan=False)
+        content = campaign_json(result)
+        content["calibration"] = calibration_list(one.flight for one in flown)
+        text = json_module.dumps(content, indent=1, allow_nan=False)
         write_result(json, text + "\n")
     _describe(console, flown, result)
     failures = [one.failure for one in result.results if one.estimate is None]
@@ -328,10 +335,8 @@ def _sentences(flown: Sequence[FlownFlight], result: CampaignResult) -> list[str
             )
         for sentence in (*told, *why):
             said.setdefault(sentence, []).append(one.maneuver.id)
-    remarks = [
-        *(f"{one.flight.name}: {remark}" for one in flown for remark in one.remarks),
-        *result.remarks,
-    ]
+    of_flights = (f"{one.flight.name}: {remark}" for one in flown for remark in one.remarks)
+    remarks = dict.fromkeys((*of_flights, *result.remarks))
     return [
         *remarks,
         *(

@@ -13,6 +13,7 @@ def run(
     to: str,
     out: Path,
     channel_map: str | None = None,
+    calibration: str | None = None,
     units: str = "us",
     json: Path | None = None,
 ) -> None:
@@ -28,6 +29,8 @@ def run(
         The file to write.
     channel_map : str, optional
         Name or path of a channel map.
+    calibration : str, optional
+        Certificates in place of those kept with the flight: a folder, or a shipped set.
     units : {"us", "si", "base"}
         Units of the columns.
     json : Path, optional
@@ -50,7 +53,7 @@ def run(
     Layout.of((), units)
     console = Console(stderr=on_screen(json))
     with console.status(f"reading {flight.name}"):
-        loaded = load_flight(flight, channel_map=channel_map)
+        loaded = load_flight(flight, channel_map=channel_map, certificates=calibration)
     if not len(loaded.block):
         raise FlightError(f"{flight} holds no samples, so that there is nothing to export")
     with console.status(f"writing {out.name}"):

@@ -32,6 +32,7 @@ def run(
     order_lon: str = "2",
     order_lat: str = "4",
     channel_map: str | None = None,
+    calibration: str | None = None,
     out: Path | None = None,
     json: Path | None = None,
 ) -> None:
@@ -44,6 +45,8 @@ def run(
         The flight they are judged on.
     aircraft, channel_map : str, optional
         Names or paths.
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
     order_lon, order_lat : str
         Of the subspace model: a number, or ``auto``.
     out : Path, optional
@@ -58,16 +61,22 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
     from gsapp.identification.linear_models.files import published_errors
+    from gsapp.identification.moment_reference import about_flown_cg
 
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
     console = Console(stderr=on_screen(json))
     every = flown_flights(
-        [*flights, validate], aircraft=aircraft, channel_map=channel_map, console=console
+        [*flights, validate],
+        aircraft=aircraft,
+        channel_map=channel_map,
+        calibration=calibration,
+        console=console,
     )
     fitted = [one for flown in every[:-1] for one in flown.maneuvers]
     other = every[-1]
@@ -75,8 +84,16 @@ def run(
         raise FlightError(f"{validate} holds no maneuver to judge models on; choose another flight")
     with console.status("maximum likelihood"):
         campaign = run_campaign(fitted, CampaignSettings())
-    derivatives = {name: one.mean for name, one in campaign.values.items()}
-    reasons: list[str] = list(campaign.remarks)
+    # The models are those of the aircraft as it flew where they are judged.
+    derivatives = about_flown_cg(
+        {name: one.mean for name, one in campaign.values.items()},
+        other.cg_shift,
+        other.aircraft.geometry,
+    )
+    reasons: list[str] = [
+        *calibration_sentences(one.flight for one in every),
+        *campaign.remarks,
+    ]
     found: Judged = {}
     for axis in _AXES:
         with console.status(f"{_AXES[axis]} models"):

@@ -40,6 +40,14 @@ MapName = Annotated[
     Optional[str],  # noqa: UP045
     typer.Option("--map", metavar="MAP", help="Channel map: a file, or the name of a shipped one"),
 ]
+OtherCertificates = Annotated[
+    Optional[str],  # noqa: UP045
+    typer.Option(
+        "--calibration",
+        metavar="FOLDER|NAME",
+        help="Certificates in place of those kept with the flight: a folder, or a shipped set",
+    ),
+]
 
 
 def _show_version(wanted: bool) -> None:
@@ -234,6 +242,7 @@ def replay(
     headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
     json: JsonFile = None,
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
 ) -> None:
     """Replay a flight in the window, or headless as fast as it goes.
 
@@ -242,10 +251,20 @@ def replay(
     if not headless and json is None:
         from ui.app import run_window
 
-        raise typer.Exit(run_window(flight=flight, speed=speed or "1", channel_map=channel_map))
+        raise typer.Exit(
+            run_window(
+                flight=flight, speed=speed or "1", channel_map=channel_map, calibration=calibration
+            )
+        )
     from gsapp.cli import replay as command
 
-    command.run(flight=flight, speed=speed or "max", json=json, channel_map=channel_map)
+    command.run(
+        flight=flight,
+        speed=speed or "max",
+        json=json,
+        channel_map=channel_map,
+        calibration=calibration,
+    )
 
 
 @app.command("import")
@@ -277,6 +296,7 @@ def export(
     to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     units: Annotated[
         Literal["us", "si", "base"],
         typer.Option(help="Units: us ft/s, deg, g; si m/s, deg, g; base m/s, rad, m/s^2"),
@@ -289,7 +309,15 @@ def export(
     """
     from gsapp.cli import export as command
 
-    command.run(flight=flight, to=to, out=out, channel_map=channel_map, units=units, json=json)
+    command.run(
+        flight=flight,
+        to=to,
+        out=out,
+        channel_map=channel_map,
+        calibration=calibration,
+        units=units,
+        json=json,
+    )
 
 
 FlightPaths = Annotated[
@@ -330,6 +358,7 @@ def maneuvers(
     flight: FlightPath,
     aircraft: AircraftName = None,
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     catalog: CatalogFile = None,
     json: JsonFile = None,
 ) -> None:
@@ -340,7 +369,12 @@ def maneuvers(
     from gsapp.cli import maneuvers as command
 
     command.run(
-        flight=flight, aircraft=aircraft, channel_map=channel_map, json=json, catalog=catalog
+        flight=flight,
+        aircraft=aircraft,
+        channel_map=channel_map,
+        calibration=calibration,
+        json=json,
+        catalog=catalog,
     )
 
 
@@ -430,6 +464,7 @@ def estimate(
         bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
     ] = False,
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     catalog: CatalogFile = None,
     json: JsonFile = None,
 ) -> None:
@@ -451,6 +486,7 @@ def estimate(
         states=states, responses=responses, biases=biases, scales=scales, shifts=shifts,
         euler=euler, bound_factor=bound_factor, joint=joint, model=model,
         maneuver=maneuver or (), every_grade=every_grade, channel_map=channel_map,
+        calibration=calibration,
         catalog=catalog, json=json,
     )  # fmt: skip
 
@@ -467,6 +503,7 @@ def compatibility(
         ),
     ] = None,
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
     """Check the instruments against one another, without any aerodynamic model.
@@ -480,7 +517,7 @@ def compatibility(
 
     command.run(
         flights=flights, aircraft=aircraft, maneuver=maneuver or (), free=free or (),
-        channel_map=channel_map, json=json,
+        channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip
 
 
@@ -548,6 +585,7 @@ def linear_models(
         str, typer.Option(metavar="N|auto", help="Order of the lateral-directional one")
     ] = "4",
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     out: Annotated[
         Optional[Path],  # noqa: UP045
         typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
@@ -565,7 +603,7 @@ def linear_models(
 
     command.run(
         flights=flights, validate=validate, aircraft=aircraft, order_lon=order_lon,
-        order_lat=order_lat, channel_map=channel_map, out=out, json=json,
+        order_lat=order_lat, channel_map=channel_map, calibration=calibration, out=out, json=json,
     )  # fmt: skip
 
 
@@ -634,6 +672,7 @@ def discrepancy(
         Literal["us", "si"], typer.Option(help="Units on the screen and in the report")
     ] = "us",
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
     """Find where simulation and flight disagree, name the effect, add it, show the gap shrink.
@@ -659,7 +698,7 @@ def discrepancy(
         flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
         every_grade=every_grade, refuse=refuse or (), force=force or (),
         held_out=held_out or (), most_effects=most_effects, draw=draw or (), units=units,
-        channel_map=channel_map, json=json,
+        channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip
 
 
@@ -705,6 +744,7 @@ def cut(
     from_zero: Annotated[bool, typer.Option("--from-zero", help="Let times begin at 0")] = False,
     units: WrittenUnits = "us",
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
     """Cut windows of time, or some of the channels, from a flight.
@@ -723,7 +763,8 @@ def cut(
 
     command.run(
         flight=flight, windows=window or (), out=out, channels=channels, without=without,
-        rename=rename or (), from_zero=from_zero, units=units, channel_map=channel_map, json=json,
+        rename=rename or (), from_zero=from_zero, units=units, channel_map=channel_map,
+        calibration=calibration, json=json,
     )  # fmt: skip
 
 
@@ -757,6 +798,7 @@ def merge(
     ] = None,
     units: WrittenUnits = "us",
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
     """Merge several records into one, by time or one after the other.
@@ -773,7 +815,8 @@ def merge(
 
     command.run(
         flights=flights, out=out, append=append, pause=pause, shift=shift or (), align=align,
-        conflict=conflict, rate=rate, units=units, channel_map=channel_map, json=json,
+        conflict=conflict, rate=rate, units=units, channel_map=channel_map,
+        calibration=calibration, json=json,
     )  # fmt: skip
 
 
@@ -800,6 +843,7 @@ def resample(
     rename: RenameList = None,
     units: WrittenUnits = "us",
     channel_map: MapName = None,
+    calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
     """Lay a flight on another rate, or filter it without a shift of phase.
@@ -818,7 +862,8 @@ def resample(
 
     command.run(
         flight=flight, out=out, rate=rate, low_pass=low_pass, kind=kind, channels=channels,
-        without=without, rename=rename or (), units=units, channel_map=channel_map, json=json,
+        without=without, rename=rename or (), units=units, channel_map=channel_map,
+        calibration=calibration, json=json,
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ def run(
     flight: Path,
     aircraft: str | None = None,
     channel_map: str | None = None,
+    calibration: str | None = None,
     json: Path | None = None,
     catalog: Path | None = None,
 ) -> None:
@@ -33,6 +34,8 @@ def run(
         Name or path; by default that in the flight folder, else ``b777``.
     channel_map : str, optional
         Name or path.
+    calibration : str, optional
+        Certificates in place of those kept with the flight: a folder, or a shipped set.
     json : Path, optional
         Where to write the list for programs; ``-`` for the screen.
     catalog : Path, optional
@@ -47,6 +50,7 @@ def run(
 
     from gsapp.aircraft import load_aircraft
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._flight_text import check_catalog, tell_calibration
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.catalog import Catalog, store_maneuvers
     from gsapp.flight.loading import load_flight
@@ -54,8 +58,11 @@ def run(
     from gsapp.flight.setting import Setting
 
     console = Console(stderr=on_screen(json))
+    check_catalog(catalog, calibration)
     with console.status(f"reading {flight.name}"):
-        loaded = load_flight(flight, channel_map=channel_map, aircraft=aircraft)
+        loaded = load_flight(
+            flight, channel_map=channel_map, certificates=calibration, aircraft=aircraft
+        )
         flown = Setting.find(flight, aircraft=aircraft).aircraft or load_aircraft("b777")
     with console.status("looking for maneuvers"):
         found = survey(loaded, flown)
@@ -66,6 +73,7 @@ def run(
         content = [maneuver.to_json() for maneuver in found.maneuvers]
         text = json_module.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
         write_result(json, text + "\n")
+    tell_calibration(console, [loaded])
     if not on_screen(json):
         warn_of_aircraft(console, flown)
         _describe(console, loaded, found)

@@ -22,6 +22,7 @@ def run(
     rate: float | None = None,
     units: str = "us",
     channel_map: str | None = None,
+    calibration: str | None = None,
     json: Path | None = None,
 ) -> None:
     """Merge flights.
@@ -44,7 +45,7 @@ def run(
         Which record wins where two have the same channel.
     rate : float, optional
         Of the result, Hz.
-    units, channel_map, json
+    units, channel_map, calibration, json
         As for `gsapp.cli.cut.run`.
 
     Raises
@@ -59,7 +60,8 @@ def run(
     check_out(out)
     if len(flights) < 2:
         raise FlightError("one flight alone cannot be merged; name two or more")
-    blocks = [load(path, channel_map).block for path in flights]
+    loaded = [load(path, channel_map, calibration) for path in flights]
+    blocks = [each.block for each in loaded]
     for number, seconds in _shifts(shift, len(blocks)).items():
         blocks[number - 1] = shifted(blocks[number - 1], seconds)
     if rate is not None:
@@ -71,7 +73,7 @@ def run(
         if append
         else beside_each_other(blocks, conflict=conflict, rate=rate)
     )
-    write(merged, out, units, json)
+    write(merged, out, units, json, loaded)
 
 
 def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:

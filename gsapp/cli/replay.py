@@ -17,6 +17,7 @@ def run(
     speed: str | float = "max",
     json: Path | None = None,
     channel_map: str | None = None,
+    calibration: str | None = None,
 ) -> int:
     """Replay a flight without a window, and print a summary at its end.
 
@@ -31,6 +32,8 @@ def run(
         else.
     channel_map : str, optional
         Name or path, in place of the one in the flight folder.
+    calibration : str, optional
+        Certificates in place of those kept with the flight: a folder, or a shipped set.
 
     Returns
     -------
@@ -52,7 +55,7 @@ def run(
     from gsapp.session.session import Session
 
     console = Console(stderr=on_screen(json))
-    session = Session.replay(flight, channel_map=channel_map, speed=times)
+    session = Session.replay(flight, channel_map=channel_map, certificates=calibration, speed=times)
     try:
         warn_of_aircraft(console, session.aircraft)
         _play(session, console)

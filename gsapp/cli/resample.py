@@ -19,6 +19,7 @@ def run(
     rename: Sequence[str] = (),
     units: str = "us",
     channel_map: str | None = None,
+    calibration: str | None = None,
     json: Path | None = None,
 ) -> None:
     """Resample or filter a flight.
@@ -34,7 +35,7 @@ def run(
         Corner of a zero-phase low-pass, Hz. Decimation without it takes 0.4 of the new rate; 0
         turns that off.
     kind : {"linear", "cubic"}
-    channels, without, rename, units, channel_map, json
+    channels, without, rename, units, channel_map, calibration, json
         As for `gsapp.cli.cut.run`.
 
     Raises
@@ -49,9 +50,10 @@ def run(
     check_out(out)
     if rate is None and not low_pass:
         raise FlightError("nothing to do; give --rate HZ, --low-pass HZ, or both")
-    block = selected(load(flight, channel_map).block, channels, without, list(rename))
+    loaded = load(flight, channel_map, calibration)
+    block = selected(loaded.block, channels, without, list(rename))
     if rate is None:
         block = processing.low_pass(block, low_pass or 0.0)
     else:
         block = processing.resample(block, rate, corner=low_pass, kind=kind)
-    write(block, out, units, json)
+    write(block, out, units, json, [loaded])

@@ -177,6 +177,20 @@ def derivations_for(available: Collection[str]) -> tuple[Derivation, ...]:
     return tuple(chosen)
 
 
+def missed_without(available: Collection[str], lacking: Collection[str]) -> tuple[str, ...]:
+    """Return what could be derived only if some more channels were there.
+
+    Parameters
+    ----------
+    available : collection of str
+        Channels that there are, derived ones among them.
+    lacking : collection of str
+        Channels that there would be, were their instruments calibrated.
+    """
+    whole = {*available, *lacking}
+    return tuple(each.output for each in derivations_for(whole) if each.output not in whole)
+
+
 class SlowInput:
     """The latest sample of a slow channel before a row.
 

@@ -46,6 +46,9 @@ class ChannelSource:
         What the best source does for it.
     calibrated : bool
         Whether a certificate is in force for it, or for all that it is derived from.
+    uncalibrated : str
+        Of volts that want a certificate and have none: the channel that they would give. Empty
+        for all others.
     timing : {"vehicle", "arrival"}
         Whether its samples carry the vehicle's time. Those timed by arrival stay out of
         identification unless asked for.
@@ -61,6 +64,7 @@ class ChannelSource:
     source: str
     kind: Literal["measured", "estimated", "derived"]
     calibrated: bool
+    uncalibrated: str = ""
     timing: Literal["vehicle", "arrival"] = "vehicle"
     samples: int | None = None
     rate: float | None = None
@@ -422,6 +426,7 @@ class Pipeline:
                 source=", else ".join(output.entry.source for output in outputs),
                 kind=best.entry.kind,
                 calibrated=best.calibrated,
+                uncalibrated=best.uncalibrated,
                 timing="vehicle" if self.streams[places[0][0]].vehicle_time else "arrival",
             )
             if len(places) == 1:

@@ -70,11 +70,14 @@ class Output:
         Where it comes from.
     calibrated : bool
         Whether a certificate turned volts into it.
+    uncalibrated : str
+        The channel that these volts would give, had it a certificate; else empty.
     """
 
     channel: str
     entry: MapEntry
     calibrated: bool
+    uncalibrated: str = ""
 
 
 class _Curves(NamedTuple):
@@ -243,7 +246,14 @@ class Stream:
             if certificate is not None:
                 calibrated.append((len(outputs), certificate))
                 outputs.append(Output(channel=entry.channel, entry=entry, calibrated=True))
-            outputs.append(Output(channel=entry.volts_channel, entry=entry, calibrated=False))
+            outputs.append(
+                Output(
+                    channel=entry.volts_channel,
+                    entry=entry,
+                    calibrated=False,
+                    uncalibrated="" if certificate is not None else entry.channel,
+                )
+            )
         self.outputs = tuple(outputs)
         self.few = max(1, min(_FEW_SAMPLES, _FEW_NUMBERS // len(outputs)))
         factors = [linear_factors(output.entry) for output in outputs]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
 from gsapp.flight.events import Event
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.uniform import typical_step
@@ -60,7 +61,9 @@ class Flight:
     events : tuple of Event
         Marks, notes and alarms, and what the vehicle said.
     remarks : tuple of str
-        What was lost or left out on reading, in words.
+        What was lost or left out on reading, and how it was read, in words.
+    certificates : CertificatesUsed
+        With which volts became engineering units.
     """
 
     name: str
@@ -71,6 +74,21 @@ class Flight:
     frames: FrameCounts | None = None
     events: tuple[Event, ...] = ()
     remarks: tuple[str, ...] = ()
+    certificates: CertificatesUsed = field(default_factory=CertificatesUsed)
+
+    @property
+    def uncalibrated(self) -> tuple[str, ...]:
+        """Return the channels whose instruments gave volts only, for want of a certificate."""
+        return uncalibrated(self.sources)
+
+    @property
+    def calibration_remarks(self) -> tuple[str, ...]:
+        """Return what is to be said of the calibration behind the numbers; part of `remarks`."""
+        return calibration_remarks(self.certificates, self.sources)
+
+    def calibration_json(self) -> dict[str, Any]:
+        """Return the certificates behind the numbers, and what had none, for programs."""
+        return {**self.certificates.to_json(), "uncalibrated": list(self.uncalibrated)}
 
     @property
     def rate(self) -> float:

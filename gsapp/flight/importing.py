@@ -83,6 +83,7 @@ def import_flight(
         frames=flight.frames,
         events=flight.events,
         remarks=flight.remarks,
+        certificates=flight.certificates,
     )
 
 

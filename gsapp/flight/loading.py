@@ -15,6 +15,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
 from gsapp.decoding.decoder import ChannelSource, Decoder
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
+from gsapp.flight.certificates import calibration_remarks, volts_of
 from gsapp.flight.events import event_of, in_order, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
@@ -38,6 +39,7 @@ from gsapp.quantities import Block
 _RECORDS_AT_ONCE = 20_000
 _USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
 _LOG_MAPS = {".bin": "ardupilot-log", ".ulg": "px4-log"}
+_MAPPED = (".tlog", *_LOG_MAPS)
 _TABLES = (".csv", ".txt", ".mat", ".parquet")
 _FORMATS = {
     ".tlog": "mavlink",
@@ -74,7 +76,8 @@ def load_flight(
         Samples per second of the grid. By default that of ``flight.toml``, else 100 for logs;
         columns that are even keep their own.
     certificates : str or Path, optional
-        In place of those in the folder.
+        In place of those in the folder; a folder, or the name of a shipped set. `Flight.remarks`
+        then says so.
     aircraft : Aircraft, str or Path, optional
         In place of the one in the folder.
 
@@ -86,7 +89,7 @@ def load_flight(
     Raises
     ------
     FlightError
-        If it cannot be read.
+        If it cannot be read, or certificates are given and it holds no volts to apply them to.
     FileProblemsError
         If a file holds mistakes; each is named with its place.
     UnknownNameError
@@ -107,7 +110,10 @@ def load_flight(
         return _load_folder(folder, setting)
     if not path.exists():
         raise FlightError(f"there is no flight {path}; check the path")
+    if path.suffix.casefold() in _MAPPED and setting.channel_map is None:
+        setting = replace(setting, channel_map=default_map(path))
     decoded = _decode_file(path, setting)
+    used = setting.used_with(setting.channel_map)
     return Flight(
         name=path.stem,
         path=path,
@@ -115,7 +121,8 @@ def load_flight(
         sources=decoded.sources,
         frames=decoded.frames,
         events=decoded.said,
-        remarks=decoded.remarks,
+        remarks=(*calibration_remarks(used, decoded.sources), *decoded.remarks),
+        certificates=used,
     )
 
 
@@ -124,7 +131,11 @@ def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
     remarks: tuple[str, ...] = ()
     if record.damaged:
         remarks = (damaged_events(record.damaged),)
+    if folder.records and setting.channel_map is None:
+        first = RawTail(folder.path).poll(_RECORDS_AT_ONCE)
+        setting = replace(setting, channel_map=guess_map(first, folder.path))
     decoded = _decode_folder(folder, setting)
+    used = setting.used_with(setting.channel_map)
     return Flight(
         name=folder.name,
         path=folder.path,
@@ -133,7 +144,8 @@ def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
         info=folder.info(),
         frames=decoded.frames,
         events=in_order((*record.events, *decoded.said)),
-        remarks=remarks + decoded.remarks,
+        remarks=(*remarks, *calibration_remarks(used, decoded.sources), *decoded.remarks),
+        certificates=used,
     )
 
 
@@ -169,7 +181,9 @@ def _decode_folder(folder: FlightFolder, setting: Setting) -> Decoded:
                 decoded = _with_log(decoded, onboard, setting)
         else:
             decoded = _decode_file(files[0], setting)
-        store_cached(folder.cache_folder, key, decoded)
+        if not setting.given:
+            # Trying other certificates does not cost the flight the cache of its own.
+            store_cached(folder.cache_folder, key, decoded)
     return replace(decoded, remarks=(missing, *decoded.remarks)) if missing else decoded
 
 
@@ -178,9 +192,13 @@ def _with_log(live: Decoded, onboard: Path, setting: Setting) -> Decoded:
     from gsapp.flight.onboard import with_onboard_log  # SciPy's transforms, a third of a second
 
     channel_map = setting.channel_map
-    if channel_map is not None and channel_map.format != _FORMATS.get(onboard.suffix.casefold()):
-        # The map in force is that of the link; the log is read by its own.
-        setting = replace(setting, channel_map=None)
+    ending = onboard.suffix.casefold()
+    if channel_map is not None and channel_map.format != _FORMATS.get(ending):
+        # The map in force is that of the link; the log is read by its own. That of an autopilot
+        # has nothing to calibrate, so certificates given are no fault; a table has former ones in
+        # it, and stays out.
+        given = "" if ending in _LOG_MAPS else setting.given
+        setting = replace(setting, channel_map=None, given=given)
     try:
         log = _decode_file(onboard, setting)
     except GroundStationError as error:
@@ -237,6 +255,11 @@ def _decode_file(path: Path, setting: Setting) -> Decoded:
         columns = _own_columns(path, read_parquet_columns)
     else:
         columns = read_flight_csv(path)
+    if setting.given:
+        raise FlightError(
+            f"the certificates of '{setting.given}' cannot be applied to {path.name}: its columns "
+            "were calibrated when it was written; give the flight folder with the raw record"
+        )
     return _decode_columns(path, columns, setting.rate)
 
 
@@ -281,9 +304,13 @@ def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> Dec
             remarks.append(f"the times are uneven; laid on a grid of {chosen:g} samples per second")
         block = lay_on_grid(path, block, chosen)
     units = {column.id: column.unit for column in flight.columns}
+    lacking = {name: volts_of(name, block.channels) for name in block.channels}
     sources = {
         name: ChannelSource(
-            source=f"column {name} [{units[name]}]", kind="measured", calibrated=True
+            source=f"column {name} [{units[name]}]",
+            kind="measured",
+            calibrated=not lacking[name],
+            uncalibrated=lacking[name],
         )
         for name in block.channels
     }

@@ -9,7 +9,9 @@ from pathlib import Path
 from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.folder import FlightFolder
+from gsapp.foundation import FlightError
 
 DEFAULT_RATE = 100.0
 """Samples per second of the grid where nothing else is said."""
@@ -27,6 +29,11 @@ class Setting:
         None leaves it to be guessed from the record.
     certificates : mapping of str to Certificate, or None
         By channel; None takes those that the map names.
+    given : str
+        What `certificates` were given as, in place of the flight's own; empty where they are its
+        own.
+    own : mapping of str to Certificate, or None
+        Those kept with the flight; None if none are.
     aircraft : Aircraft or None
         For limits and instrument ranges.
     rate : float or None
@@ -35,6 +42,8 @@ class Setting:
 
     channel_map: ChannelMap | None = None
     certificates: Mapping[str, Certificate] | None = None
+    given: str = ""
+    own: Mapping[str, Certificate] | None = None
     aircraft: Aircraft | None = None
     rate: float | None = None
 
@@ -66,21 +75,24 @@ class Setting:
         UnknownNameError
             If something of a given name does not exist.
         """
+        own = None
         if path.is_dir():
             folder = FlightFolder(path=path)
             info = folder.info()
             rate = rate or (info.grid_rate if info else None)
             if channel_map is None and folder.channel_map_file.is_file():
                 channel_map = folder.channel_map_file
-            if certificates is None and folder.certificate_files():
-                certificates = folder.calibration_folder
+            if folder.certificate_files():
+                own = load_certificates(folder.calibration_folder)
             if aircraft is None and folder.aircraft_file.is_file():
                 aircraft = folder.aircraft_file
         if isinstance(channel_map, (str, Path)):
             channel_map = load_channel_map(channel_map)
         return Setting(
             channel_map=channel_map,
-            certificates=None if certificates is None else load_certificates(certificates),
+            certificates=own if certificates is None else load_certificates(certificates),
+            given="" if certificates is None else str(certificates),
+            own=own,
             aircraft=load_aircraft(aircraft) if isinstance(aircraft, (str, Path)) else aircraft,
             rate=rate,
         )
@@ -91,7 +103,30 @@ class Setting:
         return self.rate or DEFAULT_RATE
 
     def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
-        """Return the certificates in force with a map."""
+        """Return the certificates in force with a map.
+
+        Raises
+        ------
+        FlightError
+            If some were given, and the map has nothing to calibrate.
+        """
+        if self.given and not any(entry.calibration for entry in channel_map.entries):
+            raise FlightError(
+                f"the certificates of '{self.given}' cannot be applied: the channel map "
+                f"'{channel_map.name}' calibrates no channel, its messages hold engineering "
+                "units; leave out --calibration, or give a map of the raw volts with --map"
+            )
         if self.certificates is not None:
             return self.certificates
         return load_certificates(channel_map.certificates) if channel_map.certificates else {}
+
+    def used_with(self, channel_map: ChannelMap | None) -> CertificatesUsed:
+        """Return which certificates count, and which would by themselves; see `certificates_for`.
+
+        Parameters
+        ----------
+        channel_map : ChannelMap or None
+            None where columns are read that were calibrated before.
+        """
+        used = {} if channel_map is None else self.certificates_for(channel_map)
+        return CertificatesUsed(used=used, given=self.given, own=self.own)

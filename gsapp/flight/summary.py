@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import survey
 from gsapp.foundation import FlightError
@@ -31,8 +32,10 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
     -------
     dict
         ``{"duration", "channels": {id: {"count", "rate", "min", "max", "mean", "gaps", "source",
-        "measured"}}, "frames": {"good", "damaged", "unknown", "lost"}, "events", "cues",
-        "maneuvers"}``. SI units; None where there is nothing to tell.
+        "measured", "calibrated"}}, "calibration": {"certificates": {id: {"stamp", "who"}},
+        "given", "instead_of_own", "uncalibrated"}, "frames": {"good", "damaged", "unknown",
+        "lost"}, "events", "cues", "maneuvers"}``. SI units; None where there is nothing to tell:
+        `calibrated` of what needs no certificate, `given` where the flight's own were used.
     """
     frames = flight.frames
     return {
@@ -45,6 +48,7 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
             }
             for name in flight.block.channels
         },
+        "calibration": flight.calibration_json(),
         "frames": {
             "good": frames.good if frames else None,
             "damaged": frames.damaged if frames else None,
@@ -112,4 +116,11 @@ def _source(flight: Flight, name: str) -> dict[str, Any]:
     return {
         "source": source.source if source else None,
         "measured": source.kind == "measured" if source else None,
+        "calibrated": _calibrated(source) if source else None,
     }
+
+
+def _calibrated(source: ChannelSource) -> bool | None:
+    if source.uncalibrated:
+        return False
+    return True if source.calibrated else None

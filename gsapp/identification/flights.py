@@ -43,6 +43,7 @@ def flown_flights(
     *,
     aircraft: str | None,
     channel_map: str | None = None,
+    calibration: str | None = None,
     given: Sequence[str] = (),
     every_grade: bool = False,
     doing: Callable[[str], object] | None = None,
@@ -55,6 +56,8 @@ def flown_flights(
     aircraft : str or None
         Name or path; None takes the copy in each flight folder, else ``b777``.
     channel_map : str, optional
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
     given : sequence of str
         ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
     every_grade : bool
@@ -74,7 +77,9 @@ def flown_flights(
     for number, path in enumerate(paths, start=1):
         if doing is not None:
             doing(f"reading {path.name}")
-        flight = load_flight(path, channel_map=channel_map, aircraft=aircraft)
+        flight = load_flight(
+            path, channel_map=channel_map, certificates=calibration, aircraft=aircraft
+        )
         own = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft(_USUAL_AIRCRAFT)
         if doing is not None:
             doing(f"looking for maneuvers in {path.name}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from calibration import certificate_files
 from gsapp.aircraft.reading import SHIPPED as AIRCRAFT_FILES
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.discrepancy.settings import DiscrepancySettings
@@ -20,6 +21,7 @@ def search_provenance(
     aircraft: str | None = None,
     model: str | None = None,
     channel_map: str | None = None,
+    calibration: str | None = None,
     maneuvers: Sequence[str] = (),
 ) -> Provenance:
     """Return the files of a search with their sums, its settings, and the versions.
@@ -30,6 +32,8 @@ def search_provenance(
     settings : DiscrepancySettings
     aircraft, model, channel_map : str, optional
         Names or paths, where they were given.
+    calibration : str, optional
+        Certificates given in place of those kept with the flights: a folder, or a shipped set.
     maneuvers : sequence of str
         Windows that were named in place of what would be found.
 
@@ -53,9 +57,16 @@ def search_provenance(
                 for role, name, shipped in named
                 if name
             ),
+            *(
+                input_file("certificate", path, name=f"{calibration}: {path.name}")
+                for path in (certificate_files(calibration) if calibration else ())
+            ),
         ),
         settings={
             "maneuvers": ", ".join(maneuvers) or "found by the program",
+            "certificates": f"those of '{calibration}' in place of the flights' own"
+            if calibration
+            else "those kept with the flights",
             "model before": model or "fitted on these flights",
             "kept out": ", ".join(settings.held_out or ()) or "chosen by the program",
             "refused": ", ".join(settings.refused) or "none",

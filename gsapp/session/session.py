@@ -18,6 +18,7 @@ from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
 from gsapp.flight.events import Event, EventLog, event_of, in_order
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
@@ -300,6 +301,19 @@ class Session:
         return self._setting.certificates or {}
 
     @property
+    def calibration(self) -> CertificatesUsed:
+        """Return which certificates are in force, and whether in place of the flight's own."""
+        if self._flight is not None:
+            return self._flight.certificates
+        setting = self._setting
+        return CertificatesUsed(used=self.certificates, given=setting.given, own=setting.own)
+
+    @property
+    def uncalibrated(self) -> tuple[str, ...]:
+        """Return the channels whose instruments give volts only, for want of a certificate."""
+        return uncalibrated(self.sources)
+
+    @property
     def marks(self) -> tuple[Mark, ...]:
         """Return marks and notes, by flight time."""
         return self.book.marks
@@ -313,7 +327,9 @@ class Session:
         lost = [damage.sentence() for damage in self._damage()]
         if self.book.damaged and self._flight is None:
             lost.append(damaged_events(self.book.damaged))
-        return (*lost, *whole, *said)
+        # What was read whole has said so itself.
+        read = calibration_remarks(self.calibration, self.sources) if self._flight is None else ()
+        return (*lost, *read, *whole, *said)
 
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
@@ -357,9 +373,7 @@ class Session:
             aircraft="" if self.aircraft is None else self.aircraft.name,
             channel_map="" if decoder is None else decoder.channel_map.name,
             calibration=tuple(sorted(self.certificates)),
-            uncalibrated=tuple(
-                sorted(name for name, source in self.sources.items() if not source.calibrated)
-            ),
+            uncalibrated=self.uncalibrated,
             alarms=standing,
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
@@ -430,6 +444,7 @@ class Session:
             ),
             events=in_order((*self.book.events, *self.messages())),
             remarks=(*log, *self.remarks),
+            certificates=self.calibration,
         )
 
     # What the user does

@@ -97,6 +97,8 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
     return SessionSetting(
         channel_map=read_with.channel_map,
         certificates=read_with.certificates,
+        given=read_with.given,
+        own=read_with.own,
         aircraft=read_with.aircraft,
         rate=read_with.rate,
         limits=() if limits is None else load_limits(limits).rules(),

@@ -64,7 +64,7 @@ class SessionSnapshot:
     calibration : tuple of str
         Instruments with a certificate in force, sorted.
     uncalibrated : tuple of str
-        Channels that want one, sorted.
+        Channels whose instruments have none and give volts only, sorted.
     alarms : tuple of Alarm
         Those that stand, newest first.
     waiting : int

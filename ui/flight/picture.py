@@ -31,6 +31,8 @@ class FlightPicture:
         Channels that the flight can have.
     present : frozenset of str
         Those that had a sample so far.
+    uncalibrated : frozenset of str
+        Those that want a certificate and have none: volts, or nothing at all.
     settled : bool
         Whether `present` can be trusted: every message had time to come.
     sources : mapping of str to Source
@@ -53,6 +55,7 @@ class FlightPicture:
 
     available: tuple[str, ...] = ()
     present: frozenset[str] = frozenset()
+    uncalibrated: frozenset[str] = frozenset()
     settled: bool = False
     sources: Mapping[str, Source] = field(default_factory=dict)
     limits: Mapping[str, Limits] = field(default_factory=dict)
@@ -71,7 +74,7 @@ class Origin:
     """Where a channel comes from, as the charts say it; fits `ui.strips.furniture.Source`.
 
     A value that the aircraft sends in engineering units wants no certificate of ours: only what
-    should have one and has none is called not calibrated.
+    should have one and has none is called uncalibrated.
     """
 
     kind: str
@@ -84,5 +87,5 @@ def source_note(source: Source) -> str:
     if source.kind != "measured":
         words.append(source.kind)
     if not source.calibrated:
-        words.append("not calibrated")
+        words.append("uncalibrated")
     return ", ".join(words)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from gsapp.decoding.derived import missed_without
+from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.certificates import uncalibrated
 from gsapp.flight.events import Event
-from gsapp.quantities import base_id
 from gsapp.session import Bands, Session, SessionSnapshot, Severity
 from ui.flight.lines import (
     alarm_lines,
@@ -49,6 +52,7 @@ class PictureTaker:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._available: tuple[str, ...] = ()
+        self._known = 0
         self._sources: Mapping[str, Source] = {}
         self._limits: Mapping[str, Bands] = {}
         self._limits_revision = -1
@@ -68,6 +72,9 @@ class PictureTaker:
         return FlightPicture(
             available=self._available,
             present=frozenset(session.history.channels),
+            uncalibrated=frozenset(
+                name for name, source in self._sources.items() if not source.calibrated
+            ),
             settled=self._settled(snapshot),
             sources=self._sources,
             limits=self._limits,
@@ -102,28 +109,29 @@ class PictureTaker:
     def _look_at_channels(self) -> None:
         session = self._session
         sources = session.sources
-        available = tuple(dict.fromkeys((*sources, *session.history.channels)))
+        available = tuple(dict.fromkeys((*origins(sources), *session.history.channels)))
         limits = session.limits
         if available != self._available or limits.revision != self._limits_revision:
             self._limits_revision = limits.revision
             bands = {name: limits.bands(name) for name in available}
             self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
-        if available != self._available or len(sources) != len(self._sources):
-            self._available = available
-            missing = without_certificate(session)
-            self._sources = {
-                name: Origin(source.kind, base_id(name) not in missing)
-                for name, source in sources.items()
-            }
+        if available != self._available or len(sources) != self._known:
+            self._available, self._known = available, len(sources)
+            self._sources = origins(sources)
 
 
-def without_certificate(session: Session) -> frozenset[str]:
-    """Return the instruments that the channel map calibrates and that have no certificate."""
-    decoder = session.decoder
-    if decoder is None:
-        return frozenset()
-    wanted = {entry.calibration for entry in decoder.channel_map.entries if entry.calibration}
-    return frozenset(wanted - set(session.certificates))
+def origins(sources: Mapping[str, ChannelSource]) -> dict[str, Source]:
+    """Return where every channel comes from, those among them that only a certificate would give.
+
+    Instruments without one, and what would be derived from them, are there to be shown: hatched,
+    and called uncalibrated, rather than not at all.
+    """
+    lacking = [name for name in uncalibrated(sources) if name not in sources]
+    return {
+        **{name: Origin(each.kind, not each.uncalibrated) for name, each in sources.items()},
+        **{name: Origin("measured", False) for name in lacking},
+        **{name: Origin("derived", False) for name in missed_without(sources, lacking)},
+    }
 
 
 def _spoken(events: Sequence[Event]) -> tuple[_Message, ...]:
@@ -149,8 +157,9 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         disk=snapshot.disk,
         aircraft=snapshot.aircraft,
         calibration=_count(len(stamps)),
+        other_calibration=Path(session.calibration.given).name,
         calibrated_on="" if oldest is None else f"sensors, {oldest.day} {oldest:%b}",
-        uncalibrated=len(without_certificate(session)),
+        uncalibrated=len(snapshot.uncalibrated),
         alarms=AlarmFacts(
             sentences=tuple(alarm_sentence(alarm, units) for alarm in waiting),
             severe=any(alarm.severity is Severity.WARNING for alarm in waiting),

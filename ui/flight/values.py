@@ -48,6 +48,7 @@ def value_lines(
     cursors: Mapping[str, float],
     units: str,
     estimated: frozenset[str] = frozenset(),
+    uncalibrated: frozenset[str] = frozenset(),
 ) -> tuple[Line, ...]:
     """Return one line for each channel: at the cursor, at A, at B, and B minus A."""
     lines = []
@@ -58,13 +59,15 @@ def value_lines(
         shown = [number_text(display.shown(value), display.decimals) for value in values.values()]
         difference = (values["b"] - values["a"]) * display.factor
         unit = unit_text(display.unit)
-        title = f"{symbol_text(spec.symbol)} {unit}".rstrip()
+        said = " uncal" if name in uncalibrated else ""
+        title = f"{symbol_text(spec.symbol)} {unit}".rstrip() + said
         lines.append(
             Line(
                 key=name,
                 cells=(title, *shown, number_text(difference, display.decimals)),
                 italic=name in estimated,
-                detail=f"{spec.title}{f' in {unit}' if unit else ''}",
+                detail=f"{spec.title}{f' in {unit}' if unit else ''}"
+                + (", uncalibrated" if said else ""),
             )
         )
     return tuple(lines)

@@ -216,7 +216,8 @@ class FlightView(QWidget):
         picture = self._picture
         available = picture.available
         if picture.settled:
-            available = tuple(known for known in available if known in picture.present)
+            there = picture.present | picture.uncalibrated
+            available = tuple(known for known in available if known in there)
         if name in LAYOUT_NAMES:
             layout = shipped_layout(name, available)
         elif name in self._layouts.names:
@@ -263,7 +264,7 @@ class FlightView(QWidget):
         for name in picture.available:
             source = picture.sources.get(name)
             note = source_note(source) if source is not None else ""
-            if picture.settled and name not in picture.present:
+            if picture.settled and name not in picture.present | picture.uncalibrated:
                 note = f"{note}, no samples" if note else "no samples"
             if note:
                 notes[name] = note
@@ -346,8 +347,9 @@ class FlightView(QWidget):
             name for name, source in self._picture.sources.items() if source.kind == "estimated"
         )
         names = self.charts.strip_layout.channels if cursors else ()
+        lacking = self._picture.uncalibrated
         self.values.show_lines(
-            value_lines(self._history, names, cursors, self._look.units, estimated)
+            value_lines(self._history, names, cursors, self._look.units, estimated, lacking)
         )
         self.values.show_columns(cursors)
         self.values.show_times(times_text(cursors) if cursors else "")

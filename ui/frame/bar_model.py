@@ -58,8 +58,10 @@ class BarFacts:
         How many certificates are in force; empty if none is.
     calibrated_on : str
         Date of the oldest certificate in force.
+    other_calibration : str
+        What a replay is read with in place of the flight's own certificates; empty for its own.
     uncalibrated : int
-        Charted channels that should be calibrated and are not.
+        Channels that should be calibrated and are not.
     alarms : AlarmFacts
         Alarms.
     muted : bool
@@ -76,6 +78,7 @@ class BarFacts:
     aircraft: str = ""
     calibration: str = ""
     calibrated_on: str = ""
+    other_calibration: str = ""
     uncalibrated: int = 0
     alarms: AlarmFacts = field(default_factory=AlarmFacts)
     muted: bool = False
@@ -212,21 +215,25 @@ def _aircraft(facts: BarFacts) -> BarPart:
 def _calibration(facts: BarFacts) -> BarPart:
     if not facts.name:
         return BarPart(id="calibration", word="CALIBRATION", state="plain", width=128)
-    if not facts.calibration:
+    missing = facts.uncalibrated
+    without = f"{count_text(missing, 'channel')} without" if missing else ""
+    if not facts.calibration and not missing:
         return BarPart(
             id="calibration", word="CALIBRATION", value="none", state="plain", width=128,
             detail="No calibration is in force: the aircraft sends engineering units.",
         )  # fmt: skip
-    missing = facts.uncalibrated
-    note = f"{count_text(missing, 'channel')} without" if missing else facts.calibrated_on
+    other = facts.other_calibration
+    instead = f", those of '{other}' instead of the flight's own" if other else ""
+    note = without or other or facts.calibrated_on
     return BarPart(
         id="calibration",
-        word="CALIBRATION",
-        value=facts.calibration,
+        word="CALIBRATION  OTHER" if other else "CALIBRATION",
+        value=facts.calibration or "none",
         note=note,
-        state="caution" if missing else "good",
-        width=128,
-        detail=f"{facts.calibration} certificates in force, {note}".rstrip(", "),
+        state="caution" if missing or other else "good",
+        width=144 if other else 128,
+        detail=f"{facts.calibration or 'No'} certificates in force{instead}, "
+        f"{without or facts.calibrated_on}".rstrip(", "),
     )
 
 

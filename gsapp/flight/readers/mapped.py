@@ -99,15 +99,6 @@ def map_log(
             f"{log.path} holds nothing of what the channel map '{channel_map.name}' names; give "
             f"another with --map{holds}"
         )
-    lacking = sorted(
-        {
-            each.entry.calibration
-            for each in found
-            if each.entry.calibration and each.entry.calibration not in certificates
-        }
-    )
-    if lacking:
-        remarks.append(f"no calibration certificate for {', '.join(lacking)}: volts only")
     pipeline = Pipeline(
         replace(channel_map, entries=tuple(each.entry for each in found)),
         certificates=certificates,

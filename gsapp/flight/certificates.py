@@ -1,0 +1,119 @@
+"""Which certificates a flight was read with, and which instruments had none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from calibration import Certificate, certificate_content
+from gsapp.decoding.pipeline import ChannelSource
+
+VOLTS = "_volts"
+"""Ends the base id of a channel that holds an instrument's volts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CertificatesUsed:
+    """The certificates behind the numbers of a flight.
+
+    Attributes
+    ----------
+    used : mapping of str to Certificate
+        Those in force, by channel.
+    given : str
+        What was given in place of the flight's own: a folder, or a shipped set; empty if nothing.
+    own : mapping of str to Certificate, or None
+        Those kept with the flight; None if none are.
+    """
+
+    used: Mapping[str, Certificate] = field(default_factory=dict)
+    given: str = ""
+    own: Mapping[str, Certificate] | None = None
+
+    @property
+    def differing(self) -> tuple[str, ...]:
+        """Return the channels whose certificates are not those kept with the flight, sorted."""
+        own = self.own or {}
+        return tuple(
+            sorted(
+                name
+                for name in {*own, *self.used}
+                if _content(own.get(name)) != _content(self.used.get(name))
+            )
+        )
+
+    @property
+    def sentence(self) -> str:
+        """Return that other certificates than the flight's own were used; empty if they were not.
+
+        A result without this sentence comes from what was in force on the day.
+        """
+        if not self.given:
+            return ""
+        head = f"read with the certificates of '{self.given}' instead of"
+        if self.own is None:
+            return f"{head} those that its channel map names: none are kept with the flight"
+        changed = self.differing
+        if not changed:
+            return f"{head} those kept with the flight, which are the same"
+        gone = [name for name in changed if name not in self.used]
+        other = [name for name in changed if name in self.used]
+        parts = [
+            words
+            for words in (
+                f"they differ for {', '.join(other)}" if other else "",
+                f"they lack {', '.join(gone)}" if gone else "",
+            )
+            if words
+        ]
+        return f"{head} those kept with the flight; {' and '.join(parts)}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return this for programs."""
+        return {
+            "certificates": {
+                name: {"stamp": one.stamp.isoformat(), "who": one.who}
+                for name, one in sorted(self.used.items())
+            },
+            "given": self.given or None,
+            "instead_of_own": list(self.differing) if self.given else [],
+        }
+
+
+def _content(certificate: Certificate | None) -> dict[str, Any] | None:
+    return None if certificate is None else certificate_content(certificate)
+
+
+def uncalibrated(sources: Mapping[str, ChannelSource]) -> tuple[str, ...]:
+    """Return the channels whose instruments gave volts only, for want of a certificate, sorted."""
+    return tuple(sorted({each.uncalibrated for each in sources.values() if each.uncalibrated}))
+
+
+def calibration_remarks(
+    used: CertificatesUsed, sources: Mapping[str, ChannelSource]
+) -> tuple[str, ...]:
+    """Return what is to be said of the calibration behind a flight's numbers, if anything is."""
+    listed = ", ".join(uncalibrated(sources))
+    lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
+    return tuple(words for words in (used.sentence, lacking if listed else "") if words)
+
+
+def volts_of(column: str, columns: Iterable[str]) -> str:
+    """Return the channel whose volts a column holds, where that channel itself is not among them.
+
+    A table keeps no certificates: volts without their channel are those of an instrument that was
+    not calibrated.
+
+    Parameters
+    ----------
+    column : str
+        Its id, such as ``q_volts`` or ``q_volts.2``.
+    columns : iterable of str
+        All columns.
+    """
+    base, dot, number = column.partition(".")
+    if not base.endswith(VOLTS):
+        return ""
+    name = base.removesuffix(VOLTS) + dot + number
+    return "" if name in set(columns) else name

@@ -1,0 +1,182 @@
+"""An old flight read with other certificates, and channels that have none: said everywhere."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from box_kit import box_tlog
+
+from calibration import certificate_files, load_certificates, write_certificate
+from gsapp.aircraft.reading import SHIPPED
+from gsapp.cli import compatibility, cut, discrepancy, estimate, export, linear_models, maneuvers
+from gsapp.cli import replay as replay_command
+from gsapp.decoding.channel_map import SHIPPED as MAPS
+from gsapp.flight import load_flight
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.summary import summarize
+from gsapp.foundation import FlightError
+from gsapp.session import Session
+from gsapp.session.session import run_through
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> FlightFolder:
+    """Return a flight that keeps the certificates of its day."""
+    folder = FlightFolder.create(tmp_path / "flight")
+    folder.tlog_file.write_bytes(box_tlog())
+    folder.keep_channel_map(MAPS.find("b777"))
+    folder.keep_aircraft(SHIPPED.find("b777"))
+    folder.keep_certificates(certificate_files("b777"))
+    return folder
+
+
+@pytest.fixture
+def other(tmp_path: Path) -> Path:
+    """Return another day's certificates: alpha reads 1 deg more, and the flap has none."""
+    folder = tmp_path / "spring"
+    folder.mkdir()
+    for path in certificate_files("b777"):
+        if path.stem != "flap":
+            shutil.copy(path, folder)
+    alpha = load_certificates("b777")["alpha"]
+    first, *rest = alpha.coefficients
+    write_certificate(replace(alpha, coefficients=(first + 1.0, *rest)), folder / "alpha.toml")
+    return folder
+
+
+def test_other_certificates_change_the_numbers_and_are_said(
+    flight: FlightFolder, other: Path
+) -> None:
+    """Alpha by exactly the degree that they differ by, q not at all; who changed is named."""
+    own, read = load_flight(flight.path), load_flight(flight.path, certificates=other)
+    np.testing.assert_allclose(read.block["alpha"] - own.block["alpha"], np.deg2rad(1.0))
+    assert np.array_equal(read.block["q"], own.block["q"], equal_nan=True)
+    assert "flap" in own.block.channels
+    assert "flap" not in read.block.channels
+    assert not [words for words in own.remarks if "certificate" in words]
+    assert read.remarks[0] == (
+        f"read with the certificates of '{other}' instead of those kept with the flight; they "
+        "differ for alpha and they lack flap"
+    )
+    assert read.remarks[1].endswith("only volts: flap")
+    said = summarize(read)["calibration"]
+    assert (said["given"], said["instead_of_own"]) == (str(other), ["alpha", "flap"])
+    assert said["uncalibrated"] == ["flap"]
+    assert said["certificates"]["alpha"]["who"] == "shipped example"
+    assert summarize(own)["calibration"]["given"] is None
+
+
+def test_the_cache_of_a_flight_is_that_of_its_own_certificates(
+    flight: FlightFolder, other: Path
+) -> None:
+    """Neither is the other's ever taken, nor is the flight's own replaced."""
+    own = load_flight(flight.path)
+    cached = next(flight.cache_folder.glob("*.npz"))
+    before = cached.read_bytes()
+    read = load_flight(flight.path, certificates=other)
+    assert not np.array_equal(read.block["alpha"], own.block["alpha"], equal_nan=True)
+    assert cached.read_bytes() == before
+    again = load_flight(flight.path)
+    assert np.array_equal(again.block["alpha"], own.block["alpha"], equal_nan=True)
+    assert again.remarks == own.remarks
+
+
+def test_a_replay_on_the_road_of_a_live_flight_says_and_does_the_same(
+    flight: FlightFolder, other: Path
+) -> None:
+    session = Session.replay(flight.path, certificates=other, speed=np.inf)
+    run_through(session)
+    streamed, read = session.flight(), load_flight(flight.path, certificates=other)
+    assert streamed.calibration_json() == read.calibration_json()
+    assert streamed.calibration_remarks == read.calibration_remarks
+    assert np.array_equal(streamed.block["alpha"], read.block["alpha"], equal_nan=True)
+    assert session.snapshot().uncalibrated == ("flap",)
+    session.close()
+
+
+def test_columns_that_were_calibrated_before_take_no_other_certificates(
+    flight: FlightFolder, other: Path, tmp_path: Path
+) -> None:
+    export.run(flight=flight.path, to="csv", out=tmp_path / "flight.csv")
+    with pytest.raises(FlightError, match="were calibrated when it was written"):
+        load_flight(tmp_path / "flight.csv", certificates=other)
+
+
+def test_a_map_without_volts_takes_no_certificates(tmp_path: Path, other: Path) -> None:
+    folder = FlightFolder.create(tmp_path / "autopilot")
+    folder.tlog_file.write_bytes(box_tlog())
+    folder.keep_channel_map(MAPS.find("px4"))
+    with pytest.raises(FlightError, match="calibrates no channel"):
+        load_flight(folder.path, certificates=other)
+
+
+def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
+    flight: FlightFolder, other: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the text, in the JSON, beside the channel; a table of volts is known for what it is."""
+    summary, table = tmp_path / "summary.json", tmp_path / "out.csv"
+    replay_command.run(flight=flight.path, json=summary, calibration=str(other))
+    screen = capsys.readouterr().out
+    assert "only volts: flap" in screen
+    assert any("flap_volts" in line and "uncal" in line for line in screen.splitlines())
+    told = json.loads(summary.read_text())
+    assert told["calibration"]["uncalibrated"] == ["flap"]
+    beside = {name: each["calibrated"] for name, each in told["channels"].items()}
+    assert (beside["flap_volts"], beside["alpha"], beside["alpha_volts"]) == (False, True, None)
+
+    export.run(flight=flight.path, to="csv", out=table, calibration=str(other), json=summary)
+    assert "only volts: flap" in capsys.readouterr().out
+    assert json.loads(summary.read_text())["calibration"]["uncalibrated"] == ["flap"]
+    assert load_flight(table).uncalibrated == ("flap",)
+
+    cut.run(flight=flight.path, windows=["10:11"], out=table, calibration=str(other), json=summary)
+    assert "only volts: flap" in capsys.readouterr().err
+    (cut_from,) = json.loads(summary.read_text())["calibration"]
+    assert cut_from["given"] == str(other)
+
+
+def test_results_with_other_certificates_stay_out_of_the_catalog(
+    flight: FlightFolder, other: Path, tmp_path: Path
+) -> None:
+    for call in (
+        lambda: maneuvers.run(
+            flight=flight.path, calibration=str(other), catalog=tmp_path / "c.sqlite"
+        ),
+        lambda: estimate.run(
+            flights=[flight.path], calibration=str(other), catalog=tmp_path / "c.sqlite"
+        ),
+    ):
+        with pytest.raises(FlightError, match="--catalog"):
+            call()
+    assert not (tmp_path / "c.sqlite").exists()
+
+
+@pytest.mark.parametrize(
+    "command", ["estimate", "compatibility", "discrepancy", "linear_models", "maneuvers"]
+)
+def test_every_analysis_reads_with_the_certificates_given(
+    command: str, flight: FlightFolder, tmp_path: Path
+) -> None:
+    """Told by the error of a set that does not exist: it is looked for where flights are read."""
+    calls = {
+        "estimate": lambda: estimate.run(flights=[flight.path], calibration="absent"),
+        "compatibility": lambda: compatibility.run(flights=[flight.path], calibration="absent"),
+        "discrepancy": lambda: discrepancy.run(
+            flights=[flight.path], out=tmp_path / "d", calibration="absent"
+        ),
+        "linear_models": lambda: linear_models.run(
+            flights=[flight.path], validate=flight.path, calibration="absent"
+        ),
+        "maneuvers": lambda: maneuvers.run(flight=flight.path, calibration="absent"),
+    }
+    with pytest.raises(Exception, match="no folder 'absent'"):
+        calls[command]()

@@ -1,0 +1,166 @@
+"""An old flight read with other certificates in the window, and uncalibrated channels on screen."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
+
+from box_kit import box_tlog
+from window_kit import open_window, until
+
+import ui.opening
+import ui.window
+from calibration import certificate_files, load_certificates, write_certificate
+from gsapp.aircraft.reading import SHIPPED
+from gsapp.decoding.channel_map import SHIPPED as MAPS
+from gsapp.flight import load_flight
+from gsapp.flight.certificates import CertificatesUsed
+from gsapp.flight.folder import FlightFolder
+from ui.dialogs.certificates import CertificatesDialog
+from ui.flight.values import value_lines
+from ui.look import Look
+from ui.window import MainWindow
+from ui.work import Progress
+
+_GONE = ("elevator_left", "flap")
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Path:
+    """Return a flight that keeps the certificates of its day."""
+    folder = FlightFolder.create(tmp_path / "old flight")
+    folder.tlog_file.write_bytes(box_tlog())
+    folder.keep_channel_map(MAPS.find("b777"))
+    folder.keep_aircraft(SHIPPED.find("b777"))
+    folder.keep_certificates(certificate_files("b777"))
+    return folder.path
+
+
+@pytest.fixture
+def other(tmp_path: Path) -> Path:
+    """Return another day's certificates: alpha reads 1 deg more; two instruments have none."""
+    folder = tmp_path / "spring"
+    folder.mkdir()
+    for path in certificate_files("b777"):
+        if path.stem not in _GONE:
+            shutil.copy(path, folder)
+    alpha = load_certificates("b777")["alpha"]
+    first, *rest = alpha.coefficients
+    write_certificate(replace(alpha, coefficients=(first + 1.0, *rest)), folder / "alpha.toml")
+    return folder
+
+
+@pytest.fixture
+def window(
+    qtbot: QtBot, tmp_path: Path, flight: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    made.desk.open_flight(flight, playing=False)
+    until(qtbot, lambda: made.desk.is_loaded)
+    yield made
+    made.close()
+
+
+def choose(monkeypatch: pytest.MonkeyPatch, value: str) -> list[str]:
+    """Let the dialog be answered with a set; return what it said of it."""
+    said: list[str] = []
+
+    def answer(dialog: CertificatesDialog) -> bool:
+        place = dialog.certificates.findData(value)
+        if place < 0:
+            dialog.certificates.insertItem(0, value, value)
+            place = 0
+        dialog.certificates.setCurrentIndex(place)
+        said.append(dialog.sentence.text())
+        return dialog.button.isEnabled()
+
+    monkeypatch.setattr(CertificatesDialog, "exec", answer)
+    return said
+
+
+def bar_part(window: MainWindow) -> tuple[str, str, str, str]:
+    (part,) = (part for part in window.desk.bar_parts("US", muted=True) if part.id == "calibration")
+    return part.word, part.value, part.note, part.state
+
+
+def test_read_anew_with_other_certificates_and_back(
+    qtbot: QtBot, window: MainWindow, other: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The numbers, the bar, the banner and an export are those of the set; the time stays."""
+    window.desk.seek(12.0)
+    own = window.desk.history.samples("alpha", 1020, 1180)
+    before = window.desk.session
+    assert bar_part(window) == ("CALIBRATION", "18", "sensors, 14 May", "good")
+    said = choose(monkeypatch, str(other))
+    window.commands.actions["certificates"].trigger()
+    assert "they differ for alpha and they lack elevator_left, flap" in said[0]
+    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded)
+    until(qtbot, lambda: window.desk.time == pytest.approx(12.0))
+    read = window.desk.history.samples("alpha", 1020, 1180)
+    np.testing.assert_allclose(read - own, np.deg2rad(1.0))
+    assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 channels without", "caution")
+    until(qtbot, lambda: any("instead of those kept" in text for text in banners(window)))
+    written = window.desk.export("csv", tmp_path / "out.csv", Progress(lambda *_: None))
+    exported = load_flight(written).block["alpha"]
+    np.testing.assert_allclose(exported[20:180], read, atol=1e-12)
+
+    choose(monkeypatch, "")
+    before = window.desk.session
+    window.commands.actions["certificates"].trigger()
+    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded)
+    assert bar_part(window)[0] == "CALIBRATION"
+    assert np.array_equal(window.desk.history.samples("alpha", 1020, 1180), own)
+
+
+def banners(window: MainWindow) -> list[str]:
+    return list(window.banners.texts())
+
+
+def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
+    qtbot: QtBot, window: MainWindow, other: Path
+) -> None:
+    """The instrument, its volts, and what would be derived from it: chart, panels, tree."""
+    window.desk.read_with(str(other))
+    until(qtbot, lambda: window.desk.calibration.given == str(other) and window.desk.is_loaded)
+    until(qtbot, lambda: "flap" in window.view._picture.uncalibrated)
+    picture = window.view._picture
+    assert picture.uncalibrated == {
+        "elevator_left", "elevator_left_volts", "flap", "flap_volts", "de",
+    }  # fmt: skip
+    window.view.show_layout("Overview")
+    charts = window.view.charts
+    window.view.advance(window.desk.time)
+    order = [strip.traces[0].channel for strip in charts.strip_layout.strips]
+    assert "de" in order  # not simply gone
+    reading = charts.readings(order.index("de"))[0]
+    assert (reading.uncalibrated, reading.stale) == (True, True)
+    assert not charts.readings(order.index("alpha"))[0].uncalibrated
+    assert "uncalibrated" in window.view.channels._notes["flap"]
+    lines = value_lines(
+        window.desk.history, ["de", "alpha"], {"cursor": 11.0}, "US", frozenset(),
+        picture.uncalibrated,
+    )  # fmt: skip
+    assert [line.cells[0].endswith("uncal") for line in lines] == [True, False]
+
+
+def test_the_dialog_refuses_a_folder_without_certificates(qtbot: QtBot, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    dialog = CertificatesDialog(Look(), CertificatesUsed(given=str(tmp_path / "empty")), ["b777"])
+    qtbot.addWidget(dialog)
+    assert not dialog.button.isEnabled()
+    assert "holds no calibration certificate" in dialog.sentence.text()
+    dialog.certificates.setCurrentIndex(dialog.certificates.findData("b777"))
+    assert dialog.button.isEnabled()

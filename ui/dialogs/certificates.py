@@ -1,0 +1,72 @@
+"""Asks which certificates an old flight is to be read with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QWidget
+
+from calibration import load_certificates
+from gsapp.flight.certificates import CertificatesUsed
+from gsapp.foundation import GroundStationError
+from ui.dialogs.fields import ShippedField
+from ui.dialogs.form import FormDialog, Sentence
+from ui.look import Look
+from ui.words import count_text
+
+
+class CertificatesDialog(FormDialog):
+    """Asks for a set of certificates, and says what it would change.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    used : CertificatesUsed
+        What the flight is read with now.
+    shipped : sequence of str
+        Sets that come with the program.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        used: CertificatesUsed,
+        shipped: Sequence[str],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "Other certificates",
+            "The volts on record are turned into angles, rates and pressures anew. The flight "
+            "keeps its own certificates.",
+            "Read the flight",
+            look,
+            parent,
+        )
+        self._own = used.own
+        self.certificates = ShippedField(
+            "Certificates", shipped, used.given, none="Those kept with the flight", folder=True
+        )
+        self.sentence = Sentence()
+        self.add_row("Certificates", self.certificates, self.sentence)
+        self.certificates.currentIndexChanged.connect(self._judge)
+        self._judge()
+        self.fit(560)
+
+    def _judge(self) -> None:
+        given = self.certificates.value
+        usable = True
+        if not given:
+            kept = len(self._own or {})
+            words = f"{count_text(kept, 'certificate')} kept with the flight."
+            self.sentence.say(words if kept else "Those that its channel map names.", "good")
+        else:
+            try:
+                chosen = load_certificates(given)
+            except GroundStationError as error:
+                usable = False
+                self.sentence.say(str(error), "warning")
+            else:
+                said = CertificatesUsed(used=chosen, given=given, own=self._own).sentence
+                self.sentence.say(f"{said[:1].upper()}{said[1:]}.", "caution")
+        self.button.setEnabled(usable)
