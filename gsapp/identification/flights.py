@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
+from gsapp.flight.as_flown import AsFlown, as_flown
 from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey
 from gsapp.flight.setting import Setting
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
+from gsapp.quantities.fields import Position
 
 _USUAL_AIRCRAFT = "b777"
 
@@ -29,6 +31,8 @@ class FlownFlight:
     maneuvers : tuple of Maneuver
         Those to be used; with several flights their ids begin with the flight's number.
     remarks : tuple of str
+    cg_shift : tuple of float
+        From the CG of the aircraft file to the one at take-off, m.
     """
 
     flight: Flight
@@ -36,6 +40,7 @@ class FlownFlight:
     surveyed: tuple[FoundManeuver, ...]
     maneuvers: tuple[Maneuver, ...]
     remarks: tuple[str, ...]
+    cg_shift: Position = (0.0, 0.0, 0.0)
 
 
 def flown_flights(
@@ -80,11 +85,13 @@ def flown_flights(
         flight = load_flight(
             path, channel_map=channel_map, certificates=calibration, aircraft=aircraft
         )
-        own = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft(_USUAL_AIRCRAFT)
+        file = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft(_USUAL_AIRCRAFT)
+        carded = as_flown(file, flight.info)
+        own = carded.aircraft
         if doing is not None:
             doing(f"looking for maneuvers in {path.name}")
         surveyed = survey(flight, own, given=given, number=number, flights=count)
-        remarks = [*flight.remarks, *surveyed.remarks]
+        remarks = [*flight.remarks, *carded.remarks, *surveyed.remarks]
         found = surveyed.maneuvers
         named = any(window.flight == number for window in windows)
         # The only one there is stays in: what it cannot give is said by its estimate.
@@ -97,25 +104,33 @@ def flown_flights(
             found = tuple(one for one in found if one.grade != "D")
         prefix = f"{number}:" if count > 1 else ""
         mass = mass_over_flight(flight, own)
+        cut = [
+            cut_maneuver(
+                flight,
+                own,
+                one.t_start,
+                one.t_end,
+                id=prefix + one.id,
+                inputs=one.inputs,
+                kind=one.kind,
+                mass=mass,
+            )
+            for one in found
+        ]
         flown.append(
             FlownFlight(
                 flight=flight,
                 aircraft=own,
                 surveyed=surveyed.maneuvers,
-                maneuvers=tuple(
-                    cut_maneuver(
-                        flight,
-                        own,
-                        one.t_start,
-                        one.t_end,
-                        id=prefix + one.id,
-                        inputs=one.inputs,
-                        kind=one.kind,
-                        mass=mass,
-                    )
-                    for one in found
-                ),
+                cg_shift=carded.shift,
+                maneuvers=tuple(_with_fuel_left(one, carded) for one in cut),
                 remarks=tuple(remarks),
             )
         )
     return tuple(flown)
+
+
+def _with_fuel_left(maneuver: Maneuver, carded: AsFlown) -> Maneuver:
+    """Return a maneuver with the aircraft that was left when it was flown."""
+    then = carded.after(carded.aircraft.mass.mass - maneuver.mass)
+    return replace(maneuver, aircraft=then.aircraft, cg_shift=then.shift, remarks=carded.remarks)
