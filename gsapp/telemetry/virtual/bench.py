@@ -21,8 +21,8 @@ from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
 _POSITIONS: tuple[Position, ...] = get_args(Position)
 
 HELP = f"""\
-SURFACE DEG           set it to this angle: {", ".join(POTENTIOMETERS)}
-release               take the hand off
+SURFACE DEG [hold]    set it to this angle: {", ".join(POTENTIOMETERS)}
+release               let go of what is held
 lie POSITION          lay the aircraft: {", ".join(_POSITIONS)}
 turn p|q|r DEG [S]    turn it on the turntable, in S seconds
 pitot covered|open|blow
@@ -49,9 +49,10 @@ def obey(bench: VirtualBench, line: str) -> str:
     if not words:
         return ""
     verb, rest = words[0], words[1:]
-    if verb in POTENTIOMETERS and len(rest) == 1:
+    if verb in POTENTIOMETERS and len(rest) == 1 + ("hold" in rest[1:]):
         angle = _number(rest[0], line)
-        return f"{verb} goes to {angle:g} deg in {bench.set_angle(verb, angle):.1f} s"
+        seconds_needed = bench.set_angle(verb, angle, hold="hold" in rest)
+        return f"{verb} goes to {angle:g} deg in {seconds_needed:.1f} s"
     if verb == "turn" and len(rest) in (2, 3):
         angle, *seconds = (_number(word, line) for word in rest[1:])
         whole = bench.turn(rest[0], angle, seconds=seconds[0] if seconds else None)

@@ -14,9 +14,9 @@ from scipy import signal
 
 from gsapp.quantities import FloatArray
 
-SETTING_ERROR = 0.08
-"""Standard deviation with which a protractor is set and read, deg."""
-TREMOR = 0.03
+SETTING_ERROR = 0.05
+"""Standard deviation with which a digital protractor is set and read, deg."""
+TREMOR = 0.02
 """Standard deviation of a surface held by hand, deg."""
 _TREMOR_HZ = 8.0
 _QUICK = 25.0
@@ -55,7 +55,7 @@ class Setting:
     @classmethod
     def by_hand(cls, begin: float, start: float, target: float) -> Setting:
         """Return a movement that takes as long as a hand needs."""
-        seconds = 1.2 + abs(target - start) / _QUICK
+        seconds = math.ceil(100.0 * (1.2 + abs(target - start) / _QUICK)) / 100.0
         return cls(begin=begin, seconds=seconds, start=start, target=target)
 
     @property
@@ -70,6 +70,14 @@ class Setting:
         # would take up the play from the other side.
         way = 0.92 * _smooth(share / 0.65) + 0.08 * _smooth((share - 0.5) / 0.5)
         return np.asarray(self.start + (self.target - self.start) * way)
+
+    def grip(self, times: FloatArray) -> FloatArray:
+        """Return how much of the hand's tremor the surface feels, 0 to 1, shape (n,).
+
+        Less and less as it comes to the angle, where the hand lets go.
+        """
+        share = (times - self.begin) / self.seconds
+        return np.asarray(1.0 - _smooth((share - 0.6) / 0.4))
 
 
 class Tremor:

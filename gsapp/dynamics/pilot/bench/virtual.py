@@ -65,6 +65,8 @@ class VirtualBench:
         What is wrong with it.
     aircraft : str
         Whose gyros and accelerometers; a file, or the name of a shipped one.
+    setting_error : float
+        Standard deviation with which the protractor is set, deg.
 
     Attributes
     ----------
@@ -78,7 +80,12 @@ class VirtualBench:
     """
 
     def __init__(
-        self, seed: int = 0, *, faults: Sequence[BenchFault] = (), aircraft: str = "b777"
+        self,
+        seed: int = 0,
+        *,
+        faults: Sequence[BenchFault] = (),
+        aircraft: str = "b777",
+        setting_error: float = SETTING_ERROR,
     ) -> None:
         drawing, self._hands, noise, harming = np.random.default_rng([seed, 0xBE]).spawn(4)
         nominal = load_certificates("b777")
@@ -110,6 +117,7 @@ class VirtualBench:
             "throttle": float(nominal["throttle"].volts(0.0)),
             "flap": float(nominal["flap"].volts(0.0)),
         }
+        self._setting_error = setting_error
         self._noise = noise
         self._tremor = Tremor(1.0 / RATE)
         self._harm = Harm(faults, harming)
@@ -175,15 +183,16 @@ class VirtualBench:
     @property
     def busy(self) -> bool:
         """Return whether a hand is still at it."""
+        now = self.time + 1e-9
         return (
-            any(setting.end > self.time for setting in self._settings.values())
+            any(setting.end > now for setting in self._settings.values())
             or bool(self._motions)
-            or (self._breath is not None and self._breath.end > self.time)
+            or (self._breath is not None and self._breath.end > now)
         )
 
     # --- what hands do --------------------------------------------------------------------------
 
-    def set_angle(self, channel: str, angle: float) -> float:
+    def set_angle(self, channel: str, angle: float, *, hold: bool = False) -> float:
         """Set a surface or vane to an angle by hand.
 
         Parameters
@@ -192,6 +201,8 @@ class VirtualBench:
             One of `POTENTIOMETERS`.
         angle : float
             As read off the protractor, deg. The stops end it.
+        hold : bool
+            Keep it in the hand, which trembles, until `release`; otherwise it is let go there.
 
         Returns
         -------
@@ -206,14 +217,14 @@ class VirtualBench:
         name = _surface(channel)
         here = float(self._settings[name].angles(np.array([self.time]))[0])
         stop = self.potentiometers[name].travel
-        error = float(self._hands.normal(0.0, SETTING_ERROR))
+        error = float(self._hands.normal(0.0, self._setting_error))
         target = min(max(angle + error, -stop), stop)
         self._settings[name] = Setting.by_hand(self.time, here, target)
-        self._held = name
+        self._held = name if hold else ""
         return self._settings[name].seconds
 
     def release(self) -> None:
-        """Take the hand off; the surface stays where it is."""
+        """Take the hand off a surface that is held; it stays where it is."""
         self._held = ""
 
     def lie(self, position: Position) -> float:
@@ -350,9 +361,9 @@ class VirtualBench:
     ) -> dict[str, FloatArray]:
         columns = {}
         for name, potentiometer in self.potentiometers.items():
-            angles = self._settings[name].angles(times)
-            if name == self._held:
-                angles = angles + tremor
+            setting = self._settings[name]
+            grip = np.ones(times.size) if name == self._held else setting.grip(times)
+            angles = setting.angles(times) + grip * tremor
             shaft = self._linkages[name].follow(angles)
             if times.size:
                 self._angles[name] = float(angles[-1])

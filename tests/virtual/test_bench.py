@@ -1,0 +1,208 @@
+"""The virtual aircraft on the ground: its truth, its hands, its faults."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from calibration import CalibrationPoint, fit_points
+from gsapp.dynamics.pilot.bench import (
+    POTENTIOMETERS,
+    BenchFault,
+    VirtualBench,
+    parse_bench_fault,
+)
+from gsapp.dynamics.pilot.converter import DAQ, STEP
+from gsapp.foundation import FlightError
+
+SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
+
+
+def readings(bench: VirtualBench, channel: str) -> list[CalibrationPoint]:
+    """Take points up and down by hand, each a mean over a second."""
+    points = []
+    bench.step(bench.set_angle(channel, -24.0))
+    for direction, settings in (("up", SETTINGS), ("down", SETTINGS[::-1])):
+        if direction == "down":
+            bench.step(bench.set_angle(channel, 24.0))
+        for angle in settings:
+            bench.step(bench.set_angle(channel, angle) + 0.3)
+            block = bench.step(1.0)
+            volts = float(np.mean(block[f"{channel}_volts"] / block["excitation"]) * 5.0)
+            points.append(CalibrationPoint(volts=volts, value=angle, direction=direction))
+    return points
+
+
+@pytest.mark.parametrize(("channel", "seed"), [("elevator_left", 1), ("beta", 2), ("rudder", 3)])
+def test_points_taken_by_hand_give_the_true_curve(channel: str, seed: int) -> None:
+    """A cubic through them lies within a quarter degree of the truth; both branches show."""
+    bench = VirtualBench(seed)
+    points = readings(bench, channel)
+    fit = fit_points(points, 3)
+    potentiometer = bench.potentiometers[channel]
+    angles = np.linspace(-20.0, 20.0, 41)
+    found = np.polynomial.Polynomial(fit.coefficients)(potentiometer.volts(angles))
+    assert np.max(np.abs(found - angles)) < 0.25
+    up, down = (
+        np.mean([p.volts for p in points if p.direction == direction])
+        for direction in ("up", "down")
+    )
+    # Going up, the shaft lags behind.
+    play = (down - up) / potentiometer.slope
+    assert play == pytest.approx(potentiometer.play, abs=0.1)
+
+
+def test_a_hand_takes_its_time_and_comes_from_one_side() -> None:
+    """Never past the angle; it lets go there, or holds on and trembles by some hundredths."""
+    bench = VirtualBench(4)
+    bench.step(bench.set_angle("aileron_left", -15.0))
+    seconds = bench.set_angle("aileron_left", 15.0)
+    assert 1.5 < seconds < 4.0
+    assert abs(bench.aim("aileron_left") - 15.0) < 0.4
+    way = []
+    for _ in range(round(100 * seconds)):
+        bench.advance(1)
+        way.append(bench.angle("aileron_left"))
+    assert bench.busy is False
+    assert max(way) < bench.aim("aileron_left") + 0.15
+    assert bench.angle("aileron_left") == pytest.approx(bench.aim("aileron_left"), abs=0.01)
+    bench.step(bench.set_angle("aileron_left", 10.0, hold=True))
+    rest = []
+    for _ in range(200):
+        bench.advance(1)
+        rest.append(bench.angle("aileron_left"))
+    assert 0.01 < np.std(rest) < 0.04
+    bench.release()
+    bench.advance(1)
+    assert bench.angle("aileron_left") == bench.aim("aileron_left")
+    bench.step(bench.set_angle("aileron_left", 90.0))
+    assert bench.aim("aileron_left") == 25.0, "the stop ends it"
+
+
+def test_volts_are_those_of_the_converter() -> None:
+    """Multiples of a count within 0 to 5 V, 100 a second; each instrument alone moves."""
+    bench = VirtualBench(6)
+    before = bench.advance(100)
+    bench.set_angle("rudder", 20.0)
+    after = bench.advance(300)[-50:]
+    np.testing.assert_array_equal(np.round(after / STEP) * STEP, after)
+    assert after.min() >= 0.0
+    assert after.max() <= 5.0 - STEP
+    moved = np.abs(after.mean(axis=0) - before.mean(axis=0))
+    assert {name for name, by in zip(DAQ, moved, strict=True) if by > 0.02} == {"rudder"}
+    assert np.std(before[:, DAQ.index("excitation")]) < 2e-3
+
+
+def test_the_supply_drifts_and_the_potentiometers_with_it() -> None:
+    """Over a minute the volts change while nothing moves; their ratio to the supply does not."""
+    bench = VirtualBench(8)
+    first, last = bench.step(1.0), (bench.step(45.0), bench.step(1.0))[1]
+    change = {
+        name: float(last[name].mean() / first[name].mean() - 1.0)
+        for name in ("excitation", "elevator_right_volts", "alpha_volts")
+    }
+    assert abs(change["excitation"]) > 3e-4
+    for name in ("elevator_right_volts", "alpha_volts"):
+        assert change[name] == pytest.approx(change["excitation"], abs=1.5e-4)
+
+
+def everything(bench: VirtualBench, cuts: list[int]) -> np.ndarray:
+    bench.set_angle("elevator_left", 12.0)
+    bench.turn("p", 90.0)
+    bench.blow()
+    pieces, left = [], 1500
+    for cut in itertools.cycle(cuts):
+        if not left:
+            return np.vstack(pieces)
+        pieces.append(bench.advance(min(cut, left)))
+        left -= len(pieces[-1])
+    raise AssertionError
+
+
+def test_cutting_changes_nothing_and_seeds_do() -> None:
+    """A surface set, the aircraft laid and turned, a breath, faults: the same to the last bit."""
+    faults = [
+        parse_bench_fault("elevator_left:noisy"),
+        parse_bench_fault("alpha:swapped:with=beta"),
+    ]
+    whole = everything(VirtualBench(5, faults=faults), [1500])
+    cut = everything(VirtualBench(5, faults=faults), [1, 7, 33, 100])
+    np.testing.assert_array_equal(whole, cut)
+    assert not np.array_equal(whole, everything(VirtualBench(6, faults=faults), [1500]))
+
+
+def test_a_turn_is_what_was_asked_within_the_marks() -> None:
+    """What the gyros see adds up to the angle; laying is the way between two attitudes."""
+    bench = VirtualBench(9)
+    block = bench.step(bench.turn("q", 180.0) + 1.0)
+    assert bench.up[1] == pytest.approx(1.0, abs=1e-3)
+    rates = (block["q_volts"] - bench.gyros.zero[1]) / bench.gyros.matrix[1, 1]
+    turning = block.times > 3.5  # laid by then
+    assert np.sum(rates[turning]) / 100.0 == pytest.approx(180.0, abs=1.5)
+    assert np.sum(rates[~turning]) / 100.0 == pytest.approx(0.0, abs=4.0)
+    rolled = (block["p_volts"] - bench.gyros.zero[0]) / bench.gyros.matrix[0, 0]
+    assert abs(np.sum(rolled[~turning]) / 100.0) == pytest.approx(90.0, abs=5.0)
+
+
+def swing(bench: VirtualBench, channel: str) -> dict[str, float]:
+    """Return how far the volts of each instrument go while one surface goes to and fro."""
+    stretches = [bench.step(bench.set_angle(channel, angle)) for angle in (-20.0, 20.0, 0.0)]
+    return {
+        name: float(np.ptp(np.concatenate([b[f"{name}_volts"] for b in stretches])))
+        for name in POTENTIOMETERS
+    }
+
+
+@pytest.mark.parametrize("channel", ["elevator_right", "rudder", "alpha"])
+def test_faults_show_as_they_would(channel: str) -> None:
+    """Dead stays, swapped moves the other, reversed goes the other way, clipped hits the end."""
+    other = "beta" if channel != "rudder" else "aileron_left"
+    sound = swing(VirtualBench(3), channel)
+    assert sound[channel] > 1.0
+    dead = VirtualBench(3, faults=[BenchFault(channel=channel, kind="dead")])
+    assert swing(dead, channel)[channel] == 0.0
+    swapped = VirtualBench(3, faults=[BenchFault(channel=channel, kind="swapped", other=other)])
+    found = swing(swapped, channel)
+    assert found[other] > 1.0
+    assert found[channel] < 0.1
+    signs = []
+    for faults in ([], [BenchFault(channel=channel, kind="reversed")]):
+        bench = VirtualBench(3, faults=faults)
+        block = bench.step(bench.set_angle(channel, 20.0))
+        signs.append(np.sign(block[f"{channel}_volts"][-1] - block[f"{channel}_volts"][0]))
+    assert signs[0] == -signs[1]
+    clipped = VirtualBench(3, faults=[BenchFault(channel=channel, kind="clipped")])
+    block = [clipped.step(clipped.set_angle(channel, a) + 0.5) for a in (-20.0, 20.0)]
+    volts = np.concatenate([b[f"{channel}_volts"] for b in block])
+    ends = np.count_nonzero((volts == 0.0) | (volts == 5.0 - STEP))
+    assert ends > 50
+    noisy = VirtualBench(3, faults=[BenchFault(channel=channel, kind="noisy")])
+    assert np.std(np.diff(noisy.step(2.0)[f"{channel}_volts"])) > 0.03
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("elevator:dead", "no instrument is called 'elevator'"),
+        ("rudder:loose", "'loose' is no fault"),
+        ("rudder:swapped", "with what"),
+        ("rudder:swapped:with=rudder", "with what"),
+        ("rudder:dead:start=3 s", "takes nothing else"),
+        ("static_pressure:reversed", "no other way round"),
+    ],
+)
+def test_a_fault_that_is_none_is_refused(text: str, words: str) -> None:
+    with pytest.raises(FlightError, match=words):
+        parse_bench_fault(text)
+
+
+def test_what_cannot_be_done_is_refused() -> None:
+    bench = VirtualBench()
+    with pytest.raises(FlightError, match="cannot be set by hand"):
+        bench.set_angle("q", 10.0)
+    with pytest.raises(FlightError, match="no axis of a turn"):
+        bench.turn("alpha", 10.0)
+    with pytest.raises(FlightError, match="cannot take 0 s"):
+        bench.turn("p", 10.0, seconds=0.0)
