@@ -172,6 +172,8 @@ def run_campaign(
     remarks += dict.fromkeys(
         f"{one.flight}: {sentence}" for one, _ in chosen for sentence in one.remarks
     )
+    if any(one.cg_shift != HERE for one, _ in chosen):
+        remarks.append("moment derivatives are given about the aircraft file's CG")
     if not chosen:
         what = "" if settings.axis == "both" else f" for axis {settings.axis}"
         raise FlightError(

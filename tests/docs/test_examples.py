@@ -24,12 +24,17 @@ from gsapp.decoding.decoder import Decoder
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.pilot.plan import load_plan
 from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.flight.as_flown import as_flown
+from gsapp.flight.card_checks import check_card
+from gsapp.flight.cards import load_cards
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
 from gsapp.flight.records import RawRecord
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.weights import load_weights
+from gsapp.session.checklist import load_checklist
+from gsapp.session.checklist.items import RULES
 from gsapp.session.limits import load_limits
 from gsapp.session.setting import setting_for
 
@@ -47,7 +52,7 @@ _BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTA
 _CHECKED = {
     "flight", "events", "flight-csv", "aircraft", "channel-map", "text-map", "lines", "table-map",
     "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
-    "linear-model",
+    "linear-model", "cards", "checklist",
 }  # fmt: skip
 
 
@@ -168,6 +173,23 @@ def test_the_plan_is_read(example: Example) -> None:
     assert [maneuver.inputs for maneuver in plan.maneuvers] == [("de",), ("da", "dr")]
 
 
+def test_the_test_cards_are_read(example: Example) -> None:
+    cards = load_cards(example("toml", "cards"))
+    assert [card.heading for card in cards.cards] == [
+        "Elevator doublet",
+        "Aileron and rudder doublet",
+    ]
+
+
+def test_the_checklist_is_read_and_its_rules_are_all_told(example: Example) -> None:
+    found = load_checklist(example("toml", "checklist"))
+    assert [item.by for item in found.items].count("hand") == 1
+    table = (DOCS / "files.md").read_text(encoding="utf-8").partition("| rule |")[2]
+    told = re.findall(r"^\| `(\w+)` \|", table.partition("\n\n")[0], re.MULTILINE)
+    kinds = {model.model_fields["kind"].annotation.__args__[0] for model in RULES}
+    assert set(told) == kinds
+
+
 def test_the_model_is_read(example: Example) -> None:
     model = load_model(example("toml", "model"))
     assert model.effects[0].parameters == {"Cm_alpha2": -2.0}
@@ -190,6 +212,10 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
     info = folder.info()
     assert info is not None
     assert info.takeoff_weight == pytest.approx(46.6 * 4.4482216, rel=1e-6)
+    own = folder.aircraft()
+    assert own is not None
+    assert as_flown(own, info).shift[0] < 0.0
+    assert check_card(info, own) == ()
     setting = setting_for(folder.path)
     assert setting.channel_map is not None
     assert setting.channel_map.name == "my box"

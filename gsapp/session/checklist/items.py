@@ -293,6 +293,11 @@ Rule = Annotated[
     Discriminator("kind"),
 ]
 
+RULES: Final[tuple[type[_Rule], ...]] = (
+    Within, Link, Recorder, Space, Alive, Calibrated, Follows, Engines, Pulses, Card,
+)  # fmt: skip
+"""Every kind of rule."""
+
 
 class ChecklistItem(StrictModel):
     """One line of the checklist.
