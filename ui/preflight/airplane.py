@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from ui.look import Look, mixed
-from ui.preflight.outlines import OUTLINES, Outline, Part, Points, View
+from ui.look import Look
+from ui.preflight.ground_figure import GroundFigure, body_color, paint_ground, polygon
+from ui.preflight.outlines import OUTLINES, Outline, Part, View
 from ui.words import number_text
 
 Kind = Literal["surface", "vane"]
@@ -88,7 +89,7 @@ class AirplanePicture(QWidget):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self.figure: SurfaceFigure | None = None
+        self.figure: SurfaceFigure | GroundFigure | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         look.changed.connect(self._fit)
         self._fit()
@@ -101,7 +102,7 @@ class AirplanePicture(QWidget):
         """Return what it would like."""
         return QSize(self._look.px(480), self._look.px(220))
 
-    def show_figure(self, figure: SurfaceFigure | None) -> None:
+    def show_figure(self, figure: SurfaceFigure | GroundFigure | None) -> None:
         """Draw another figure."""
         if figure == self.figure:
             return
@@ -118,6 +119,10 @@ class AirplanePicture(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         gap = self._look.px(8)
         box = QRectF(self.rect()).adjusted(gap, gap, -gap, -gap)
+        if isinstance(figure, GroundFigure):
+            paint_ground(painter, box, self._look, figure)
+            painter.end()
+            return
         wholes, close = _arrangement(figure, box, gap)
         for view, place in wholes:
             self._paint_whole(painter, place, OUTLINES[view], figure)
@@ -329,13 +334,3 @@ class Closeup:
         painter.setPen(QPen(look.color("text"), look.px(1.5)))
         painter.drawEllipse(QPointF(0.0, 0.0), *[max(0.035 * reach, look.px(3))] * 2)
         painter.restore()
-
-
-def polygon(points: Points) -> QPolygonF:
-    """Return points as Qt takes them."""
-    return QPolygonF([QPointF(x, y) for x, y in points])
-
-
-def body_color(look: Look) -> QColor:
-    """Return the fill of what does not move."""
-    return mixed(look.theme.plot, look.theme.text, 0.14)

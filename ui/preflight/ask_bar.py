@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton, QSizePolicy
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton, QSizePolicy, QWidget
 
 from ui.look import Look
 from ui.pages import label
@@ -21,12 +21,15 @@ class AskBar(QFrame):
         Sizes.
     leave : callable
         Called when the question is gone: the keyboard goes back to the page.
+    behind : QWidget
+        Hidden while something is asked: its keys do nothing then.
     """
 
-    def __init__(self, look: Look, leave: Callable[[], object]) -> None:
+    def __init__(self, look: Look, leave: Callable[[], object], behind: QWidget) -> None:
         super().__init__()
         self._look = look
         self._leave = leave
+        self._behind = behind
         self._answer: Callable[[str], object] | None = None
         self.setObjectName("banner")
         self._row = QHBoxLayout(self)
@@ -88,6 +91,7 @@ class AskBar(QFrame):
         self.field.setText(text)
         self.field.setAccessibleName(question)
         self.yes.setText(f"{yes}   Enter")
+        self._behind.hide()
         self.show()
         if typed:
             self.field.setFocus(Qt.FocusReason.OtherFocusReason)
@@ -106,6 +110,7 @@ class AskBar(QFrame):
         """Take the question back."""
         self._answer = None
         self.hide()
+        self._behind.show()
         self._leave()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

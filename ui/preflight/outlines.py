@@ -136,3 +136,23 @@ ABOVE = Outline(
 """Nose up, seen from above: the left wing is on the left."""
 
 OUTLINES: Mapping[View, Outline] = MappingProxyType({"side": SIDE, "above": ABOVE})
+
+_WING_BEHIND: Points = ((54, 53), (96, 46), (97.5, 44.5), (97.5, 46.5), (54, 57))
+_TAILPLANE_BEHIND: Points = ((52, 45), (67, 42.6), (67.4, 43.6), (52, 47.4))
+
+BEHIND = Outline(
+    size=(100.0, 80.0),
+    shapes=(
+        _WING_BEHIND,
+        _mirrored(_WING_BEHIND, 50),
+        ((69, 56), (72, 54.6), (75, 56), (75.6, 59), (74, 62), (70, 62), (68.4, 59)),
+        ((31, 56), (28, 54.6), (25, 56), (24.4, 59), (26, 62), (30, 62), (31.6, 59)),
+        ((49.2, 44), (49.6, 25), (50.4, 25), (50.8, 44)),
+        ((50, 43), (54, 44.2), (56.6, 48), (56.6, 52), (54, 56), (50, 57.4), (46, 56), (43.4, 52),
+         (43.4, 48), (46, 44.2)),
+        _TAILPLANE_BEHIND,
+        _mirrored(_TAILPLANE_BEHIND, 50),
+    ),
+    parts=MappingProxyType({}),
+)  # fmt: skip
+"""Seen from behind: the right wing is on the right."""

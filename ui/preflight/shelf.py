@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+import tempfile
 from datetime import datetime
 from pathlib import Path
 
-from calibration import Certificate, load_certificates
+from calibration import Certificate, load_certificates, write_certificate
 from calibration.plan import CalibrationPlan, load_plan
 from calibration.store import CertificateStore
 from gsapp.flight.folder import FlightFolder
@@ -25,6 +25,11 @@ def calibrations_path(settings: Path) -> Path:
     return settings.parent / "calibrations"
 
 
+def practice_path(settings: Path) -> Path:
+    """Return the folder of what was calibrated for practice only."""
+    return settings.parent / "practice"
+
+
 class Shelf:
     """The calibrations of one aircraft: plan, certificates, journal.
 
@@ -39,6 +44,8 @@ class Shelf:
 
     Attributes
     ----------
+    folder, aircraft : Path, str
+        As given.
     store : CertificateStore
         The certificates.
     journal : Path
@@ -47,10 +54,13 @@ class Shelf:
 
     def __init__(self, folder: Path, aircraft: str, usual: str = "") -> None:
         self.aircraft = aircraft
-        self._folder = folder
+        self.folder = folder
         self._usual = usual
         self.store = CertificateStore(folder, aircraft)
-        self.journal = self.store.in_force_folder.parent / _JOURNAL
+        self._root = self.store.in_force_folder.parent
+        self._kept = self._root / "before"
+        self._began: dict[Path, dict[str, bytes]] = {}
+        self.journal = self._root / _JOURNAL
 
     def plan(self) -> CalibrationPlan:
         """Return what is calibrated: the aircraft's own plan, a shipped one, or the usual one.
@@ -60,7 +70,7 @@ class Shelf:
         GroundStationError
             If the plan holds mistakes.
         """
-        own = self._folder / _PLANS / f"{self.aircraft}.toml"
+        own = self.folder / _PLANS / f"{self.aircraft}.toml"
         if own.is_file():
             return load_plan(own)
         try:
@@ -68,31 +78,53 @@ class Shelf:
         except UnknownNameError:
             return load_plan(_USUAL_PLAN)
 
-    def fill(self) -> None:
-        """Take in the certificates that counted so far, for channels never calibrated here.
-
-        Without them a flight made with this shelf would have no throttle and no temperature, and
-        the first calibration nothing to be compared with.
-        """
-        if not self._usual or Path(self._usual) == self.store.in_force_folder:
-            return
-        try:
-            known = load_certificates(self._usual)
-        except GroundStationError as error:
-            log.warning("certificates not taken in: %s", error)
-            return
-        left = self.store.skipped()
-        held = self.store.in_force()
-        for name, certificate in known.items():
-            if name not in held and name not in left and not self.store.history(name):
-                self.store.put(certificate)
-
     def certificates(self) -> dict[str, Certificate]:
-        """Return the certificates in force."""
-        return self.store.in_force()
+        """Return the certificates in force by channel.
 
-    def keep_with(self, flight: Path) -> tuple[str, ...]:
-        """Copy the certificates in force into a flight folder; return the channels that changed.
+        Those of the usual set count for what was never calibrated here.
+        """
+        left = self.store.skipped()
+        known = {name: one for name, one in self._usual_ones().items() if name not in left}
+        return {**known, **self.store.in_force()}
+
+    def _usual_ones(self) -> dict[str, Certificate]:
+        source = self._kept if self._kept.is_dir() else self._usual
+        if not source:
+            return {}
+        try:
+            return load_certificates(source)
+        except GroundStationError as error:
+            log.warning("certificates not taken: %s", error)
+            return {}
+
+    def flight_set(self) -> Path:
+        """Write the certificates in force into a folder that flights can be made with; return it.
+
+        Raises
+        ------
+        OSError
+            If the disk refuses.
+        """
+        if not self._kept.is_dir():
+            # What counted before anything was calibrated here is kept, for what never is.
+            for certificate in self._usual_ones().values():
+                write_certificate(certificate, self._kept / f"{certificate.channel}.toml")
+        folder = self._root / "flights"
+        wanted = self.certificates()
+        for name, certificate in wanted.items():
+            write_certificate(certificate, folder / f"{name}.toml")
+        for old in folder.glob("*.toml"):
+            if old.stem not in wanted:
+                old.unlink()
+        return folder
+
+    def who(self) -> str:
+        """Return who calibrated last here."""
+        held = sorted(self.store.in_force().values(), key=lambda one: one.stamp)
+        return held[-1].who if held else ""
+
+    def keep_with(self, flight: Path) -> bool:
+        """Copy what was calibrated here into a flight folder; return whether that changed anything.
 
         Raises
         ------
@@ -100,37 +132,22 @@ class Shelf:
             If the disk refuses.
         """
         folder = FlightFolder.open(flight)
-        files = _files(self.store.in_force_folder)
         before = {path.stem: path.read_bytes() for path in folder.certificate_files()}
-        after = {path.stem: path.read_bytes() for path in files}
-        changed = tuple(
-            sorted(name for name in {*before, *after} if before.get(name) != after.get(name))
-        )
-        if changed:
-            folder.keep_certificates(files)
-        return changed
-
-
-def _files(folder: Path) -> tuple[Path, ...]:
-    return tuple(sorted(folder.glob("*.toml")))
+        # As the flight began, where nothing made here counts any more.
+        began = self._began.setdefault(flight, before)
+        held = {path.stem: path for path in self.store.in_force_folder.glob("*.toml")}
+        left = self.store.skipped()
+        after = {name: one for name, one in began.items() if name not in left}
+        after |= {name: path.read_bytes() for name, path in held.items()}
+        if after == before:
+            return False
+        with tempfile.TemporaryDirectory() as scratch:
+            for name, content in after.items():
+                Path(scratch, f"{name}.toml").write_bytes(content)
+            folder.keep_certificates(sorted(Path(scratch).iterdir()))
+        return True
 
 
 def local_now() -> datetime:
     """Return the time of day with its zone."""
     return datetime.now().astimezone()
-
-
-def standing_of(channels: Iterable[str], shelf: Shelf) -> tuple[tuple[str, str], ...]:
-    """Return for each channel whether and since when it is calibrated, in words."""
-    held, left = shelf.store.in_force(), shelf.store.skipped()
-    found = []
-    for name in channels:
-        certificate = held.get(name)
-        if certificate is not None:
-            by = f" by {certificate.who}" if certificate.who else ""
-            found.append((name, f"{certificate.stamp:%d %b %Y %H:%M}{by}"))
-        elif name in left:
-            found.append((name, f"uncalibrated: {left[name].reason}"))
-        else:
-            found.append((name, "uncalibrated"))
-    return tuple(found)

@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
 from PySide6.QtWidgets import QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
+from calibration.plan import Kind
 from calibration.wizard import Action, Wizard, unfinished
+from calibration.wizard.schedule import Mode
 from gsapp.foundation import GroundStationError
 from ui.desk import Desk
 from ui.look import Look
 from ui.preflight.action_bar import ActionBar, Offer
 from ui.preflight.ask_bar import AskBar
+from ui.preflight.in_force import InForce
+from ui.preflight.practice import Practice
 from ui.preflight.prompter import Prompter, Silence
-from ui.preflight.shelf import Shelf, calibrations_path, local_now, standing_of
+from ui.preflight.questions import Questions
+from ui.preflight.shelf import Shelf, local_now
+from ui.preflight.wizard_rows import outcomes_of, standings_of, together_of
 from ui.preflight.wizard_run import WizardRun
-from ui.preflight.wizard_start import Standing, StartPanel
+from ui.preflight.wizard_start import StartPanel
 from ui.preflight.wizard_summary import SummaryPanel
-from ui.preflight.wizard_words import offers_of, outcomes_of, together_of
+from ui.preflight.wizard_words import offers_of
 from ui.preflight.wizard_work import WorkPanel
 from ui.settings import SettingsStore
-from ui.words import parse_number
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
 
-_HAND = ("surface", "vane")
+_HAND: Sequence[Kind] = ("surface", "vane")
+_OTHERS: Sequence[Kind] = ("gyro", "accelerometer", "pressure")
 _SAME = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
 _DEGREES = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
@@ -68,9 +73,9 @@ class WizardPage(QWidget):
         self._store = store
         self._desk = desk
         self._prompter = prompter or Silence()
-        self._shelf: Shelf | None = None
         self._choice: int | None = None
-        self._pending = False
+        self.practice = Practice(desk)
+        self._in_force = InForce(desk, store, self.practice)
         self.run: WizardRun | None = None
         self.setAccessibleName("Calibration")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -85,9 +90,10 @@ class WizardPage(QWidget):
         for page in (self.start, self.work, self.summary):
             self.pages.addWidget(page)
         column.addWidget(self.pages, 1)
-        self.ask = AskBar(look, self.begin)
-        column.addWidget(self.ask)
         self.actions_bar = ActionBar(look)
+        self.ask = AskBar(look, self.begin, self.actions_bar)
+        column.addWidget(self.ask)
+        self._questions = Questions(self.ask)
         self.actions_bar.pressed.connect(self._do)
         column.addWidget(self.actions_bar)
         desk.changed.connect(self._flight_changed)
@@ -112,7 +118,7 @@ class WizardPage(QWidget):
         super().hideEvent(event)
         if self.run is not None:
             self.run.listen(False)
-        self._put_in_force()
+        self._in_force.read_anew()
 
     def close_run(self) -> None:
         """Let go of the calibration at hand; it can be resumed."""
@@ -125,48 +131,46 @@ class WizardPage(QWidget):
     @property
     def shelf(self) -> Shelf:
         """Return the calibrations of the aircraft at hand."""
-        session = self._desk.session
-        known = session.aircraft.name if session is not None and session.aircraft else ""
-        name = known or Path(self._store.current.aircraft).stem
-        if self._shelf is None or self._shelf.aircraft != name:
-            usual = self._store.current.calibration
-            self._shelf = Shelf(calibrations_path(self._store.path), name, usual)
-        return self._shelf
+        return self._in_force.shelf
 
     # Beginning
 
     def calibrate(self) -> None:
         """Begin with all surfaces and vanes; what was begun before is set aside."""
-        self._begin_run("full")
+        self._begin_run(_HAND)
+
+    def calibrate_others(self) -> None:
+        """Begin with gyros, accelerometers and pressures."""
+        self._begin_run(_OTHERS)
 
     def check(self) -> None:
         """Begin the check of a minute: three settings against the certificates in force."""
-        self._begin_run("check")
+        self._begin_run(_HAND, mode="check")
 
-    def _begin_run(self, mode: str) -> None:
+    def _begin_run(self, kinds: Sequence[Kind], mode: Mode = "full") -> None:
         shelf = self.shelf
-        shelf.fill()
         wizard = Wizard(
-            shelf.plan().only(_HAND),
+            shelf.plan().only(kinds),
             shelf.store,
             shelf.journal,
             who=self.start.who.text().strip(),
             temperature=self.start.kelvin,
             now=local_now,
-            mode="check" if mode == "check" else "full",
+            mode=mode,
         )
-        self._take_up(wizard)
+        self._take_up(wizard, shelf)
 
     def resume(self) -> None:
         """Go on where the calibration stopped, however it stopped."""
-        self._take_up(Wizard.resume(self.shelf.journal, self.shelf.store, now=local_now))
+        shelf = self.shelf
+        self._take_up(Wizard.resume(shelf.journal, shelf.store, now=local_now), shelf)
 
-    def _take_up(self, wizard: Wizard) -> None:
+    def _take_up(self, wizard: Wizard, shelf: Shelf) -> None:
         self.close_run()
         self._choice = None
         run = WizardRun(wizard, self._desk, self._prompter, self._desk.faults)
         run.viewed.connect(self._show_view)
-        run.certified.connect(self._certified)
+        run.certified.connect(lambda: self._certified(shelf))
         self.run = run
         run.listen(self.isVisible())
         self._show_view(run.view)
@@ -176,34 +180,17 @@ class WizardPage(QWidget):
     def leave(self) -> None:
         """Go back to the beginning."""
         self.close_run()
-        self._put_in_force()
+        self._in_force.read_anew()
         self.pages.setCurrentWidget(self.start)
         self._refresh()
         self.begin()
 
-    # In force
-
-    def _certified(self) -> None:
-        self._pending = True
-        self.changed.emit()
-
-    def _put_in_force(self) -> None:
-        """Let flights, this one and those to come, be read with the new certificates."""
-        if not self._pending:
-            return
-        self._pending = False
-        shelf, session = self.shelf, self._desk.session
-        self._store.change(calibration=str(shelf.store.in_force_folder))
+    def _certified(self, shelf: Shelf) -> None:
         try:
-            if (
-                session is not None
-                and session.replaying is None
-                and session.path.is_dir()
-                and shelf.keep_with(session.path)
-            ):
-                self._desk.open_flight(session.path)
+            self._in_force.put(shelf)
         except GroundStationError as error:
             self._desk.faults.report(error)
+        self.changed.emit()
 
     # What is shown
 
@@ -222,13 +209,8 @@ class WizardPage(QWidget):
             return
         shelf = self.shelf
         plan = shelf.plan()
-        titles = {one.channel: one.title for one in plan.instruments}
-        self.start.show_standings(
-            [
-                Standing(title=titles[name], words=words, good=not words.startswith("uncal"))
-                for name, words in standing_of(plan.channels, shelf)
-            ]
-        )
+        self.start.show_standings(standings_of(plan, shelf))
+        self.start.offer_who(shelf.who())
         live = self._desk.session is not None
         self.start.sentence.say(
             "Put the protractor on the surface that is called, bring it to each angle and hold: "
@@ -245,8 +227,10 @@ class WizardPage(QWidget):
     @staticmethod
     def _start_offers(*, left: bool) -> tuple[Offer, ...]:
         offers = [
-            Offer(id="calibrate", text="Calibrate the aircraft", key="N" if left else "Space"),
+            Offer(id="calibrate", text="Surfaces and vanes", key="N" if left else "Space"),
+            Offer(id="others", text="Gyros, accelerometers, pressures", key="G"),
             Offer(id="check", text="Check in a minute", key="C"),
+            Offer(id="practice", text="Practice without an aircraft", key="P"),
         ]
         if left:
             offers.insert(0, Offer(id="resume", text="Go on where it stopped", key="Space"))
@@ -257,7 +241,7 @@ class WizardPage(QWidget):
         if self._choice is not None and self._choice >= len(view.points):
             self._choice = None
         if view.instrument is None and view.phase in ("done", "aborted"):
-            self._put_in_force()
+            self._in_force.read_anew()
             plan = self.shelf.plan()
             title = "Calibration done" if view.phase == "done" else "Calibration broken off"
             self.summary.show_outcomes(title, view.prompt, outcomes_of(view, plan))
@@ -268,7 +252,18 @@ class WizardPage(QWidget):
             return
         self.pages.setCurrentWidget(self.work)
         self.work.show_view(view, self._choice)
-        self.actions_bar.show_offers(offers_of(view))
+        helping = (Offer(id="help", text="Helper: set it", key="H"),)
+        self.actions_bar.show_offers(
+            (
+                *offers_of(view)[:1],
+                *(helping if self.practice.running else ()),
+                *offers_of(view)[1:],
+            )
+        )
+
+    def _help(self) -> None:
+        if self.run is not None:
+            self.practice.help(self.run.view)
 
     # What the crew does
 
@@ -289,9 +284,12 @@ class WizardPage(QWidget):
         """Do what a key or a button stands for."""
         own: Mapping[str, Callable[[], object]] = {
             "calibrate": self.calibrate,
+            "others": self.calibrate_others,
             "check": self.check,
             "resume": self.resume,
             "leave": self.leave,
+            "practice": self.practice.start,
+            "help": self._help,
         }
         if name in own:
             try:
@@ -299,62 +297,18 @@ class WizardPage(QWidget):
             except GroundStationError as error:
                 self._desk.faults.report(error)
             return
-        asking: Mapping[str, Callable[[], object]] = {
-            "skip": self._ask_skip,
-            "add": self._ask_setting,
-            "abort": self._ask_abort,
-            "choose_degree": self._ask_degree,
-        }
-        if name in asking:
-            asking[name]()
+        run = self.run
+        if run is None:
+            return
+        if self._questions.handles(name):
+            self._questions.ask(name, run)
+        elif name == "deny_sign":
+            run.act(Action(kind="confirm_sign", yes=False))
         elif name in ("repeat", "delete"):
-            self._act(Action(kind=name, index=self._choice))
+            run.act(Action(kind=name, index=self._choice))
             self._choice = None
         else:
-            self._act(Action(kind=name))
-
-    def _act(self, action: Action) -> None:
-        if self.run is not None:
-            self.run.act(action)
-
-    def _ask_skip(self) -> None:
-        self.ask.ask(
-            "Leave this instrument uncalibrated? Say why.",
-            lambda reason: self._act(Action(kind="skip", reason=reason)),
-            typed=True,
-            yes="Skip it",
-            text="not calibrated today",
-        )
-
-    def _ask_setting(self) -> None:
-        view = self.run.view if self.run is not None else None
-        if view is None or view.instrument is None:
-            return
-
-        def add(text: str) -> None:
-            value = parse_number(text)
-            if value is not None:
-                self._act(Action(kind="add", value=value))
-
-        question = f"Which further setting, in {view.instrument.unit}?"
-        self.ask.ask(question, add, typed=True, yes="Add it")
-
-    def _ask_abort(self) -> None:
-        self.ask.ask(
-            "Break the calibration off? What was accepted stays in force.",
-            lambda _: self._act(Action(kind="abort")),
-            typed=False,
-            yes="Break off",
-        )
-
-    def _ask_degree(self) -> None:
-        def choose(text: str) -> None:
-            known = {"0": None, "1": 1, "2": 2, "3": 3}
-            if text in known:
-                self._act(Action(kind="choose_degree", degree=known[text]))
-
-        question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
-        self.ask.ask(question, choose, typed=True, yes="Take it", text="0")
+            run.act(Action(kind=name))
 
     # Keys
 
@@ -392,11 +346,11 @@ class WizardPage(QWidget):
             undoes = offer.id == "undo" and typed == _UNDO
             if undoes or (offer.key and typed == QKeySequence(offer.key)):
                 return lambda: self._do(offer.id)
-        can = self.run.view.can if self.run is not None else frozenset()
-        if not plain:
+        run = self.run
+        if not plain or run is None:
             return None
-        if key in _DEGREES and "choose_degree" in can:
-            return lambda: self._act(Action(kind="choose_degree", degree=_DEGREES[key]))
+        if key in _DEGREES and "choose_degree" in run.view.can:
+            return lambda: run.act(Action(kind="choose_degree", degree=_DEGREES[key]))
         if key in _ARROWS and self.pages.currentWidget() is self.work:
             return lambda: self._step_choice(_ARROWS[key])
         return None

@@ -16,8 +16,6 @@ from ui.preflight.prompter import Prompter
 _VOLTS = tuple(f"{name}_volts" for name in INSTRUMENTS)
 _LATE = 2.0
 """Seconds after which a channel that does not come is not waited for."""
-_MOST = 5.0
-"""Seconds of samples that are looked at; what is older tells nothing of now."""
 
 
 class WizardRun(QObject):
@@ -110,7 +108,6 @@ class WizardRun(QObject):
         if first is None or first > stop:
             self._next = stop
             return
-        first = max(first, stop - round(_MOST * history.rate))
         if stop > first:
             self._next = stop
             self._wizard.feed(history.rows(first, stop, names))

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtWidgets import QFrame, QGridLayout, QLineEdit, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLineEdit, QSizePolicy, QWidget
 
+from gsapp.quantities import channel, to_si
 from ui.dialogs.form import Sentence
 from ui.look import Look
 from ui.pages import CenteredPage, label
 from ui.words import parse_number
 
-_ZERO_CELSIUS = 273.15
+_TEMPERATURE = channel("temperature").quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +77,8 @@ class StartPanel(CenteredPage):
             field.setAccessibleName(name)
             grid.addWidget(field, 1, column)
             grid.setColumnStretch(column, 2 - column)
+            high = QSizePolicy.Policy.Expanding
+            field.setSizePolicy(high, high)
         self._field_grid = grid
         return holder
 
@@ -87,14 +90,19 @@ class StartPanel(CenteredPage):
         self._grid.setHorizontalSpacing(px(24))
         self._grid.setVerticalSpacing(px(5))
         self._field_grid.setHorizontalSpacing(px(16))
-        for field in (self.who, self.temperature):
-            field.setMinimumHeight(self._look.sizes.control)
+        # As high as its row: the style sheet knows a least height of its own.
+        self._field_grid.setRowMinimumHeight(1, self._look.sizes.control)
 
     @property
     def kelvin(self) -> float | None:
         """Return the temperature entered, K; None where there is none."""
         celsius = parse_number(self.temperature.text())
-        return None if celsius is None else celsius + _ZERO_CELSIUS
+        return None if celsius is None else float(to_si(celsius, "degC", _TEMPERATURE))
+
+    def offer_who(self, who: str) -> None:
+        """Put the one who calibrated last into the field, if nobody is there yet."""
+        if not self.who.text():
+            self.who.setText(who)
 
     def show_standings(self, standings: Sequence[Standing]) -> None:
         """Show how every instrument stands."""

@@ -1,27 +1,22 @@
-"""What the wizard's page says of a view: numbers with units, words for states."""
+"""What the wizard's page says of a view: one number, one action, and what can be done."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gsapp.quantities import channel, from_si
+from gsapp.quantities import channel
 from ui.glyphs import State
 from ui.preflight.action_bar import Offer
-from ui.preflight.airplane import SurfaceFigure
-from ui.preflight.point_list import PointRow
-from ui.preflight.wizard_summary import Outcome, Together
-from ui.words import DASH, MINUS, number_text, symbol_text, unit_text
+from ui.words import DASH, MINUS, number_text, unit_text
 
 if TYPE_CHECKING:
-    from calibration.plan import CalibrationPlan, InstrumentPlan
+    from calibration.plan import InstrumentPlan
     from calibration.watching import WatchReading
     from calibration.wizard import WizardView
-    from gsapp.session import History
 
-_STALE = 2.0
-"""Seconds after which a value is not one of now."""
 _WATCH: dict[str, tuple[State, str]] = {
     "absent": ("warning", "No signal"),
     "moving": ("caution", "Moving"),
@@ -29,6 +24,8 @@ _WATCH: dict[str, tuple[State, str]] = {
     "noisy": ("warning", "Noisy"),
     "clipped": ("warning", "Off the scale"),
 }
+_STILL = frozenset({"gyro_still", "accel_position", "pressure_zero"})
+"""Phases in which something is to be left alone for a while."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +79,9 @@ class Cue:
         return ", ".join(part for part in parts if part)
 
 
+# Numbers
+
+
 def quantity_text(value: float | None, unit: str, decimals: int | None = None) -> str:
     """Return a value with its unit: ``−20°``, ``0.12 g``.
 
@@ -101,11 +101,36 @@ def decimals_of(instrument: InstrumentPlan) -> int:
     return channel(instrument.channel).decimals(instrument.unit)
 
 
+def size_text(value: float | None, instrument: InstrumentPlan) -> str:
+    """Return the size of an error, with one digit more than the instrument itself earns."""
+    return quantity_text(value, instrument.unit, decimals_of(instrument) + 1)
+
+
+def signed_text(value: float, instrument: InstrumentPlan) -> str:
+    """Return a difference, with its sign."""
+    text = size_text(value, instrument)
+    return text if text.startswith((MINUS, DASH)) else f"+{text}"
+
+
 def volts_text(volts: float | None) -> str:
     """Return volts to the millivolt, which is what a 12-bit converter tells apart."""
     if volts is None or not math.isfinite(volts):
         return f"{DASH} V"
     return f"{number_text(volts, 3)} V"
+
+
+def curve_words(degree: int) -> str:
+    """Return the name of a curve of a degree."""
+    return {1: "straight line", 2: "quadratic", 3: "cubic"}[degree]
+
+
+def way_of(instrument: InstrumentPlan, direction: str) -> str:
+    """Return how the trailing edge moves on the way to larger or to smaller values, one word."""
+    towards = {"up": instrument.positive, "down": instrument.negative}.get(direction, "")
+    return towards.rpartition(" ")[2]
+
+
+# The large part
 
 
 def watch_words(reading: WatchReading | None) -> tuple[State, str]:
@@ -119,12 +144,15 @@ def cue_of(view: WizardView) -> Cue:
     """Return the large part of the page for a view."""
     instrument = view.instrument
     if instrument is None:
-        return _closing_cue(view)
-    state, words = watch_words(view.reading)
-    volts = None if view.reading is None or state == "unknown" else view.reading.volts
+        return Cue(title="Calibration", prompt=view.prompt, message=view.message)
+    state, words = _state(view)
     lead, big, beside, wanted = _big(view, instrument)
+    now = volts = ""
+    if view.reading is not None:
+        now = quantity_text(view.value_now, instrument.unit, decimals_of(instrument))
+        volts = volts_text(view.reading.volts)
     return Cue(
-        title=instrument.title,
+        title=_title(view, instrument),
         place=f"{view.index + 1} of {view.count}",
         lead=lead,
         big=big,
@@ -132,151 +160,66 @@ def cue_of(view: WizardView) -> Cue:
         wanted=wanted,
         state=state,
         state_words=words,
-        now=quantity_text(view.value_now, instrument.unit, decimals_of(instrument)),
-        volts=volts_text(volts),
+        now=now,
+        volts=volts,
         prompt=view.prompt,
         message=view.message,
         progress=view.progress,
     )
 
 
-def _closing_cue(view: WizardView) -> Cue:
-    done = view.phase == "done"
-    return Cue(
-        title="Calibration",
-        big="Done" if done else "Broken off" if view.phase == "aborted" else "Ready",
-        prompt=view.prompt,
-        message=view.message,
-        progress=view.progress,
-    )
+def _title(view: WizardView, instrument: InstrumentPlan) -> str:
+    """Return what is calibrated; gyros, accelerometers and pressures are so together."""
+    together = {"gyro": "Gyros", "accelerometer": "Accelerometers", "pressure": "Pressures"}
+    if view.phase in _STILL or view.phase == "fit":
+        return together.get(instrument.kind, instrument.title)
+    return instrument.title
+
+
+def _state(view: WizardView) -> tuple[State, str]:
+    instrument = view.instrument
+    if instrument is not None and instrument.by_hand:
+        return watch_words(view.reading)
+    if view.phase in _STILL:
+        return ("good", "Still") if view.amount else ("caution", "Not still yet")
+    if view.phase == "gyro_turn":
+        return ("caution", "Turning") if view.amount else ("good", "Ready")
+    if view.phase == "fit":
+        return ("caution", "Look at it") if view.sentences else ("good", "Good")
+    return "unknown", "Waiting"
 
 
 def _big(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
     """Return what stands above the number, the number, beside it; and whether it is wanted."""
+    goal = quantity_text(view.amount_goal, view.amount_unit)
     if view.phase == "sign":
         return "Move it", instrument.positive, "", True
     if view.phase == "fit":
-        calibration = view.calibration
-        if calibration is None:
-            return "Points", str(len(view.points)), "", False
-        width = calibration.quality.uncertainty
-        text = "known to no bound" if width is None else f"±{_size(width, instrument)}"
-        return "Any angle within (95 %)", text, curve_words(calibration.degree), False
+        return _big_result(view, instrument)
+    if view.phase == "gyro_turn":
+        way = instrument.positive if (view.target or 0.0) > 0.0 else instrument.negative
+        return "Turned so far", quantity_text(view.amount, "deg", 0), f"of {goal} {way}", False
+    if view.phase == "pressure_blow":
+        return "Breath", quantity_text(view.amount, view.amount_unit, 0), "", False
+    if view.phase in _STILL:
+        return "Still for", quantity_text(view.amount, view.amount_unit, 1), f"of {goal}", False
     if view.target is None:
         return "", DASH, "", False
     side = instrument.positive if view.target > 0.0 else instrument.negative
-    return (
-        "Set it to",
-        quantity_text(view.target, instrument.unit),
-        side if view.target else "neutral",
-        True,
-    )
+    shown = quantity_text(view.target, instrument.unit)
+    return "Set it to", shown, side if view.target else "neutral", True
 
 
-def _size(value: float | None, instrument: InstrumentPlan) -> str:
-    """Return the size of an error with two digits after the point more than nothing."""
-    return quantity_text(value, instrument.unit, decimals_of(instrument) + 1)
-
-
-def curve_words(degree: int) -> str:
-    """Return the name of a curve of a degree."""
-    return {1: "straight line", 2: "quadratic", 3: "cubic"}[degree]
-
-
-# Points
-
-
-def point_rows(view: WizardView) -> tuple[PointRow, ...]:
-    """Return the points taken, then the settings still to come."""
-    instrument = view.instrument
-    if instrument is None:
-        return ()
-    calibration = view.calibration
-    residuals = calibration.fit.residuals if calibration is not None else ()
-    if len(residuals) != len(view.points):
-        residuals = ()
-    largest = max((abs(residual) for residual in residuals), default=0.0) or 1.0
-    odd = calibration.quality.outliers if calibration is not None else ()
-    rows = [
-        PointRow(
-            value=quantity_text(point.value, instrument.unit),
-            way=way_of(instrument, point.direction),
-            volts=volts_text(point.volts),
-            residual=_signed(residuals[at], instrument) if residuals else "",
-            share=residuals[at] / largest if residuals else 0.0,
-            remark="outlier" if at in odd else "",
-            index=at,
-        )
-        for at, point in enumerate(view.points)
-    ]
-    rows += [
-        PointRow(
-            value=quantity_text(slot.value, instrument.unit),
-            way=way_of(instrument, slot.direction),
-            current=at == 0 and view.phase == "points",
-        )
-        for at, slot in enumerate(view.remaining)
-    ]
-    return tuple(rows)
-
-
-def way_of(instrument: InstrumentPlan, direction: str) -> str:
-    """Return how the trailing edge moves on the way to larger or to smaller values, one word."""
-    towards = {"up": instrument.positive, "down": instrument.negative}.get(direction, "")
-    return towards.rpartition(" ")[2]
-
-
-def _signed(value: float, instrument: InstrumentPlan) -> str:
-    text = _size(value, instrument)
-    return text if text.startswith(MINUS) else f"+{text}"
-
-
-def quality_lines(view: WizardView) -> tuple[tuple[str, str], ...]:
-    """Return what the curve is worth: names and values."""
-    instrument, calibration = view.instrument, view.calibration
-    if instrument is None or calibration is None:
-        return ()
-    quality = calibration.quality
-    lines = [
-        ("Curve", curve_words(calibration.degree) + (", chosen" if view.degree else "")),
-        ("Any angle within (95 %)", f"±{_size(quality.uncertainty, instrument)}"),
-        ("Hysteresis", _size(quality.hysteresis, instrument)),
-        ("Return to zero", _size(quality.return_to_zero, instrument)),
-        ("Off a straight line", _size(quality.linearity, instrument)),
-        ("One count of the converter", _size(quality.resolution, instrument)),
-    ]
-    if quality.coverage is not None:
-        lines.append(("Of the travel", f"{100 * quality.coverage:.0f} %"))
-    return tuple((name, value) for name, value in lines if DASH not in value)
-
-
-# The aircraft
-
-
-def figure_of(view: WizardView) -> SurfaceFigure | None:
-    """Return the aircraft with the surface as it stands now."""
-    instrument = view.instrument
-    if instrument is None or not instrument.by_hand:
-        return None
-    where = instrument.positive.rpartition(" ")[2]
-    settings = [slot.value for slot in view.remaining] + [point.value for point in view.points]
-    return SurfaceFigure(
-        channel=instrument.channel,
-        title=instrument.title,
-        view="above" if where in ("left", "right") else "side",
-        kind="vane" if instrument.kind == "vane" else "surface",
-        sense=1 if where in ("down", "left") else -1,
-        ticks=tuple(sorted({*instrument.settings, *settings})),
-        angle=view.value_now,
-        target=_pictured_target(view, instrument),
-    )
-
-
-def _pictured_target(view: WizardView, instrument: InstrumentPlan) -> float | None:
-    """Return where the surface is wanted; while its sign is proven, well to the positive side."""
-    if view.phase == "sign":
-        return max(instrument.settings)
-    return view.target if view.phase == "points" else None
+def _big_result(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
+    check, calibration = view.check, view.calibration
+    if check is not None:
+        holds = "the certificate holds" if check.passed else "calibrate it anew"
+        return "The zero has moved by", signed_text(check.zero, instrument), holds, False
+    if calibration is None:
+        return "", "Look" if view.sentences else "Good", "", False
+    width = calibration.quality.uncertainty
+    text = "no bound" if width is None else f"±{size_text(width, instrument)}"
+    return "Any angle within (95 %)", text, curve_words(calibration.degree), False
 
 
 # Actions
@@ -286,102 +229,43 @@ _OFFERS: tuple[tuple[str, str, str], ...] = (
     ("take", "Take it now", "Space"),
     ("accept", "Accept", "Space"),
     ("undo", "Undo", "Backspace"),
-    ("repeat", "Repeat the point", "R"),
-    ("delete", "Delete the point", "Delete"),
+    ("repeat", "Repeat {what}", "R"),
+    ("delete", "Delete {what}", "Delete"),
     ("add", "Add a setting", "A"),
-    ("choose_degree", "Curve 1, 2, 3; 0 finds out", ""),
+    ("choose_degree", "Curve 1, 2, 3; 0 finds out", "D"),
+    ("enter", "Air at the field", "E"),
     ("next", "Leave this for later", "PgDown"),
     ("back", "Instrument before", "PgUp"),
     ("skip", "Skip: uncalibrated", "X"),
     ("abort", "Break off", "Esc"),
 )
+_WHAT: Mapping[str, str] = {
+    "gyro": "the turn",
+    "accelerometer": "the position",
+    "pressure": "from the zero on",
+}
+_OTHERWISE: Mapping[tuple[str, str], str] = {
+    ("begin", "next"): "Begin at once",
+    ("points", "next"): "Leave this setting out",
+    ("gyro_turn", "next"): "Leave this turn out",
+    ("pressure_blow", "next"): "Without a breath",
+    ("pressure_zero", "take"): "It is covered",
+    ("accel_position", "take"): "It lies as asked",
+}
+"""Words of an action in a phase where they are others."""
 
 
 def offers_of(view: WizardView) -> tuple[Offer, ...]:
     """Return what can be done now, the wanted one first."""
-    found = []
-    free = {"Space"}
-    for name, text, key in _OFFERS:
-        if name not in view.can or (key == "Space" and key not in free):
+    found: list[Offer] = []
+    what = _WHAT.get(view.instrument.kind, "the point") if view.instrument is not None else ""
+    wanted = False
+    for name, usual, key in _OFFERS:
+        if name not in view.can or (key == "Space" and wanted):
             continue
-        if key == "Space":
-            free.clear()
-        words = "Leave this setting out" if name == "next" and view.phase == "points" else text
-        found.append(Offer(id=name, text=words, key=key, first=key == "Space"))
+        wanted = wanted or key == "Space"
+        text = _OTHERWISE.get((view.phase, name), usual).format(what=what)
+        found.append(Offer(id=name, text=text, key=key, first=key == "Space"))
+        if name == "confirm_sign":
+            found.append(Offer(id="deny_sign", text="It moved otherwise", key="N"))
     return tuple(found)
-
-
-def remarks_of(view: WizardView) -> tuple[str, ...]:
-    """Return what the crew should not pass over: faults, outliers, a drift beyond chance."""
-    said = list(view.sentences)
-    drift = view.drift
-    if drift is not None and drift.significant and view.phase == "fit":
-        said.append(drift.sentence)
-    return tuple(f"{sentence[:1].upper()}{sentence[1:].rstrip('.')}." for sentence in said)
-
-
-# The end
-
-
-def outcomes_of(view: WizardView, plan: CalibrationPlan) -> tuple[Outcome, ...]:
-    """Return what each instrument of the calibration came to."""
-    found = []
-    for instrument in plan.instruments:
-        name = instrument.channel
-        certificate = view.certificates.get(name)
-        if name in view.skipped:
-            found.append(
-                Outcome(
-                    title=instrument.title, words=f"uncalibrated: {view.skipped[name]}", good=False
-                )
-            )
-        elif certificate is not None:
-            width = certificate.quality.uncertainty if certificate.quality is not None else None
-            within = "" if width is None else f", any angle within ±{_size(width, instrument)}"
-            words = (
-                f"{curve_words(certificate.degree)}{within}, "
-                f"hysteresis {_size(certificate.hysteresis, instrument)}"
-            )
-            found.append(Outcome(title=instrument.title, words=words, good=True))
-    return tuple(found)
-
-
-_TOGETHER = (
-    ("Elevator", ("elevator_left", "elevator_right"), "de", "mean of left and right (6.1.1)"),
-    ("Aileron", ("aileron_left", "aileron_right"), "da", "mean, both rolling right (6.1.2)"),
-    ("Rudder", ("rudder",), "dr", "as measured (6.1.3)"),
-)
-
-
-def together_of(history: History | None) -> tuple[Together, ...]:
-    """Return the deflections as the open flight has them now."""
-    if history is None:
-        return ()
-    found = []
-    for title, parts, whole, rule in _TOGETHER:
-        if all(history.has(name) for name in (*parts, whole)):
-            shown = [f"{_side_of(name)}{_latest(history, name)}" for name in parts]
-            symbol = symbol_text(channel(whole).symbol)
-            found.append(
-                Together(
-                    title=title,
-                    parts="   ".join(shown),
-                    whole=f"{symbol} = {_latest(history, whole)}",
-                    rule=rule,
-                )
-            )
-    return tuple(found)
-
-
-def _side_of(name: str) -> str:
-    side = name.rpartition("_")[2]
-    return f"{side} " if side in ("left", "right") else ""
-
-
-def _latest(history: History, name: str) -> str:
-    last = history.last(name)
-    spec = channel(name)
-    if last is None or history.end is None or last[0] < history.end - _STALE:
-        return DASH
-    unit = spec.display_unit("US")
-    return quantity_text(from_si(last[1], unit, spec.quantity), unit, spec.decimals(unit))

@@ -15,11 +15,15 @@ from ui.preflight.airplane import AirplanePicture
 from ui.preflight.cue_view import CueView
 from ui.preflight.fit_charts import FitCharts
 from ui.preflight.point_list import PointList
-from ui.preflight.wizard_words import cue_of, figure_of, point_rows, quality_lines, remarks_of
+from ui.preflight.wizard_figures import figure_of
+from ui.preflight.wizard_rows import Remark, point_rows, quality_lines, remarks_of
+from ui.preflight.wizard_words import cue_of
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
 
+_SIGNS = {"warning": "■", "caution": "▲", "plain": "·"}
+_ROLES = {"warning": "strong", "caution": "strong", "plain": "muted"}
 _WIDE = 860
 """Points of width from which the curve stands beside the cue."""
 
@@ -30,29 +34,25 @@ class Remarks(QWidget):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._shown: tuple[str, ...] = ()
+        self.shown: tuple[Remark, ...] = ()
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self.hide()
 
-    def show_remarks(self, sentences: tuple[str, ...]) -> None:
+    def show_remarks(self, remarks: tuple[Remark, ...]) -> None:
         """Show other sentences."""
-        if sentences == self._shown:
+        if remarks == self.shown:
             return
-        self._shown = sentences
+        self.shown = remarks
+        self._column.setSpacing(self._look.px(4))
         while (item := self._column.takeAt(0)) is not None:
             item.widget().hide()
             item.widget().deleteLater()
-        for sentence in sentences:
-            line = label(f"▲ {sentence}", "strong", wrap=True)
-            line.setProperty("state", "caution")
+        for state, sentence in remarks:
+            line = label(f"{_SIGNS[state]} {sentence}", _ROLES[state], wrap=True)
+            line.setProperty("state", state)
             self._column.addWidget(line)
-        self.setVisible(bool(sentences))
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """Return what is shown."""
-        return self._shown
+        self.setVisible(bool(remarks))
 
 
 class WorkPanel(QWidget):
@@ -111,7 +111,7 @@ class WorkPanel(QWidget):
         self.picture.show_figure(figure)
         self.remarks.show_remarks(remarks_of(view))
         self.points.show_rows(point_rows(view), choice)
-        self.quality.show_rows(quality_lines(view) if view.phase == "fit" else ())
+        self.quality.show_rows(quality_lines(view))
         self.charts.show_view(view)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

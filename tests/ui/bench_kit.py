@@ -1,0 +1,153 @@
+"""A crew at a virtual bench, and a desk that its volts go to without any waiting."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMainWindow
+
+from calibration.wizard import WizardView
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.pilot.bench import VirtualBench
+from gsapp.session.history import History
+from ui.appearance import Appearance
+from ui.faults import FaultDesk
+from ui.look import Look
+from ui.preflight.wizard_page import WizardPage
+from ui.settings import SettingsStore
+
+_TICK = 0.5
+"""Seconds of volts that come at a time."""
+_PAST = 3.0
+"""Degrees by which a setting is passed."""
+
+
+class BenchDesk(QObject):
+    """What a wizard's page needs of a desk; the samples come as fast as they are asked for."""
+
+    changed = Signal()
+    told = Signal()
+
+    def __init__(self, bench: VirtualBench, folder: Path) -> None:
+        super().__init__()
+        self.bench = bench
+        self.faults = FaultDesk()
+        self.said: list[str] = []
+        self.faults.raised.connect(lambda fault: self.said.append(fault.sentence))
+        self.history = History((), 100.0, folder=folder)
+        self.session: object | None = SimpleNamespace(
+            history=self.history,
+            feed=SimpleNamespace(caught_up=True),
+            aircraft=load_aircraft("b777"),
+            replaying=None,
+            path=folder / "none",
+        )
+
+    def pass_time(self, seconds: float) -> None:
+        """Let the box send for some time."""
+        left = seconds
+        while left > 1e-9:
+            self.history.append(self.bench.step(min(left, _TICK)))
+            left -= _TICK
+            self.told.emit()
+
+
+@dataclass
+class Voice:
+    """Writes down what would be heard."""
+
+    words: list[str] = field(default_factory=list)
+    tones: list[str] = field(default_factory=list)
+
+    def say(self, words: str) -> None:
+        self.words.append(words)
+
+    def tone(self, name: str) -> None:
+        self.tones.append(name)
+
+
+class BenchWindow(QMainWindow):
+    """The wizard's page in a window of its own, at a bench."""
+
+    def __init__(self, folder: Path, bench: VirtualBench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.store = SettingsStore(folder / "settings" / "window.toml")
+        self.look = Look()
+        self.appearance = Appearance(self.look, self.store, self)
+        self.appearance.apply()
+        self.desk = BenchDesk(bench, folder)
+        self.voice = Voice()
+        self.page = WizardPage(self.look, self.store, self.desk, self.voice)
+        self.setCentralWidget(self.page)
+        self.keys = 0
+        self.resize(1190, 660)
+        self.show()
+        self.activateWindow()
+        QTest.qWaitForWindowActive(self)
+        self.page.begin()
+
+    @property
+    def view(self) -> WizardView:
+        """Return what the wizard shows."""
+        assert self.page.run is not None
+        return self.page.run.view
+
+    def press(
+        self, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier
+    ) -> None:
+        """Press a key where the keyboard is, and count it."""
+        self.keys += 1
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        QTest.keyClick(focus, key, modifier)
+
+    def type(self, text: str) -> None:
+        """Type into the field that has the keyboard."""
+        QTest.keyClicks(QApplication.focusWidget(), text)
+
+    def set_surface(self, channel: str, angle: float) -> None:
+        """Set a surface by hand, and wait until the hand is there."""
+        self.desk.pass_time(self.bench.set_angle(channel, angle))
+
+
+def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
+    """Do at the surfaces what the page asks for until it asks for nothing more.
+
+    Parameters
+    ----------
+    window : BenchWindow
+        Its page is at work.
+    stop : str
+        A phase or a channel at which to stop.
+    most : int
+        Movements, at most.
+    """
+    for _ in range(most):
+        view = window.view
+        instrument = view.instrument
+        name = instrument.channel if instrument is not None else ""
+        if view.phase in ("done", "aborted", stop) or name == stop:
+            return
+        if instrument is None or view.phase == "fit":
+            window.desk.pass_time(_TICK)
+            continue
+        if view.phase == "sign":
+            window.set_surface(name, max(instrument.settings))
+            window.desk.pass_time(2.5)
+            continue
+        taken, target = len(view.points), view.target
+        assert target is not None
+        again = "wrong side" in view.message
+        if view.direction != "single" and (view.remaining[0].turns or again):
+            window.set_surface(name, target + (-_PAST if view.direction == "up" else _PAST))
+        window.set_surface(name, target)
+        for _ in range(8):
+            if len(window.view.points) != taken or window.view.phase != "points":
+                break
+            window.desk.pass_time(_TICK)
+    raise AssertionError(f"after {most} movements: {window.view.prompt} {window.view.message}")

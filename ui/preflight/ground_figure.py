@@ -1,0 +1,180 @@
+"""The whole aircraft as it is to lie, to be turned, or to be left alone; and its pitot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QPolygonF
+
+from ui.look import Look, mixed
+from ui.preflight.outlines import ABOVE, BEHIND, SIDE, Outline, Points
+
+GroundKind = Literal["still", "lie", "turn", "cover", "blow"]
+
+_LYING: Mapping[str, tuple[Outline, float]] = MappingProxyType(
+    {
+        "z_down": (SIDE, 0.0),
+        "z_up": (SIDE, 180.0),
+        "x_up": (SIDE, 90.0),
+        "x_down": (SIDE, -90.0),
+        "y_up": (BEHIND, -90.0),
+        "y_down": (BEHIND, 90.0),
+    }
+)
+"""Views of the six positions, with the turn of each, deg clockwise."""
+
+_TURNING: Mapping[str, Outline] = MappingProxyType({"p": BEHIND, "q": SIDE, "r": ABOVE})
+"""What is seen from above the table: a positive turn is clockwise in each of these views."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundFigure:
+    """What is drawn.
+
+    Attributes
+    ----------
+    kind : {"still", "lie", "turn", "cover", "blow"}
+        Left alone; laid in a position; turned on the table; pitot covered; breath into it.
+    words : str
+        The same for those who hear it.
+    position : str
+        ``z_down`` and so on, to lie in.
+    axis : str
+        ``p``, ``q`` or ``r``: what it is turned about.
+    angle : float
+        To be turned, deg, with its sign.
+    turned : float
+        Turned so far, deg, without its sign.
+    """
+
+    kind: GroundKind
+    words: str
+    position: str = "z_down"
+    axis: str = "r"
+    angle: float = 0.0
+    turned: float = 0.0
+
+
+def paint_ground(painter: QPainter, box: QRectF, look: Look, figure: GroundFigure) -> None:
+    """Draw a figure into a box."""
+    if figure.kind == "turn":
+        _paint_turn(painter, box, look, figure)
+    elif figure.kind in ("cover", "blow"):
+        _paint_pitot(painter, box, look, breath=figure.kind == "blow")
+    else:
+        outline, turn = _LYING[figure.position]
+        ground = box.adjusted(0, 0, 0, -look.px(14))
+        _paint_outline(painter, ground, look, outline, turn)
+        pen = QPen(look.color("text"), look.px(3))
+        painter.setPen(pen)
+        line = box.bottom() - look.px(6)
+        painter.drawLine(QPointF(box.left(), line), QPointF(box.right(), line))
+
+
+def _paint_outline(
+    painter: QPainter, box: QRectF, look: Look, outline: Outline, turn: float, *, fill: float = 0.9
+) -> None:
+    """Draw an outline as large as it goes into a box once it is turned, deg clockwise."""
+    wide, high = outline.size
+    sine, cosine = abs(math.sin(math.radians(turn))), abs(math.cos(math.radians(turn)))
+    if fill < 0.9:
+        # On the table it turns through all angles.
+        wide = high = math.hypot(*outline.size)
+        sine, cosine = 0.0, 1.0
+    scale = min(
+        box.width() / (wide * cosine + high * sine), box.height() / (wide * sine + high * cosine)
+    )
+    painter.save()
+    painter.translate(box.center())
+    painter.rotate(turn)
+    painter.scale(scale, scale)
+    painter.translate(-0.5 * outline.size[0], -0.5 * outline.size[1])
+    pen = QPen(look.color("text"), look.px(1.5))
+    pen.setCosmetic(True)
+    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    painter.setPen(pen)
+    painter.setBrush(body_color(look))
+    for shape in outline.shapes:
+        painter.drawPolygon(polygon(shape))
+    painter.restore()
+
+
+def _paint_turn(painter: QPainter, box: QRectF, look: Look, figure: GroundFigure) -> None:
+    side = min(box.width(), box.height())
+    table = QRectF(0, 0, side, side).adjusted(look.px(8), look.px(8), -look.px(8), -look.px(8))
+    table.moveCenter(box.center())
+    painter.setPen(QPen(look.color("axis"), look.px(2)))
+    painter.setBrush(look.color("panel"))
+    painter.drawEllipse(table)
+    sense = 1.0 if figure.angle >= 0.0 else -1.0
+    inner = table.adjusted(0.1 * side, 0.1 * side, -0.1 * side, -0.1 * side)
+    turned = sense * figure.turned
+    _paint_outline(painter, inner, look, _TURNING[figure.axis], turned, fill=0.8)
+    # The way that is left, with an arrow, in the color of what is wanted.
+    ring = table.adjusted(look.px(6), look.px(6), -look.px(6), -look.px(6))
+    pen = QPen(look.color("target"), look.px(5))
+    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    painter.setPen(pen)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    left = max(min(abs(figure.angle) - figure.turned, 350.0), 0.0)
+    # Qt counts sixteenths of a degree, anticlockwise from the right; the turn begins at the top.
+    start = 90.0 - turned
+    painter.drawArc(ring, round(16 * start), round(-16 * sense * left))
+    if left > 5.0:
+        end = math.radians(start - sense * left)
+        tip = ring.center() + QPointF(math.cos(end), -math.sin(end)) * (0.5 * ring.width())
+        painter.save()
+        painter.translate(tip)
+        painter.rotate(-math.degrees(end) + 90.0 * sense + 90.0)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(look.color("target"))
+        half = look.px(10)
+        painter.drawPolygon(polygon(((-half, half), (half, half), (0.0, -half))))
+        painter.restore()
+
+
+def _paint_pitot(painter: QPainter, box: QRectF, look: Look, *, breath: bool) -> None:
+    px = look.px
+    unit = min(box.width() / 14.0, box.height() / 7.0)
+    painter.save()
+    painter.translate(box.center())
+    painter.setPen(QPen(look.color("text"), px(1.5)))
+    painter.setBrush(body_color(look))
+    nose = QPainterPath(QPointF(1.0 * unit, 0.0))
+    nose.cubicTo(1.2 * unit, -2.0 * unit, 3.0 * unit, -2.6 * unit, 6.6 * unit, -2.8 * unit)
+    nose.lineTo(6.6 * unit, 2.8 * unit)
+    nose.cubicTo(3.0 * unit, 2.6 * unit, 1.2 * unit, 2.0 * unit, 1.0 * unit, 0.0)
+    painter.drawPath(nose)
+    painter.setBrush(look.color("text"))
+    painter.drawRect(QRectF(-2.6 * unit, -0.18 * unit, 3.6 * unit, 0.36 * unit))
+    painter.setPen(QPen(look.color("target"), px(3)))
+    if breath:
+        painter.setBrush(look.color("target"))
+        for row in (-0.9, 0.0, 0.9):
+            tip = QPointF(-3.0 * unit, row * unit * (0.3 if row else 0.0))
+            start = QPointF(-6.4 * unit, row * unit)
+            painter.drawLine(start, tip)
+            painter.drawPolygon(
+                QPolygonF([tip, tip + QPointF(-0.5 * unit, -0.25 * unit),
+                           tip + QPointF(-0.5 * unit, 0.25 * unit)])
+            )  # fmt: skip
+    else:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        cover = QRectF(-3.2 * unit, -0.55 * unit, 2.6 * unit, 1.1 * unit)
+        painter.drawRoundedRect(cover, 0.4 * unit, 0.4 * unit)
+    painter.restore()
+
+
+def polygon(points: Points) -> QPolygonF:
+    """Return points as Qt takes them."""
+    return QPolygonF([QPointF(x, y) for x, y in points])
+
+
+def body_color(look: Look) -> QColor:
+    """Return the fill of what does not move."""
+    return mixed(look.theme.plot, look.theme.text, 0.14)

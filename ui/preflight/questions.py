@@ -1,0 +1,104 @@
+"""What a calibration asks before it does something: reasons, numbers, and whether it is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from calibration.wizard import Action
+from gsapp.quantities import channel, to_si
+from ui.preflight.ask_bar import AskBar
+from ui.preflight.wizard_run import WizardRun
+from ui.words import parse_number
+
+_PRESSURE = channel("static_pressure").quantity
+_TEMPERATURE = channel("temperature").quantity
+_DEGREES: Mapping[str, int | None] = {"0": None, "1": 1, "2": 2, "3": 3}
+
+
+class Questions:
+    """Asks for the crew's action what must be known for it.
+
+    Parameters
+    ----------
+    bar : AskBar
+        Where it is asked.
+    """
+
+    def __init__(self, bar: AskBar) -> None:
+        self._bar = bar
+        self._asking: Mapping[str, Callable[[WizardRun], None]] = {
+            "skip": self._skip,
+            "add": self._add,
+            "abort": self._abort,
+            "choose_degree": self._degree,
+            "enter": self._air,
+        }
+
+    def handles(self, name: str) -> bool:
+        """Return whether an action needs a question."""
+        return name in self._asking
+
+    def ask(self, name: str, run: WizardRun) -> None:
+        """Ask, then act."""
+        self._asking[name](run)
+
+    def _skip(self, run: WizardRun) -> None:
+        self._bar.ask(
+            "Leave this instrument uncalibrated? Say why.",
+            lambda reason: run.act(Action(kind="skip", reason=reason)),
+            typed=True,
+            yes="Skip it",
+            text="not calibrated today",
+        )
+
+    def _add(self, run: WizardRun) -> None:
+        instrument = run.view.instrument
+        if instrument is None:
+            return
+
+        def add(text: str) -> None:
+            value = parse_number(text)
+            if value is not None:
+                run.act(Action(kind="add", value=value))
+
+        question = f"Which further setting, in {instrument.unit}?"
+        self._bar.ask(question, add, typed=True, yes="Add it")
+
+    def _abort(self, run: WizardRun) -> None:
+        self._bar.ask(
+            "Break the calibration off? What was accepted stays in force.",
+            lambda _: run.act(Action(kind="abort")),
+            typed=False,
+            yes="Break off",
+        )
+
+    def _air(self, run: WizardRun) -> None:
+        def pressure_entered(text: str) -> None:
+            value = parse_number(text)
+            if value is None:
+                return
+            pressure = to_si(value, "hPa", _PRESSURE)
+            self._bar.ask(
+                "Temperature of the air in the shade, in °C?",
+                lambda typed: self._air_entered(run, pressure, typed),
+                typed=True,
+                yes="Enter it",
+            )
+
+        question = "Pressure at the field, not reduced to sea level, in hPa?"
+        self._bar.ask(question, pressure_entered, typed=True, yes="Go on")
+
+    @staticmethod
+    def _air_entered(run: WizardRun, pressure: float, typed: str) -> None:
+        value = parse_number(typed)
+        if value is not None:
+            temperature = to_si(value, "degC", _TEMPERATURE)
+            run.act(Action(kind="enter", pressure=pressure, temperature=temperature))
+
+    def _degree(self, run: WizardRun) -> None:
+        def choose(text: str) -> None:
+            if text in _DEGREES:
+                run.act(Action(kind="choose_degree", degree=_DEGREES[text]))
+
+        question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
+        self._bar.ask(question, choose, typed=True, yes="Take it", text="0")
