@@ -26,6 +26,9 @@ Need = Literal[
     "charts",
     "preflight",
     "preflight_future",
+    "checklist",
+    "cards",
+    "card",
 ]
 
 
@@ -83,10 +86,32 @@ _CHART_COMMANDS = tuple(
 _PREFLIGHT_COMMANDS = (
     _command("Preflight", "preflight_card", "1 Flight card", "Alt+1", needs="preflight"),
     _command("Preflight", "preflight_calibration", "2 Calibration", "Alt+2", needs="preflight"),
+    _command("Preflight", "preflight_checklist", "3 Checklist", "Alt+3", needs="preflight"),
+    _command("Preflight", "preflight_cards", "4 Test cards", "Alt+4", needs="preflight"),
+    _command(
+        "Preflight", "preflight_start", "Start the flight", "Ctrl+Return", needs="preflight",
+        rule=True,
+    ),
     _command(
         "Preflight", "preflight_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
         needs="preflight_future",
     ),
+    _command(
+        "Preflight", "checklist_tick", "Tick the item", "Space", needs="checklist", rule=True
+    ),
+    _command(
+        "Preflight", "checklist_reset", "Begin the checklist anew", "Ctrl+Shift+Backspace",
+        needs="checklist",
+    ),
+    _command(
+        "Preflight", "checklist_edit", "Edit the checklist…", "Ctrl+Shift+E", needs="checklist"
+    ),
+    _command("Preflight", "cards_add", "Add a test card", "Ctrl+N", needs="cards", rule=True),
+    _command("Preflight", "cards_up", "Test card up", "Alt+Up", needs="card"),
+    _command("Preflight", "cards_down", "Test card down", "Alt+Down", needs="card"),
+    _command("Preflight", "cards_remove", "Remove the test card", "Ctrl+Backspace", needs="card"),
+    _command("Preflight", "cards_open", "Take other test cards…", "Ctrl+Alt+O", needs="cards"),
+    _command("Preflight", "cards_save", "Save the test cards…", "Ctrl+S", needs="cards"),
 )  # fmt: skip
 
 COMMANDS: tuple[Command, ...] = (

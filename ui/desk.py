@@ -10,9 +10,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.flight.certificates import CertificatesUsed
+from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
+from gsapp.flight.next_flight import hand_over
 from gsapp.flight.writers import write_block
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
@@ -26,7 +28,7 @@ from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
 from ui.recording import RunningRecorder, launch, prepare_folder, running_recorders
-from ui.settings import SettingsStore, flights_path
+from ui.settings import SettingsStore, flights_path, next_flight_path
 from ui.work import Progress, Work
 
 _BUDGET = 0.006
@@ -234,11 +236,22 @@ class Desk(QObject):
         def begin() -> Session:
             # A second connection to the same flight joins what is recorded already.
             if not request.folder.is_dir() or find_recorder(request.folder) is None:
-                prepare_folder(request)
+                self._prepare(request)
                 start_recorder(request.link, request.folder)
             return Session.follow(request.folder)
 
         self._open(begin, request.folder.name)
+
+    def _prepare(self, request: ConnectRequest, *, trial: bool = False) -> None:
+        """Make the flight folder, with what waits for the next flight in it.
+
+        A flight for trial gets a copy. A card that cannot be read holds up no recording.
+        """
+        folder = FlightFolder(path=prepare_folder(request))
+        try:
+            hand_over(next_flight_path(self._store.path), folder, keep=trial)
+        except GroundStationError as error:
+            self.faults.report(error)
 
     def connect_link(
         self, link: str, *, channel_map: str | None = None, aircraft: str | None = None
@@ -277,7 +290,7 @@ class Desk(QObject):
         )
 
         def begin() -> tuple[Session, AircraftProcess]:
-            prepare_folder(connect)
+            self._prepare(connect, trial=True)
             start_recorder(connect.link, connect.folder)
             return Session.follow(connect.folder), launch(request, port)
 

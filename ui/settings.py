@@ -107,6 +107,11 @@ def next_flight_path(settings: Path) -> Path:
     return settings.parent / "next flight"
 
 
+def checklist_path(settings: Path) -> Path:
+    """Return the crew's own checklist that belongs to a settings file."""
+    return settings.parent / "checklist.toml"
+
+
 def log_path() -> Path:
     """Return where the log stands."""
     return Path(platformdirs.user_log_dir(_APPLICATION, appauthor=False)) / "window.log"

@@ -155,6 +155,7 @@ class MainWindow(QMainWindow):
         self.gap.wanted.connect(lambda: self.show_place("gap"))
         self.gap.changed.connect(self._enable)
         self.preflight.changed.connect(self._enable)
+        self.preflight.started.connect(lambda: self.show_place("flight"))
         commands.check("mute", self.store.current.muted)
 
     @property
@@ -287,6 +288,7 @@ class MainWindow(QMainWindow):
         self.store.change(geometry=geometry)
         self.gap.close_search()
         self.preflight.flush()
+        self.preflight.close_calibration()
         self.desk.close()
         application = QApplication.instance()
         if application is not None:

@@ -10,7 +10,8 @@ import contextlib
 from pathlib import Path
 from typing import Any, Final
 
-from gsapp.flight.card_file import CardFile, Key
+from gsapp.flight.card_file import CardFile
+from gsapp.flight.edited_file import Key
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import CARDS_FILE
@@ -20,7 +21,7 @@ STAYS: Final = ("crew", "flap", "loading", "transmitter")
 """What the card of the flight after begins with."""
 
 
-def hand_over(waiting: Path, folder: FlightFolder) -> bool:
+def hand_over(waiting: Path, folder: FlightFolder, *, keep: bool = False) -> bool:
     """Put what waits for the next flight into its folder, and begin the one after.
 
     What the folder knows already stays; a flight that has a record began with its own card and
@@ -32,6 +33,8 @@ def hand_over(waiting: Path, folder: FlightFolder) -> bool:
         Where it waits; it need not be there.
     folder : FlightFolder
         Of the flight that begins.
+    keep : bool
+        Whether it waits for another flight all the same: this one is only for trial.
 
     Returns
     -------
@@ -64,8 +67,14 @@ def hand_over(waiting: Path, folder: FlightFolder) -> bool:
     planned = plan.is_file() and not (folder.path / CARDS_FILE).exists()
     if planned:
         copy_atomically(plan, folder.path / CARDS_FILE)
+    if not keep:
+        _begin_the_next(prepared)
+    return bool(values or ticks or planned)
+
+
+def _begin_the_next(prepared: CardFile) -> None:
+    """Leave what stays from flight to flight."""
     prepared.restore({key: value for key, value in prepared.content.items() if key in STAYS})
     prepared.save()
     with contextlib.suppress(FileNotFoundError):
-        FlightFolder(path=waiting).events.path.unlink()
-    return bool(values or ticks or planned)
+        prepared.folder.events.path.unlink()

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
+from pathlib import Path
 
+from calibration import load_certificates
+from calibration.wizard import unfinished
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.card_checks import check_card
 from gsapp.flight.card_file import CardFile
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
-from ui.preflight.card_editor import CardEditor
+from ui.preflight.calibration_words import calibration_state
 from ui.preflight.card_words import card_state, home_words
+from ui.preflight.cards_book import CardsBook
+from ui.preflight.checklist_book import ChecklistBook
+from ui.preflight.form_editor import FormEditor
+from ui.preflight.shelf import Shelf, calibrations_path, local_now
 from ui.preflight.steps import StepState
-from ui.settings import SettingsStore, next_flight_path
+from ui.settings import SettingsStore, checklist_path, next_flight_path
+
+_LOOK_SECONDS = 0.4
 
 
 class Books:
@@ -26,7 +37,7 @@ class Books:
 
     Attributes
     ----------
-    card : CardEditor or None
+    card : FormEditor[FlightInfo] or None
         None where the card cannot be read.
     home : str
         Whose card that is, in words.
@@ -34,15 +45,23 @@ class Books:
         What it is held against.
     folder : Path
         Where everything lies.
+    checklist : ChecklistBook
+        What must be green.
+    cards : CardsBook
+        What is to be flown.
     """
 
     def __init__(self, store: SettingsStore) -> None:
         self._store = store
         self.session: Session | None = None
-        self.card: CardEditor | None = None
+        self.card: FormEditor[FlightInfo] | None = None
         self.home = ""
         self.aircraft: Aircraft | None = None
         self.folder = next_flight_path(store.path)
+        self.checklist = ChecklistBook(checklist_path(store.path))
+        self.cards = CardsBook()
+        self._calibration = StepState()
+        self._looked = 0.0
 
     def follow(self, session: Session | None) -> None:
         """Take what belongs to another flight, or to the next one.
@@ -58,20 +77,29 @@ class Books:
             session.path if session is not None and own else next_flight_path(self._store.path)
         )
         self.aircraft = self._aircraft_of(session)
+        self.read_calibration()
         self.home = home_words(
             session.name if session is not None else "",
             next_flight=not own,
             file_name=session.path.name if session is not None else "",
         )
         self.card = None
+        folder = FlightFolder(path=self.folder)
         try:
-            self.card = CardEditor(CardFile(FlightFolder(path=self.folder)))
+            self.card = FormEditor(CardFile(folder))
         except GroundStationError:
             self.home = (
-                f"The card {FlightFolder(path=self.folder).info_file} cannot be read; mend or "
-                "remove that file, then come back."
+                f"The card {folder.info_file} cannot be read; mend or remove that file, then "
+                "come back."
             )
             raise
+        finally:
+            self.cards.follow(session, self.folder, self.aircraft)
+            self.checklist.follow(session, self.folder, self._info, self.aircraft)
+
+    def _info(self) -> FlightInfo | None:
+        """Return the card as it stands, what is being typed included."""
+        return None if self.card is None else self.card.file.model
 
     def _aircraft_of(self, session: Session | None) -> Aircraft | None:
         if session is not None:
@@ -82,13 +110,51 @@ class Books:
             # Said where an aircraft is connected with it.
             return None
 
+    def look(self) -> None:
+        """See how the checklist stands, a few times a second at most."""
+        now = time.monotonic()
+        if now - self._looked >= _LOOK_SECONDS:
+            self._looked = now
+            self.checklist.look()
+
     def states(self) -> Mapping[str, StepState]:
         """Return how the steps stand."""
-        return {"card": self._card_state()}
+        return {
+            "card": self._card_state(),
+            "calibration": self._calibration,
+            "checklist": self.checklist.state,
+            "cards": self.cards.state,
+        }
+
+    def read_calibration(self) -> None:
+        """See which certificates are in force: for the open flight, or for those to come."""
+        session, settings = self.session, self._store.current
+        name = "" if session is None or session.aircraft is None else session.aircraft.name
+        shelf = Shelf(
+            calibrations_path(self._store.path), name or Path(settings.aircraft).stem.upper()
+        )
+        try:
+            plan = shelf.plan().only(("surface", "vane"))
+            certificates = (
+                session.certificates
+                if session is not None
+                else load_certificates(settings.calibration)
+            )
+        except GroundStationError as error:
+            self._calibration = StepState(
+                state="warning", words="cannot be read", detail=str(error)
+            )
+            return
+        self._calibration = calibration_state(
+            {one.channel: one.title for one in plan.instruments},
+            certificates,
+            local_now().date(),
+            unfinished=unfinished(shelf.journal),
+        )
 
     def _card_state(self) -> StepState:
         card = self.card
         if card is None:
             return StepState(state="warning", words="cannot be read", detail=self.home)
-        info = card.file.info
+        info = card.file.model
         return card_state(info, tuple(card.problems.values()), check_card(info, self.aircraft))

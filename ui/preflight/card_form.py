@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from gsapp.flight.card_file import Key
+from gsapp.flight.edited_file import Key
 from gsapp.foundation import UnitError
 from gsapp.quantities import from_si
 from gsapp.quantities.units import normalize_unit, parse
@@ -27,7 +27,8 @@ class CardValue:
     name : str
         On screen.
     kind : str
-        ``text`` in one line, ``lines`` in several, ``number`` with a unit, ``choice`` of some.
+        ``text`` in one line, ``lines`` in several, ``number`` with a unit, ``whole`` number,
+        ``choice`` of some.
     quantity : str
         Of a number.
     us, si : str
@@ -42,7 +43,7 @@ class CardValue:
 
     key: Key
     name: str
-    kind: Literal["text", "lines", "number", "choice"] = "text"
+    kind: Literal["text", "lines", "number", "whole", "choice"] = "text"
     quantity: str = ""
     us: str = ""
     si: str = ""
@@ -205,6 +206,10 @@ def read(value: CardValue, text: str, system: str) -> Any:
     text = text.strip() if value.kind != "lines" else text
     if not text.strip():
         return None
+    if value.kind == "whole":
+        if not text.isdigit():
+            raise UnitError(f"'{text}' is not a whole number; write one, such as 3")
+        return int(text)
     if value.kind != "number":
         return text
     plain = text.replace(MINUS, "-").replace(",", ".")

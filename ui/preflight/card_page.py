@@ -9,12 +9,12 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.card_checks import check_card
+from gsapp.flight.info import FlightInfo
 from gsapp.foundation import GroundStationError
 from ui.dialogs.form import Sentence
 from ui.look import Look
 from ui.pages import label
 from ui.preflight.books import Books
-from ui.preflight.card_editor import CardEditor
 from ui.preflight.card_form import (
     DEBRIEF,
     FLIGHT,
@@ -28,6 +28,7 @@ from ui.preflight.card_transmitter import TransmitterForm
 from ui.preflight.card_weighing import WeighingForm
 from ui.preflight.columns import Columns, Section
 from ui.preflight.fields import Field
+from ui.preflight.form_editor import FormEditor
 from ui.preflight.page import StepPage
 
 _SAVE_MS = 400
@@ -49,7 +50,7 @@ class CardPage(StepPage):
         super().__init__(look, "Flight card")
         self._fail = fail
         self._aircraft: Aircraft | None = None
-        self.editor: CardEditor | None = None
+        self.editor: FormEditor[FlightInfo] | None = None
         self.fields: dict[str, tuple[CardValue, Field]] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -141,7 +142,7 @@ class CardPage(StepPage):
         if editor is None:
             return
         doubts: dict[str, list[str]] = {}
-        for doubt in check_card(editor.file.info, self._aircraft):
+        for doubt in check_card(editor.file.model, self._aircraft):
             doubts.setdefault(doubt.field, []).append(doubt.words)
         for name, (value, field) in self.fields.items():
             if value.key in editor.problems:

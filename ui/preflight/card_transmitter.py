@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from gsapp.flight.info import FlightInfo
 from gsapp.foundation import UnitError
 from ui.look import Look
 from ui.pages import label
-from ui.preflight.card_editor import CardEditor
 from ui.preflight.card_form import (
     LEVERS,
     STICKS,
@@ -21,6 +21,7 @@ from ui.preflight.card_form import (
     shown,
     throw_value,
 )
+from ui.preflight.form_editor import FormEditor
 from ui.preflight.row_fields import Column, FieldGrid, GrowingRows
 
 _MIXERS = ("transmitter", "mixers")
@@ -45,7 +46,7 @@ class TransmitterForm(QWidget):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._editor: CardEditor | None = None
+        self._editor: FormEditor[FlightInfo] | None = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         titles = (*(words for _name, words in THROWS), "Trim")
@@ -74,7 +75,7 @@ class TransmitterForm(QWidget):
         self.mixers.left.connect(self.left)
         column.addWidget(self.mixers)
 
-    def show_card(self, editor: CardEditor) -> None:
+    def show_card(self, editor: FormEditor[FlightInfo]) -> None:
         """Show what is on a card, and what is being typed."""
         self._editor = editor
         for row, values in enumerate(self.values):

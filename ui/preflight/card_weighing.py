@@ -6,9 +6,9 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from gsapp.aircraft import Aircraft
+from gsapp.flight.info import FlightInfo
 from ui.look import Look
 from ui.pages import label
-from ui.preflight.card_editor import CardEditor
 from ui.preflight.card_form import (
     SUPPORTS,
     WEIGHED_WITH,
@@ -19,6 +19,7 @@ from ui.preflight.card_form import (
 )
 from ui.preflight.card_words import takeoff_weight, weighing_words
 from ui.preflight.fields import Field, tall
+from ui.preflight.form_editor import FormEditor
 
 _TABLE = ("weighing",)
 _LOADS = (*_TABLE, "loads")
@@ -41,7 +42,7 @@ class WeighingForm(QWidget):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._editor: CardEditor | None = None
+        self._editor: FormEditor[FlightInfo] | None = None
         self._aircraft: Aircraft | None = None
         self._way = ""
         self._column = QVBoxLayout(self)
@@ -78,7 +79,7 @@ class WeighingForm(QWidget):
 
     # Showing
 
-    def show_card(self, editor: CardEditor, aircraft: Aircraft | None) -> None:
+    def show_card(self, editor: FormEditor[FlightInfo], aircraft: Aircraft | None) -> None:
         """Show what is on a card, and what is being typed."""
         if editor is not self._editor:
             self._way = ""
@@ -101,7 +102,7 @@ class WeighingForm(QWidget):
         for name, (value, field) in self.fields.items():
             field.setVisible(name in (*asked, *more))
             field.say(*self._remark(value))
-        said = weighing_words(editor.file.info, self._aircraft, self._look.units)
+        said = weighing_words(editor.file.model, self._aircraft, self._look.units)
         waits = any(key[:1] == _TABLE for key in editor.problems)
         self.weight.setText("" if waits else said.weight)
         self.words.setText("" if waits else said.problem or "\n".join(said.lines))
@@ -151,7 +152,7 @@ class WeighingForm(QWidget):
         editor = self._editor
         if editor is None:
             return
-        said = weighing_words(editor.file.info, self._aircraft, self._look.units)
+        said = weighing_words(editor.file.model, self._aircraft, self._look.units)
         if said.weighed is not None:
             editor.put({("takeoff_weight",): takeoff_weight(said.weighed, self._look.units)})
             self.typed.emit()

@@ -186,6 +186,21 @@ class Field(QWidget):
             edit.setText(text)
         edit.blockSignals(False)
 
+    def show_choices(self, choices: Sequence[tuple[str, str]], chosen: str) -> None:
+        """Show other choices with one of them chosen; emits nothing."""
+        box = self.edit
+        if isinstance(box, QComboBox):
+            if [box.itemData(place) for place in range(box.count())] != [key for key, _ in choices]:
+                box.clear()
+                for key, words in choices:
+                    box.addItem(words, key)
+            self.show_text(chosen)
+
+    def select_all(self) -> None:
+        """Let what is typed next replace what stands there."""
+        if isinstance(self.edit, QLineEdit):
+            self.edit.selectAll()
+
     def show_unit(self, unit: str) -> None:
         """Show another unit."""
         self.unit.setText(unit)

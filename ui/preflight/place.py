@@ -1,9 +1,9 @@
-"""The place Preflight: a page for each step before a flight."""
+"""The place Preflight: flight card, calibration, checklist and test cards, each a page."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
@@ -53,9 +53,12 @@ class PreflightPlace(QWidget):
     ----------
     changed : Signal
         Other commands are of use now.
+    started : Signal
+        The crew says that the flight begins.
     """
 
     changed = Signal()
+    started = Signal()
 
     def __init__(
         self,
@@ -97,8 +100,22 @@ class PreflightPlace(QWidget):
         steps = {f"preflight_{step.id}": lambda name=step.id: self.go(name) for step in STEPS}
         return {
             **steps,
+            "preflight_start": self.start,
             "preflight_redo": self.redo,
+            "checklist_tick": lambda: self._on_page(lambda page: page.tick()),
+            "checklist_reset": lambda: self._on_page(lambda page: page.reset()),
+            "checklist_edit": lambda: self._on_page(lambda page: page.edit()),
+            "cards_add": lambda: self._on_page(lambda page: page.add()),
+            "cards_remove": lambda: self._on_page(lambda page: page.remove()),
+            "cards_up": lambda: self._on_page(lambda page: page.move(-1)),
+            "cards_down": lambda: self._on_page(lambda page: page.move(1)),
+            "cards_open": lambda: self._on_page(lambda page: page.open()),
+            "cards_save": lambda: self._on_page(lambda page: page.save()),
         }
+
+    def _on_page(self, act: Callable[[Any], object]) -> None:
+        """Let the page on screen do something; its commands are gray at the others."""
+        act(self.pages[self.step])
 
     @property
     def shown(self) -> bool:
@@ -186,10 +203,20 @@ class PreflightPlace(QWidget):
             from ui.preflight.wizard_page import WizardPage
 
             page = WizardPage(self._look, self._store, self._desk, self._prompter)
-        else:
+        elif step_id == "card":
             from ui.preflight.card_page import CardPage
 
             page = CardPage(self._look, self._faults.report)
+            page.follow(self.books)
+        elif step_id == "checklist":
+            from ui.preflight.checklist_page import ChecklistPage
+
+            page = ChecklistPage(self._look, self._actions, self._faults.report)
+            page.follow(self.books)
+        else:
+            from ui.preflight.cards_page import CardsPage
+
+            page = CardsPage(self._look, self._actions, self._store, self._faults.report)
             page.follow(self.books)
         page.changed.connect(self._page_changed)
         return page
@@ -225,6 +252,8 @@ class PreflightPlace(QWidget):
         self.changed.emit()
 
     def _page_changed(self) -> None:
+        if self.step == "calibration":
+            self.books.read_calibration()
         self._show_states()
         self.changed.emit()
 
@@ -232,6 +261,7 @@ class PreflightPlace(QWidget):
         """Show what changed beside the pages; nothing while another place is on screen."""
         if not self.shown or not self.step:
             return
+        self.books.look()
         page = self.page
         if page is not None:
             page.refresh()
@@ -242,7 +272,31 @@ class PreflightPlace(QWidget):
             self.steps.show_state(step_id, state)
 
     def flush(self) -> None:
-        """Write what is still being typed."""
+        """Write what is still being typed, as the window closes or another place is shown."""
         page = self.page
         if page is not None:
             page.flush()
+
+    def close_calibration(self) -> None:
+        """Let go of a calibration that runs; it can be resumed."""
+        page = self.pages.get("calibration")
+        if page is not None:
+            page.close_run()
+
+    def start(self) -> None:
+        """Record that the flight begins, as the checklist stands, and go to the charts."""
+        words = ""
+        try:
+            words = self.books.checklist.start()
+        except GroundStationError as error:
+            self._faults.report(error)
+        if words:
+            green = self.books.checklist.state.state == "good"
+            self._banners.show_banner("note" if green else "caution", words)
+            self.started.emit()
+        else:
+            self._banners.show_banner(
+                "note",
+                "There is no flight to start: connect the aircraft first (Ctrl+L). The card and "
+                "what was ticked go into its folder.",
+            )

@@ -1,4 +1,4 @@
-"""The steps before a flight, and what is said of each at a glance."""
+"""The four steps before a flight, and what is said of each at a glance."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ class Step:
 STEPS = (
     Step(id="card", title="Flight card", purpose="Who flies what, how heavy, in what air"),
     Step(id="calibration", title="Calibration", purpose="Volts of every instrument to angles"),
+    Step(id="checklist", title="Checklist", purpose="What must be green before take-off"),
+    Step(id="cards", title="Test cards", purpose="The maneuvers that are to be flown"),
 )
 """In the order in which a crew takes them."""
 

@@ -1,31 +1,35 @@
-"""The flight card as it is typed: what will do is kept, what will not is told. No Qt."""
+"""A file of the flight as it is typed: what will do is kept, what will not is told. No Qt."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from gsapp.flight.card_file import CardFile, Content, Key
+from pydantic import BaseModel
+
+from gsapp.flight.edited_file import Content, EditedFile, Key
 from gsapp.foundation import FileProblemsError, UnitError
 from ui.preflight.card_form import CardValue, read, shown
 from ui.preflight.changes import Changes
 
+Model = TypeVar("Model", bound=BaseModel)
 
-class CardEditor:
-    """One card and what is being typed into it.
+
+class FormEditor(Generic[Model]):
+    """One file and what is being typed into it.
 
     Parameters
     ----------
-    file : CardFile
-        The card.
+    file : EditedFile
+        The file.
 
     Attributes
     ----------
     problems : dict of path to str
-        Why something that stands on screen is not on the card.
+        Why something that stands on screen is not in the file.
     """
 
-    def __init__(self, file: CardFile) -> None:
+    def __init__(self, file: EditedFile[Model]) -> None:
         self.file = file
         self.problems: dict[Key, str] = {}
         self._pending: dict[Key, tuple[CardValue, str]] = {}
@@ -34,13 +38,13 @@ class CardEditor:
     # What stands there
 
     def text(self, value: CardValue, system: str) -> str:
-        """Return what stands in a field: what is on the card, or what is still wrong there."""
+        """Return what stands in a field: what is in the file, or what is still wrong there."""
         if value.key in self._pending:
             return self._pending[value.key][1]
         return shown(value, self.file.value(value.key), system)
 
     def written(self, key: Key) -> Any:
-        """Return what is on the card at a path; None if nothing is."""
+        """Return what is in the file at a path; None if nothing is."""
         return self.file.value(key)
 
     def look_again(self) -> bool:
@@ -61,9 +65,9 @@ class CardEditor:
     # Changes
 
     def type(self, value: CardValue, text: str, system: str) -> bool:
-        """Take what was typed into a field; return whether it is on the card now.
+        """Take what was typed into a field; return whether it is in the file now.
 
-        A table that is only valid as a whole waits until it is; the rest of the card does not.
+        A table that is only valid as a whole waits until it is; the rest of the file does not.
         """
         self._pending[value.key] = (value, text)
         together = {
@@ -80,7 +84,7 @@ class CardEditor:
         if not any(key in self.problems for key in together):
             return self._change(written, together, typing)
         if not value.group:
-            # The screen shows another value than the one before: that is not on the card either.
+            # The screen shows another value than the one before: that is not in the file either.
             problem, waiting = self.problems[value.key], self._pending[value.key]
             self._change({value.key: None}, together, typing)
             self.problems[value.key], self._pending[value.key] = problem, waiting
@@ -117,7 +121,7 @@ class CardEditor:
             self.problems[fits[0] if fits else last] = sentence
 
     def forget(self, group: Key) -> None:
-        """Drop what waits in a group that is not on the card."""
+        """Drop what waits in a group that is not in the file."""
         for key in [one for one, (value, _) in self._pending.items() if value.whole == group]:
             del self._pending[key]
             self.problems.pop(key, None)

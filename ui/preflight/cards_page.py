@@ -1,0 +1,360 @@
+"""The test cards: the list as it is to be flown, and the card chosen to be changed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+
+from gsapp.foundation import GroundStationError
+from ui.commands import Need
+from ui.dialogs.form import Sentence
+from ui.flight.controls import ActionButton
+from ui.gap.parts import button_row
+from ui.look import Look
+from ui.pages import label
+from ui.preflight.big_list import BigList
+from ui.preflight.books import Books
+from ui.preflight.cards_book import CardsBook
+from ui.preflight.cards_editor import CardForm
+from ui.preflight.cards_form import card_line
+from ui.preflight.fields import tall
+from ui.preflight.page import StepPage
+from ui.settings import SettingsStore
+from ui.work import Progress, Work
+
+_FILES = "Test cards (*.toml)"
+_SAVE_MS = 400
+_WIDE = 900
+"""Points of width below which the card stands in place of the list."""
+_SEARCH_SECONDS = 15.0
+"""Between two looks for maneuvers of a flight that goes on."""
+
+
+class CardsPage(StepPage):
+    """Plans the maneuvers of a flight.
+
+    Parameters
+    ----------
+    look : Look
+        Colors, sizes, units.
+    actions : mapping of str to QAction
+        The commands.
+    store : SettingsStore
+        Remembers where files were opened.
+    fail : callable
+        Takes an error that the user must see.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        actions: Mapping[str, QAction],
+        store: SettingsStore,
+        fail: Callable[[BaseException], object],
+    ) -> None:
+        super().__init__(look, "Test cards")
+        self._store = store
+        self._fail = fail
+        self.book: CardsBook | None = None
+        self._work: Work | None = None
+        self._searched = 0.0
+        self._editing = False
+        self._row = QHBoxLayout(self)
+        self._beside = QWidget()
+        self._left = QVBoxLayout(self._beside)
+        self._left.setContentsMargins(0, 0, 0, 0)
+        self.title = label("", "heading", wrap=True)
+        self._left.addWidget(self.title)
+        self.said = Sentence()
+        self._left.addWidget(self.said)
+        self.list = BigList(look, "Test cards")
+        self.list.chosen.connect(lambda _key: self._show_card())
+        self.list.moved.connect(self.move)
+        self.list.deleted.connect(self.remove)
+        self.list.pressed_key.connect(lambda _key: self.edit())
+        self._left.addWidget(self.list, 1)
+        buttons = [
+            ActionButton(actions[name], words, look)
+            for name, words in (
+                ("cards_add", "Add"),
+                ("cards_remove", "Remove"),
+                ("cards_up", "Up"),
+                ("cards_down", "Down"),
+                ("cards_open", "Take others…"),
+                ("cards_save", "Save as…"),
+            )
+        ]
+        for button in buttons:
+            tall(button)
+        self._left.addWidget(button_row(look, *buttons))
+        self._row.addWidget(self._beside, 1)
+        self.form = CardForm(look)
+        self.form.typed.connect(self._typed)
+        self.form.left.connect(self._left_field)
+        self._row.addWidget(self.form, 1)
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
+        self._later.setInterval(_SAVE_MS)
+        self._later.timeout.connect(self.flush)
+        look.changed.connect(self._restyle)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the card beside the list, or in its place where the window is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        px = self.look.px
+        self._beside.setVisible(self.wide or not self._editing)
+        self.form.setVisible(self.wide or self._editing)
+        self._row.setContentsMargins(px(16), px(12), 0, px(8))
+        self._row.setSpacing(px(8))
+        self._left.setSpacing(px(8))
+
+    @property
+    def wide(self) -> bool:
+        """Return whether there is room for list and card side by side."""
+        return self.width() >= self.look.px(_WIDE)
+
+    def edit(self) -> None:
+        """Go into the card; Esc comes back to the list."""
+        self._editing = True
+        self._fit()
+        self.form.begin()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Come back from the card to the list with Esc."""
+        if event.key() == Qt.Key.Key_Escape and not self.list.hasFocus():
+            self.begin()
+        else:
+            super().keyPressEvent(event)
+
+    def _restyle(self) -> None:
+        self._fit()
+        self._show_list()
+        self._show_card()
+
+    # Showing
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        if self.book is None or self.book.editor is None:
+            return ()
+        return ("cards", "card") if self.list.current_key else ("cards",)
+
+    def follow(self, books: Books) -> None:
+        """Show the cards of another flight."""
+        self.flush()
+        self.book = books.cards
+        self.setEnabled(self.book.editor is not None)
+        self._searched = 0.0
+        self._show_list()
+        self.list.choose_row(0)
+        self._show_card()
+        self._tell()
+
+    def refresh(self) -> None:
+        """Look now and then for what was flown, and for what another program wrote."""
+        book = self.book
+        if book is None or book.editor is None:
+            return
+        if not self._later.isActive() and book.editor.look_again():
+            self._after()
+        if time.monotonic() - self._searched >= _SEARCH_SECONDS:
+            self._search()
+
+    def _show_list(self) -> None:
+        book = self.book
+        cards = book.cards if book is not None else None
+        if book is None or cards is None:
+            self.title.setText("Test cards")
+            self.list.show_lines(())
+            return
+        total = sum(card.repeats for card in cards.cards)
+        self.title.setText(f"{cards.name or 'Test cards'}: {total} maneuvers")
+        units = self.look.units
+        self.list.show_lines(
+            [card_line(card, book.progress(card.id), units) for card in cards.cards]
+        )
+
+    @property
+    def row(self) -> int:
+        """Return which card the keyboard is on."""
+        return self.list.currentIndex().row()
+
+    def _show_card(self) -> None:
+        book = self.book
+        if book is not None and book.editor is not None and self.row >= 0:
+            self.form.show_card(book.editor, self.row)
+
+    def _tell(self) -> None:
+        """Say what is wrong with the cards, else whose they are."""
+        book = self.book
+        if book is None or book.editor is None:
+            self.said.say("" if book is None else book.complaint, "warning")
+        elif book.editor.problems:
+            self.said.say("Saved but for what is marked.", "warning")
+        elif not book.editor.file.is_saved:
+            self.said.say("Saving…")
+        elif not book.editor.file.path.exists():
+            self.said.say("The cards that come with the program; a change makes them yours.")
+        elif book.flown is not None and book.flown.unplanned:
+            self.said.say(f"Flown beside the cards: {len(book.flown.unplanned)} maneuvers.")
+        else:
+            self.said.say("Saved", "good")
+
+    def begin(self) -> None:
+        """Put the keyboard into the list."""
+        self._editing = False
+        self._fit()
+        self.list.setFocus()
+
+    # What was flown
+
+    def _search(self) -> None:
+        """Look in a thread for the maneuvers of the open flight."""
+        book = self.book
+        if book is None or (self._work is not None and self._work.running):
+            return
+        self._searched = time.monotonic()
+        flight = book.flight()
+        if flight is None:
+            return
+        session = book.session
+
+        def run(_progress: Progress) -> object:
+            return book.search(flight)
+
+        def found(maneuvers: object) -> None:
+            # Another flight may be open by now.
+            if book.session is session:
+                book.found(maneuvers)
+                self._show_list()
+                self._tell()
+                self.changed.emit()
+
+        self._work = Work("Looking for maneuvers", run, self)
+        self._work.done.connect(found)
+        self._work.failed.connect(self._fail)
+        self._work.start()
+
+    # Typing
+
+    def _typed(self) -> None:
+        self._later.start()
+        if self.book is not None:
+            self.book.match()
+        self._show_list()
+        self._tell()
+        self.changed.emit()
+
+    def _left_field(self) -> None:
+        self.flush()
+        self._show_card()
+
+    def flush(self) -> None:
+        """Write what was changed to the disk."""
+        self._later.stop()
+        editor = None if self.book is None else self.book.editor
+        if editor is None or editor.file.is_saved:
+            return
+        try:
+            editor.save()
+        except GroundStationError as error:
+            self._fail(error)
+            self.said.say("Not saved", "warning")
+        else:
+            self._tell()
+
+    def _after(self, row: int | None = None) -> None:
+        """Show the cards after they were changed as a whole."""
+        if self.book is not None:
+            self.book.match()
+        self._show_list()
+        if row is not None:
+            self.list.choose_row(row)
+        self._show_card()
+        self.flush()
+        self._tell()
+        self.changed.emit()
+
+    # Commands
+
+    def add(self) -> None:
+        """Put a copy of the card below it, and type its name."""
+        if self.book is not None:
+            self._after(self.book.add(max(self.row, 0)))
+            self.edit()
+
+    def remove(self) -> None:
+        """Take the card out; Ctrl+Z brings it back."""
+        if self.book is None or self.row < 0:
+            return
+        row = self.row
+        if self.book.remove(row):
+            self._after(row)
+        else:
+            self.said.say("The last card stays: a plan needs one.", "caution")
+
+    def move(self, steps: int) -> None:
+        """Move the card up or down."""
+        if self.book is not None and self.row >= 0:
+            self._after(self.book.move(self.row, steps))
+
+    def open(self) -> None:
+        """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
+        start = self._store.current.folder
+        path, _kind = QFileDialog.getOpenFileName(self, "Take other test cards", start, _FILES)
+        if not path or self.book is None:
+            return
+        try:
+            self.book.take(Path(path))
+        except GroundStationError as error:
+            self._fail(error)
+        else:
+            self._after(0)
+
+    def save(self) -> None:
+        """Ask for a file, and write the cards there for other flights."""
+        file = None if self.book is None else self.book.file
+        if file is None:
+            return
+        start = Path(self._store.current.folder) / "test cards.toml"
+        path, _kind = QFileDialog.getSaveFileName(self, "Save the test cards", str(start), _FILES)
+        if not path:
+            return
+        try:
+            file.save_as(Path(path))
+        except GroundStationError as error:
+            self._fail(error)
+        else:
+            self.said.say(f"Saved as {path}.", "good")
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a change to take back."""
+        return self.book is not None and self.book.editor is not None and self.book.editor.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether there is a change to make again."""
+        return self.book is not None and self.book.editor is not None and self.book.editor.can_redo
+
+    def undo(self) -> None:
+        """Take back the last change."""
+        if self.book is not None and self.book.editor is not None:
+            self.book.editor.undo()
+            self._after()
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        if self.book is not None and self.book.editor is not None:
+            self.book.editor.redo()
+            self._after()

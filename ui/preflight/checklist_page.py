@@ -1,0 +1,305 @@
+"""The checklist: what is not green stands in red on top; Space ticks; start all the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QFileSystemWatcher, QRectF, Qt, QTimer, QUrl
+from PySide6.QtGui import QAction, QDesktopServices, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+
+from gsapp.foundation import GroundStationError
+from gsapp.session.checklist import ItemState
+from ui.commands import Need
+from ui.dialogs.form import Sentence
+from ui.flight.controls import ActionButton
+from ui.glyphs import State, paint_state
+from ui.look import Look
+from ui.pages import label
+from ui.preflight.big_list import BigLine, BigList
+from ui.preflight.books import Books
+from ui.preflight.checklist_book import ChecklistBook, summary_words
+from ui.preflight.fields import tall
+from ui.preflight.page import StepPage
+
+_ROOMY = (640, 440)
+"""Points of width and height of the window below which only what matters most is shown."""
+_NAMED = 5
+"""Items named on top; the others stand below."""
+_SETTLE_MS = 200
+"""An editor writes a file in several steps."""
+
+
+class _Summary(QWidget):
+    """Sign and number of what is not green, large."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._state: State = "unknown"
+        self.words = ""
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        self.setFixedHeight(self._look.px(44))
+        self.setMinimumWidth(self._look.px(240))
+        self.update()
+
+    def show_words(self, words: str, state: State) -> None:
+        """Show other words."""
+        if (words, state) != (self.words, self._state):
+            self.words, self._state = words, state
+            self.setAccessibleName(words)
+            self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw sign and words."""
+        look = self._look
+        painter = QPainter(self)
+        side = look.px(24)
+        top = (self.height() - side) / 2
+        color = look.state_color(self._state)
+        paint_state(painter, self._state, QRectF(0, top, side, side), color)
+        font = look.font("title", strong=True)
+        font.setPixelSize(look.px(28))
+        painter.setFont(font)
+        painter.setPen(color)
+        painter.drawText(
+            QRectF(side + look.px(12), 0, self.width(), self.height()),
+            Qt.AlignmentFlag.AlignVCenter,
+            self.words,
+        )
+        painter.end()
+
+
+_STATES: Mapping[str, tuple[State, str]] = {
+    "red": ("warning", "Not right"),
+    "amber": ("caution", "Look"),
+    "open": ("unknown", "To do"),
+    "green": ("good", "Done"),
+}
+"""Sign and words of each state."""
+
+
+def _line(item: ItemState) -> BigLine:
+    state, words = _STATES[item.state]
+    return BigLine(
+        key=item.id,
+        words=item.words,
+        more=item.why,
+        state=state,
+        state_words=words,
+        note="by hand" if item.by == "hand" or item.can_tick else "by itself",
+        box=item.can_tick and item.state != "green",
+        settled=item.state == "green",
+    )
+
+
+class ChecklistPage(StepPage):
+    """Goes through the checklist.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    actions : mapping of str to QAction
+        The commands.
+    fail : callable
+        Takes an error that the user must see.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        actions: Mapping[str, QAction],
+        fail: Callable[[BaseException], object],
+    ) -> None:
+        super().__init__(look, "Checklist")
+        self._fail = fail
+        self.book: ChecklistBook | None = None
+        self._column = QVBoxLayout(self)
+        self._top = QHBoxLayout()
+        self.summary = _Summary(look)
+        self._top.addWidget(self.summary, 1)
+        self.start = ActionButton(actions["preflight_start"], "Start the flight", look)
+        self.start.setProperty("role", "primary")
+        self.anew = ActionButton(actions["checklist_reset"], "Begin anew", look)
+        self.change = ActionButton(actions["checklist_edit"], "Edit the list…", look)
+        for button in (self.start, self.anew, self.change):
+            tall(button)
+            self._top.addWidget(button)
+        self._column.addLayout(self._top)
+        self.red = label("", "strong", wrap=True)
+        self.red.setProperty("state", "warning")
+        self._column.addWidget(self.red)
+        self.said = Sentence()
+        self._column.addWidget(self.said)
+        self.list = BigList(look, "Checklist")
+        self.list.pressed_key.connect(self._tick)
+        self._column.addWidget(self.list, 1)
+        self._watcher = QFileSystemWatcher(self)
+        self._settle = QTimer(self)
+        self._settle.setSingleShot(True)
+        self._settle.setInterval(_SETTLE_MS)
+        self._settle.timeout.connect(self._read_again)
+        for changed in (self._watcher.fileChanged, self._watcher.directoryChanged):
+            changed.connect(lambda _path: self._settle.start())
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the room to the list where the window is small for its scale."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        px = self.look.px
+        roomy = self.width() >= px(_ROOMY[0]) and self.window().height() >= px(_ROOMY[1])
+        for button in (self.anew, self.change):
+            button.setVisible(roomy)
+        self.red.setMaximumHeight(px(1000 if roomy else 0))
+        self._column.setContentsMargins(px(16), px(12), px(16), 0)
+        self._column.setSpacing(px(8))
+        self._top.setSpacing(px(16))
+
+    # Showing
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        return ("checklist",) if self.book is not None and self.book.live else ()
+
+    def follow(self, books: Books) -> None:
+        """Show the checklist of another flight."""
+        self.book = books.checklist
+        self._watch()
+        self.said.say("")
+        self.show_items()
+        self.list.choose_row(0)
+
+    def refresh(self) -> None:
+        """Show how the items stand by now."""
+        self.show_items()
+
+    def show_items(self) -> None:
+        """Show how the items stand."""
+        book = self.book
+        if book is None:
+            return
+        self.list.show_lines([_line(item) for item in book.items])
+        left = book.open_items
+        self.summary.show_words(summary_words(book.items), "warning" if left else "good")
+        names = [item.words for item in left[:_NAMED]]
+        if len(left) > _NAMED:
+            names.append(f"{len(left) - _NAMED} more")
+        self.red.setText("; ".join(names))
+        self.red.setVisible(bool(left))
+        if book.complaint:
+            self.said.say(f"The list from before counts: {book.complaint}", "warning")
+        elif book.started_words:
+            self.said.say(book.started_words)
+        elif not book.live:
+            self.said.say("A replay: the checklist as telemetry shows it; nothing is ticked.")
+        self.said.setVisible(bool(self.said.text()))
+
+    def begin(self) -> None:
+        """Put the keyboard into the list."""
+        self.list.setFocus()
+        if not self.list.current_key:
+            self.list.choose_row(0)
+
+    # What the crew does
+
+    def _do(self, act: Callable[[ChecklistBook], object]) -> None:
+        if self.book is None:
+            return
+        try:
+            act(self.book)
+        except GroundStationError as error:
+            self._fail(error)
+        self.show_items()
+        self.changed.emit()
+
+    def tick(self) -> None:
+        """Tick the line that the keyboard is on."""
+        self._tick(self.list.current_key)
+
+    def _tick(self, item_id: str) -> None:
+        book = self.book
+        if book is None or not item_id:
+            return
+        row = self.list.currentIndex().row()
+        item = next(one for one in book.items if one.id == item_id)
+        done: list[bool] = []
+        self.said.say("")
+        self._do(lambda book: done.append(book.toggle(item_id)))
+        if done == [False]:
+            who = "Telemetry says so itself" if book.live else "This is a replay"
+            self.said.say(f"{who}: “{item.words}” cannot be ticked.", "caution")
+            self.said.show()
+        elif item.state != "green":
+            # What was ticked went down; the next one stands in its place.
+            self.list.choose_row(row)
+
+    def reset(self) -> None:
+        """Begin anew; Ctrl+Z brings the ticks back."""
+        self.said.say("")
+        self._do(lambda book: book.restart())
+        self.list.choose_row(0)
+
+    def edit(self) -> None:
+        """Open the crew's own list in the editor of this computer; saved there, it counts here."""
+        if self.book is None:
+            return
+        try:
+            path = self.book.make_own()
+        except OSError as error:
+            self._fail(error)
+            return
+        self._watch()
+        opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+        words = "is open in the editor" if opened else "is the file to edit"
+        self.said.say(f"{path} {words}; what is saved there counts here at once.", "good")
+        self.said.show()
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a tick to take back."""
+        return self.book is not None and self.book.live and self.book.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether there is a tick to make again."""
+        return self.book is not None and self.book.live and self.book.can_redo
+
+    def undo(self) -> None:
+        """Take back the last tick."""
+        self._do(lambda book: book.undo())
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        self._do(lambda book: book.redo())
+
+    # The file
+
+    def _watch(self) -> None:
+        """Notice when the crew's own list changes: many editors put a new file in its place."""
+        if self.book is None:
+            return
+        own = self.book.own
+        wanted = [str(path) for path in (own.parent, own) if path.exists()]
+        missing = [
+            path
+            for path in wanted
+            if path not in (*self._watcher.files(), *self._watcher.directories())
+        ]
+        if missing:
+            self._watcher.addPaths(missing)
+
+    def _read_again(self) -> None:
+        self._watch()
+        if self.book is not None and self.book.read_if_changed():
+            self.said.say("")
+            self.show_items()
+            self.changed.emit()
