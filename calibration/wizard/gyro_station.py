@@ -28,6 +28,7 @@ from calibration.wizard.view import Action, Phase
 
 _STILL = 5.0
 """Seconds of rest for the zeros."""
+_SILENT = "The {} gyro did not answer to a turn; check its wires."
 _MOST_OF = 0.6
 """Share of the angle asked for that makes a turn; laying the aircraft on the table makes none."""
 
@@ -97,7 +98,7 @@ class GyroStation(Station):
     def can(self, work: Work) -> frozenset[str]:
         """Return the kinds of actions that it answers to now."""
         gyro = _gyro(work)
-        kinds = {"next"} if self.phase(gyro) == "gyro_turn" else set()
+        kinds = {"next", "take"} if self.phase(gyro) == "gyro_turn" else set()
         return frozenset(kinds | {"repeat", "delete"} if gyro.turns else kinds)
 
     def act(self, work: Work, action: Action) -> Draft | Answer:
@@ -110,6 +111,8 @@ class GyroStation(Station):
                 message="without this turn; the factory's scale counts where none was made",
                 tone="",
             )
+        if action.kind == "take":
+            return self._without_answer(gyro)
         at = len(gyro.turns) - 1 if action.index is None else action.index
         if not 0 <= at < len(gyro.turns):
             return Answer(message=f"there is no turn {at + 1}", tone="error")
@@ -165,6 +168,10 @@ class GyroStation(Station):
         certificates, doubts, remarks = [], [], []
         uncalibrated: dict[str, str] = {}
         for channel in self._group.channels:
+            if channel in gyro.silent:
+                uncalibrated[channel] = _SILENT.format(channel)
+                doubts.append(uncalibrated[channel])
+                continue
             zero = gyro_zero(channel, gyro.rest, factory=self._factory)
             turns = [turn for _, turn in gyro.turns if turn.channel == channel]
             try:
@@ -208,6 +215,15 @@ class GyroStation(Station):
             data={"slot": slot, "turn": content_of(turn)},
             message=turn.verdict.sentence,
             tone="taken" if turn.verdict.usable else "error",
+        )
+
+    def _without_answer(self, gyro: GyroWork) -> Draft | Answer:
+        """Take the crew's word that the table was turned, though no gyro saw it."""
+        if self._turn.reading.state in ("turning", "stopping"):
+            return Answer(message="a turn is seen: let the table stand, it is taken by itself")
+        channel = gyro.asked[gyro.open_turns[0]].channel
+        return Draft(
+            kind="silent", data={"gyro": channel}, message=_SILENT.format(channel), tone="error"
         )
 
     def _instrument(self, channel: str) -> InstrumentPlan:

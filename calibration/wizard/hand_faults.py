@@ -83,6 +83,7 @@ class HandFaults:
         self._due = 0
         self._unmoved = 0.0
         self._seen: tuple[InstrumentFault, ...] = ()
+        self._told: tuple[InstrumentFault, ...] = ()
 
     @property
     def seen(self) -> tuple[InstrumentFault, ...]:
@@ -94,7 +95,7 @@ class HandFaults:
         self._trail.clear()
         self._due = 0
         self._unmoved = 0.0
-        self._seen = ()
+        self._seen = self._told = ()
         for other in self._others.values():
             other.restart()
 
@@ -119,13 +120,18 @@ class HandFaults:
         if self._due < round(_LOOK / LENGTH):
             return
         self._due = 0
-        found = self._at_once()
+        if moved:
+            self._told = ()
+        found = self._at_once() or self._told
         if not found and sign_asked and not moved:
             found = self._without_movement()
         self._seen = self._same(found)
 
     def after_movement(self) -> tuple[InstrumentFault, ...]:
-        """Return what is wrong, now that the crew has moved it to the positive side."""
+        """Return what is wrong, now that the crew has moved it to the positive side.
+
+        That stays so until the instrument itself is seen to move.
+        """
         names = [name for name, other in self._others.items() if other.held_elsewhere]
         found = self._open_wire() or find_faults(
             self._instrument.channel,
@@ -133,7 +139,7 @@ class HandFaults:
             sense=1,
             slope_sign=self._slope,
         )
-        self._seen = self._same(found)
+        self._seen = self._told = self._same(found)
         return self._seen
 
     def _same(self, found: tuple[InstrumentFault, ...]) -> tuple[InstrumentFault, ...]:
@@ -143,6 +149,8 @@ class HandFaults:
 
     def _at_once(self) -> tuple[InstrumentFault, ...]:
         """Return what needs no movement to be seen."""
+        if self._length < _RECENT:
+            return ()
         open_wire = self._open_wire()
         if open_wire:
             return open_wire
@@ -155,7 +163,7 @@ class HandFaults:
         name = self._instrument.channel
         volts = self._volts((name,), _TRAIL)[name]
         known = volts[np.isfinite(volts)]
-        if self._length < _RECENT or not known.size or np.ptp(known) > 0.005:
+        if not known.size or np.ptp(known) > 0.005:
             return ()
         if 0.005 < float(known.mean()) < 4.99:
             return ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import datetime
 
 from calibration.faults import InstrumentFault
@@ -52,6 +53,7 @@ class HandStation(Station):
         self._faults = HandFaults(instrument, others, best)
         self._look = Look()
         self._armed = False
+        self._ask = False
         self._said: tuple[object, ...] = ()
 
     def restart(self) -> None:
@@ -88,11 +90,15 @@ class HandStation(Station):
         asked = sign or (self._header.mode == "check" and not hand.points)
         self._faults.look(moved=self._look.hint != "unmoved", sign_asked=asked)
         if self._look.hint == "against":
+            # The way back looks like the way there: from here on only the crew can tell.
+            self._ask = True
             self._faults.after_movement()
         if self._look.data is None:
             return self._remark()
         if sign:
-            return self._sign_draft() if not self._faults.after_movement() else self._remark()
+            if self._ask or self._faults.after_movement():
+                return self._remark()
+            return self._sign_draft()
         if self._header.auto or self._armed:
             return self._point_draft(hand)
         return self._remark()
@@ -138,7 +144,7 @@ class HandStation(Station):
             prompt = words.point_prompt(self._instrument, slot, self._look)
             spoken = words.point_spoken(self._instrument, slot, self._look)
         elif phase == "sign":
-            prompt = words.sign_prompt(self._instrument, self._look.hint)
+            prompt = words.sign_prompt(self._instrument, self._look.hint, ask=self._ask)
             spoken = words.sign_spoken(self._instrument, self._look.hint)
         else:
             prompt, spoken = words.fit_words(self._instrument, outcome)
@@ -154,6 +160,7 @@ class HandStation(Station):
             remaining=hand.remaining,
             degree=hand.degree,
             faults=self._faults.seen,
+            warnings=self._warnings(phase),
         )
 
     def outcome(self, work: Work, stamp: datetime, air: GroundAir | None) -> Outcome:
@@ -172,6 +179,14 @@ class HandStation(Station):
             temperature=air.temperature if air is not None else self._header.temperature,
         )
 
+    def _warnings(self, phase: Phase) -> tuple[str, ...]:
+        reading = self._watch.reading
+        if phase == "fit" or reading.state != "absent" or math.isnan(reading.time):
+            return ()
+        return (
+            f"{self._instrument.title}: no volts come; look at its plug and at the channel map",
+        )
+
     def _remark(self) -> Answer | None:
         """Return what is to be said of the volts, once for each change of them."""
         faults = self._faults.seen
@@ -183,7 +198,7 @@ class HandStation(Station):
             return Answer(message=faults[0].sentence, tone="error")
         if self._look.hint in ("against", "wrong_side"):
             return Answer(message=words.hint_words(self._look.hint), tone="error")
-        if self._look.data is not None:
+        if self._look.data is not None and "volts" in self._look.data:
             return Answer(message="steady: take it", tone="steady")
         return None
 

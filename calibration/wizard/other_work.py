@@ -33,18 +33,25 @@ class GyroWork:
         Which of `asked` each is, and what it gave.
     left_out : frozenset of int
         Turns that are not asked for any more.
+    silent : frozenset of str
+        Gyros that did not answer to a turn.
     """
 
     asked: tuple[AskedTurn, ...]
     rest: Rest | None = None
     turns: tuple[tuple[int, Turn], ...] = ()
     left_out: frozenset[int] = frozenset()
+    silent: frozenset[str] = frozenset()
 
     @property
     def open_turns(self) -> tuple[int, ...]:
         """Return the turns that are still to be made, by their place in `asked`."""
         done = self.left_out | {slot for slot, _ in self.turns}
-        return tuple(at for at in range(len(self.asked)) if at not in done)
+        return tuple(
+            at
+            for at, asked in enumerate(self.asked)
+            if at not in done and asked.channel not in self.silent
+        )
 
     @property
     def share(self) -> float:
@@ -61,6 +68,8 @@ class GyroWork:
             return replace(self, turns=(*self.turns, turn))
         if step.kind == "leave_out":
             return replace(self, left_out=self.left_out | {int(step.data["slot"])})
+        if step.kind == "silent":
+            return replace(self, silent=self.silent | {str(step.data["gyro"])})
         index = int(step.data["index"])
         slot, _ = self.turns[index]
         gone = self.left_out | {slot} if step.kind == "delete" else self.left_out

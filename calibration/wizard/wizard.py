@@ -29,6 +29,8 @@ _BEGIN = 2.0
 """Seconds of samples that are looked at before the first instrument is asked for."""
 _SHOWN: Mapping[Mode, float] = {"full": 3.0, "check": 1.5}
 """Seconds for which a good result is shown before it is accepted by itself."""
+_MENDING = ("repeat", "delete", "add", "choose_degree")
+"""Actions of a crew that looks into a result: it is not accepted under its hands."""
 _GAP = 1.0
 """Seconds without samples after which a movement may have gone unseen."""
 
@@ -143,8 +145,9 @@ class Wizard:
             return
         station, state = self._station, self.state
         if station is not None and action.kind in station.can(state.work[state.key]):
-            self._answer(station.act(state.work[state.key], action))
-            self._held = self._held or action.kind != "take"
+            answer = station.act(state.work[state.key], action)
+            self._answer(answer)
+            self._held = self._held or (isinstance(answer, Draft) and action.kind in _MENDING)
             return
         _HANDLERS[action.kind](self, action)
 

@@ -11,8 +11,8 @@ from calibration.wizard.schedule import Slot
 from calibration.wizard.station import Outcome
 
 
-def sign_prompt(instrument: InstrumentPlan, hint: Hint) -> str:
-    """Return how to prove the sign."""
+def sign_prompt(instrument: InstrumentPlan, hint: Hint, *, ask: bool) -> str:
+    """Return how to prove the sign; `ask` where it takes the crew's word."""
     if hint == "against":
         return (
             f"The volts went the other way than expected: is it {instrument.positive} now? "
@@ -20,6 +20,8 @@ def sign_prompt(instrument: InstrumentPlan, hint: Hint) -> str:
         )
     if hint == "little":
         return f"{instrument.positive_words}, farther, and hold it there."
+    if ask:
+        return f"{instrument.positive_words}, hold it there and confirm."
     return f"{instrument.positive_words} and hold it there."
 
 
