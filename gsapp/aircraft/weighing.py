@@ -58,8 +58,8 @@ class WeighingRecord(StrictModel):
         Places of axles' centers in place of those of the aircraft file, in its frame, m.
     pitch, bank : Measured
         Attitude on the scales, nose up and right wing down, rad.
-    fuel : float
-        On board when weighed, kg.
+    fuel : float or None
+        On board when weighed, kg; None for as much as at take-off.
     scale_error : float
         Standard deviation of each reading that states none, N.
     axle_error : float
@@ -70,7 +70,7 @@ class WeighingRecord(StrictModel):
     axles: Mapping[str, Position] = Field(default_factory=dict)
     pitch: MeasuredAngle = LEVEL
     bank: MeasuredAngle = LEVEL
-    fuel: Mass = 0.0
+    fuel: Mass | None = None
     scale_error: Weight = SCALE_ERROR
     axle_error: Length = AXLE_ERROR
 
@@ -100,7 +100,7 @@ class WeighingRecord(StrictModel):
     @model_validator(mode="after")
     def _must_not_be_negative(self) -> WeighingRecord:
         for name in ("fuel", "scale_error", "axle_error"):
-            if getattr(self, name) < 0.0:
+            if (getattr(self, name) or 0.0) < 0.0:
                 raise ValueError(f"{name} is negative; write what was measured, or leave it out")
         return self
 

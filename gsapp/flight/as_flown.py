@@ -147,7 +147,7 @@ def _weighed(
 ) -> tuple[float, Position, str]:
     """Return mass and CG at take-off by the scales, and how to say it."""
     found = weigh(record, aircraft.axles)
-    added = fuel - record.fuel
+    added = 0.0 if record.fuel is None else fuel - record.fuel
     mass = found.mass.value + added
     _must_carry(mass, fuel, "the scales")
     tank = aircraft.mass.fuel_position

@@ -6,7 +6,7 @@ A doubt stops nobody: the file loads, and the card shows the sentence beside the
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -34,6 +34,22 @@ _UNITS: Final = {
 }
 """Units that people take for one another, by quantity; the likeliest first."""
 
+_Units = Mapping[str, str]
+
+_SHOWN: Final[Mapping[str, _Units]] = {
+    "US": {
+        "weight": "lb", "mass": "lb", "length": "in", "angle": "deg", "temperature": "degF",
+        "pressure": "inHg", "speed": "kt",
+    },
+    "SI": {
+        "weight": "kg", "mass": "kg", "length": "mm", "angle": "deg", "temperature": "degC",
+        "pressure": "hPa", "speed": "m/s",
+    },
+}  # fmt: skip
+"""Units of the sentences, by system and quantity."""
+
+_NAMES: Final = {"takeoff_weight": "take-off weight", "landing_weight": "landing weight"}
+
 _USUAL_AIR: Final = {
     "temperature": (to_si(-30.0, "degC", "temperature"), to_si(50.0, "degC", "temperature")),
     "pressure": (600e2, 1060e2),
@@ -58,7 +74,9 @@ class CardDoubt:
     words: str
 
 
-def check_card(info: FlightInfo, aircraft: Aircraft | None = None) -> tuple[CardDoubt, ...]:
+def check_card(
+    info: FlightInfo, aircraft: Aircraft | None = None, *, system: str = "US"
+) -> tuple[CardDoubt, ...]:
     """Return what looks like a slip.
 
     Parameters
@@ -66,15 +84,18 @@ def check_card(info: FlightInfo, aircraft: Aircraft | None = None) -> tuple[Card
     info : FlightInfo
     aircraft : Aircraft, optional
         As its file says; what weights and fuel are held against.
+    system : {"US", "SI"}
+        Units of the sentences.
     """
+    units = _SHOWN[system]
     return tuple(
         CardDoubt(field=field, words=words)
         for field, words in (
-            *_weights(info, aircraft),
-            *_fuel(info, aircraft),
-            *_scales(info, aircraft),
-            *_settings(info, aircraft),
-            *_air(info),
+            *_weights(info, aircraft, units),
+            *_fuel(info, aircraft, units),
+            *_scales(info, aircraft, units),
+            *_settings(info, aircraft, units),
+            *_air(info, units),
         )
     )
 
@@ -82,7 +103,7 @@ def check_card(info: FlightInfo, aircraft: Aircraft | None = None) -> tuple[Card
 _Found = Iterator[tuple[str, str]]
 
 
-def _weights(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
+def _weights(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Found:
     usual = None if aircraft is None else aircraft.mass.mass * GRAVITY
     loaded = sum(item.mass for item in info.loading) * GRAVITY
     dry = 0.0 if aircraft is None else aircraft.mass.fuel * GRAVITY
@@ -92,20 +113,20 @@ def _weights(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
     ):
         if value is None:
             continue
-        name = field.replace("_", "-").replace("-weight", " weight")
+        name = _NAMES[field]
         if not value > 0.0:
             yield field, f"the {name} is not above zero; read the scale again"
         elif usual is not None:
             expected = usual + loaded
             low, high = (
                 (1.0 - _WEIGHT_SHARE) * (expected - lightest),
-                (1.0 + _WEIGHT_SHARE) * (expected),
+                (1.0 + _WEIGHT_SHARE) * expected,
             )
             if not low <= value <= high:
                 yield (
                     field,
-                    f"the {name} is {_in(value, 'lb', 'weight')}, but the aircraft usually weighs "
-                    f"{_in(expected, 'lb', 'weight')}{_meant(value, 'weight', low, high)}",
+                    f"the {name} is {_in(value, 'weight', units)}, but the aircraft usually weighs "
+                    f"{_in(expected, 'weight', units)}{_meant(value, 'weight', low, high)}",
                 )
     takeoff, landing = info.takeoff_weight, info.landing_weight
     if takeoff is not None and landing is not None:
@@ -115,12 +136,12 @@ def _weights(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
         elif info.fuel is not None and burned > 1.1 * info.fuel + 0.02:
             yield (
                 "landing_weight",
-                f"{_in(burned, 'lb', 'mass')} were lost in flight, but only "
-                f"{_in(info.fuel, 'lb', 'mass')} of fuel were on board; weigh again",
+                f"{_in(burned, 'mass', units)} were lost in flight, but only "
+                f"{_in(info.fuel, 'mass', units)} of fuel were on board; weigh again",
             )
 
 
-def _fuel(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
+def _fuel(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Found:
     for field, value in (("fuel", info.fuel), ("fuel_end", info.fuel_end)):
         if value is None:
             continue
@@ -130,14 +151,14 @@ def _fuel(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
             most = _MOST_OF_FUEL * aircraft.mass.fuel
             yield (
                 field,
-                f"{_in(value, 'lb', 'mass')} of fuel do not fit into tanks for "
-                f"{_in(aircraft.mass.fuel, 'lb', 'mass')}{_meant(value, 'mass', 0.0, most)}",
+                f"{_in(value, 'mass', units)} of fuel do not fit into tanks for "
+                f"{_in(aircraft.mass.fuel, 'mass', units)}{_meant(value, 'mass', 0.0, most)}",
             )
     if info.fuel is not None and info.fuel_end is not None and info.fuel_end > info.fuel:
         yield "fuel_end", "more fuel after the flight than before; swap the two?"
 
 
-def _scales(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
+def _scales(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Found:
     if info.weighing is None:
         return
     axles = Axles() if aircraft is None else aircraft.axles
@@ -147,44 +168,48 @@ def _scales(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
         yield "weighing", str(error)
         return
     if info.takeoff_weight is not None and info.takeoff_weight > 0.0:
-        fuel = 0.0 if info.fuel is None else info.fuel - info.weighing.fuel
-        sum_of_scales = (found.mass.value + fuel) * GRAVITY
+        sum_of_scales = (found.mass.value + _filled_later(info)) * GRAVITY
         if abs(sum_of_scales / info.takeoff_weight - 1.0) > _SCALES_AGREE:
             yield (
                 "weighing",
-                f"the scales add up to {_in(sum_of_scales, 'lb', 'weight')} at take-off, the card "
-                f"says {_in(info.takeoff_weight, 'lb', 'weight')}; read them again, or write the "
+                f"the scales add up to {_in(sum_of_scales, 'weight', units)} at take-off, the card "
+                f"says {_in(info.takeoff_weight, 'weight', units)}; read them again, or write the "
                 "fuel on board when weighed",
             )
     if aircraft is not None and abs(found.cg[0]) > 0.25 * aircraft.geometry.chord:
         yield (
             "weighing",
-            f"the scales put the CG {_aft(found.cg[0])} of the aircraft file's, more than a "
+            f"the scales put the CG {_aft(found.cg[0], units)} of the aircraft file's, more than a "
             "quarter of the chord; check which reading belongs to which wheel",
         )
 
 
-def _settings(info: FlightInfo, aircraft: Aircraft | None) -> _Found:
+def _filled_later(info: FlightInfo) -> float:
+    """Return the fuel that came in after the weighing, kg, as far as the card says."""
+    weighed = None if info.weighing is None else info.weighing.fuel
+    return 0.0 if weighed is None or info.fuel is None else info.fuel - weighed
+
+
+def _settings(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Found:
     if info.flap is None or aircraft is None:
         return
     low, high = aircraft.controls.flap.travel
     if not low - DEGREE <= info.flap <= high + DEGREE:
         yield (
             "flap",
-            f"a flap setting of {_in(info.flap, 'deg', 'angle')} is beyond its travel, "
-            f"{_in(low, 'deg', 'angle')} to {_in(high, 'deg', 'angle')}",
+            f"a flap setting of {_in(info.flap, 'angle', units)} is beyond its travel, "
+            f"{_in(low, 'angle', units)} to {_in(high, 'angle', units)}",
         )
 
 
-def _air(info: FlightInfo) -> _Found:
+def _air(info: FlightInfo, units: _Units) -> _Found:
     for key, (low, high) in _USUAL_AIR.items():
         value = getattr(info.weather, key)
         if value is not None and not low <= value <= high:
             kind = _KINDS[key]
-            unit = _UNITS[kind][0]
             yield (
                 f"weather.{key}",
-                f"{_in(value, unit, kind)} is no {key.replace('_', ' ')} to fly in"
+                f"{_in(value, kind, units)} is no {key.replace('_', ' ')} to fly in"
                 f"{_meant(value, kind, low, high)}",
             )
 
@@ -199,11 +224,12 @@ def _meant(value: float, kind: str, low: float, high: float) -> str:
     return "; read it again"
 
 
-def _in(value: float, unit: str, kind: str) -> str:
+def _in(value: float, kind: str, units: _Units) -> str:
+    unit = units[kind]
     number = from_si(value, unit, kind)
     digits = 1 if abs(number) >= 10.0 or not math.isfinite(number) else 2
     return f"{number:.{digits}f} {unit}"
 
 
-def _aft(x: float) -> str:
-    return f"{abs(from_si(x, 'in', 'length')):.1f} in {'ahead' if x > 0.0 else 'aft'}"
+def _aft(x: float, units: _Units) -> str:
+    return f"{_in(abs(x), 'length', units)} {'ahead' if x > 0.0 else 'aft'}"

@@ -123,13 +123,15 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
         found = doubts(**values)
         assert list(found) == [field]
         assert words in found[field]
+    (metric,) = check_card(card(takeoff_weight="46.6 kg"), B777, system="SI")
+    assert "the take-off weight is 46.6 kg, but the aircraft usually weighs 21.2 kg" in metric.words
     heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
     assert "was 46.6 lb meant instead of 46.6 kg" in heavy
     short = doubts(fuel="1 lb", takeoff_weight="46 lb", landing_weight="44 lb")
     assert "only 1.00 lb of fuel were on board" in short["landing_weight"]
     scales = doubts(
         takeoff_weight="46.6 lb",
-        weighing={"loads": {"nose": "4.2 lb", "left": "19 lb", "right": "19.1 lb"}},
+        weighing={"loads": {"nose": "4.2 lb", "left": "19 lb", "right": "19.1 lb"}, "fuel": "0 lb"},
         fuel="2.7 lb",
     )
     assert "add up to 45.0 lb at take-off" in scales["weighing"]
@@ -185,7 +187,7 @@ def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
 
 def test_a_weighed_cg_moves_instruments_and_engines() -> None:
     """Positions count from the CG as flown; instruments that no one placed stay at it."""
-    info = card(weighing={"loads": {"nose": "4.9 lb", "main": "41.7 lb"}, "fuel": "2.7 lb"})
+    info = card(weighing={"loads": {"nose": "4.9 lb", "main": "41.7 lb"}})
     found = as_flown(B777, info)
     x = found.shift[0]
     assert x == pytest.approx((4.9 * 2.62 - 41.7 * 0.26) / 46.6 * FT, rel=1e-6)
@@ -199,7 +201,8 @@ def test_a_weighed_cg_moves_instruments_and_engines() -> None:
     assert found.aircraft.axles["left"][0] == pytest.approx(B777.axles["left"][0] - x)
     assert any("mm ahead" in remark for remark in found.remarks)
     # Scales with empty tanks, fuel filled in afterwards at the tank.
-    dry = card(weighing={"loads": {"nose": "4.9 lb", "main": "39.0 lb"}}, fuel="2.7 lb")
+    empty = {"loads": {"nose": "4.9 lb", "main": "39.0 lb"}, "fuel": "0 lb"}
+    dry = card(weighing=empty, fuel="2.7 lb")
     filled = as_flown(B777, dry)
     assert filled.aircraft.mass.mass == pytest.approx(46.6 * LB)
     assert filled.shift[0] == pytest.approx((4.9 * 2.62 - 39.0 * 0.26) / 46.6 * FT, rel=1e-6)

@@ -190,7 +190,8 @@ def test_a_sound_aircraft_is_green_after_its_run_up(ground: Path) -> None:
     before = by_id(going.look())
     assert before["engines_full"].state == "open"
     run_through(session)
-    items = going.look()
+    for _ in range(5):
+        items = going.look()
     found = by_id(items)
     assert {name: found[name].state for name in TELEMETRY} == dict.fromkeys(TELEMETRY, "green"), {
         name: found[name].why for name in TELEMETRY
@@ -241,7 +242,10 @@ def test_surfaces_are_seen_to_follow_and_faults_are_named(measured: Block) -> No
     weak = judged(rules(ELEVATOR), changed(measured, de=0.3 * elevator))
     assert (weak.state, "8.0 deg wanted" in weak.why) == ("red", True)
     timid = judged(rules(ELEVATOR), changed(measured, stick_pitch=0.5 * measured["stick_pitch"]))
-    assert (timid.state, "hold the pitch stick fully" in timid.why) == ("open", True)
+    assert (timid.state, "hold the pitch stick fully back and forward" in timid.why) == (
+        "open",
+        True,
+    )
     mended = rules(ELEVATOR)
     assert judged(mended, changed(measured, de=-elevator)).state == "red"
     later = Block(channels=measured.channels, times=measured.times + 60.0, values=measured.values)

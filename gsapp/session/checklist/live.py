@@ -24,14 +24,15 @@ START: Final = "flight-start"
 
 _HELD_BACK = 0.5
 """Seconds of the newest samples left for the next look: channels do not arrive side by side."""
-_AT_ONCE = 20.0
+_AT_ONCE = 5.0
 """Seconds of samples taken in by one look at most, so that none holds up the window."""
 
 
 class SessionChecklist:
     """Goes through a checklist with a session.
 
-    Several windows may: all follow the events of the flight.
+    Several windows may: all follow the events of the flight. Once the flight was started what was
+    seen of sticks, surfaces and engines stands; equipment is still looked at.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ class SessionChecklist:
     file : ChecklistFile
     card : callable, optional
         Gives the flight card as it stands; by default it is read from the flight folder.
+    system : {"US", "SI"}
+        Units in which slips on the card are told.
     """
 
     def __init__(
@@ -47,8 +50,10 @@ class SessionChecklist:
         file: ChecklistFile,
         *,
         card: Callable[[], FlightInfo | None] | None = None,
+        system: str = "US",
     ) -> None:
         self.session = session
+        self.system = system
         self.checklist = Checklist(file)
         self._card = card or self._card_of_folder
         self._next: int | None = None
@@ -81,7 +86,9 @@ class SessionChecklist:
             card=card,
             doubts=()
             if card is None
-            else tuple(doubt.words for doubt in check_card(card, session.aircraft)),
+            else tuple(
+                doubt.words for doubt in check_card(card, session.aircraft, system=self.system)
+            ),
         )
 
     def tick(self, item_id: str, who: str = "") -> None:
@@ -181,7 +188,7 @@ class SessionChecklist:
         """Feed the rules with the samples that came since."""
         history = self.session.history
         end = history.end
-        if end is None:
+        if end is None or self._start is not None:
             return
         names = [name for name in self.checklist.watched if history.has(name)]
         stop = self._index(end - _HELD_BACK)

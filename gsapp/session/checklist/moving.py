@@ -29,7 +29,13 @@ _REST: Final = 1.0
 """Time constant with which the place of rest is followed, s."""
 
 _NOWHERE = 9
-_ENDS: Final = {+1: "positive", -1: "negative"}
+_ENDS: Final = {
+    "stick_pitch": {+1: "back", -1: "forward"},
+    "stick_roll": {+1: "right", -1: "left"},
+    "stick_yaw": {+1: "right", -1: "left"},
+}
+"""Where the pilot holds a stick, by its sign."""
+_SIGNS: Final = {+1: "positive", -1: "negative"}
 
 
 class _Hold:
@@ -111,21 +117,22 @@ class FollowsJudge:
         middle = 0.0 if self._middle is None else self._middle
         gone = {side: rule.sign * (at - middle) for side, at in self._reached.items()}
         stick, surface = named(rule.stick), named(rule.surface)
+        ends = _ENDS.get(rule.stick, _SIGNS)
         for side, moved in gone.items():
             if side * moved < -0.5 * rule.surface_reach:
                 return Judgment(
                     state="red",
                     why=f"{surface} goes the wrong way: {self._at(side)} with the {stick} "
-                    f"{_ENDS[side]}; reversed at the transmitter, or calibrated with the wrong "
+                    f"{ends[side]}; reversed at the transmitter, or calibrated with the wrong "
                     "sign",
                 )
             if side * moved < rule.surface_reach:
                 return Judgment(
                     state="red",
                     why=f"{surface} hardly moves: {self._at(side)} with the {stick} "
-                    f"{_ENDS[side]}, {shown(rule.surface_reach, rule.surface)} wanted",
+                    f"{ends[side]}, {shown(rule.surface_reach, rule.surface)} wanted",
                 )
-        waiting = [_ENDS[side] for side in (+1, -1) if side not in gone]
+        waiting = [ends[side] for side in (+1, -1) if side not in gone]
         if waiting:
             return Judgment(
                 state="open", why=f"hold the {stick} fully {joined(waiting)} for half a second"
