@@ -15,8 +15,8 @@ from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.sources import Source, open_source
 from gsapp.telemetry.virtual.box import Box
-from gsapp.telemetry.virtual.downlink import Packet
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
+from gsapp.telemetry.virtual.packet import Packet
 
 _POSITIONS: tuple[Position, ...] = get_args(Position)
 

@@ -3,37 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch, truth_block
 from gsapp.quantities import Block
 from gsapp.telemetry.virtual.box import Box
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Packet:
-    """What leaves the box at one tick.
-
-    Attributes
-    ----------
-    time : float
-        s since the box was switched on.
-    live : tuple of bytes
-        Frames for the link.
-    kept : tuple of bytes
-        Frames for the on-board log; empty where there is none.
-    phase : str
-        What the pilot is doing.
-    stamp_us : int
-        The box's time of day, microseconds since 1970.
-    """
-
-    time: float
-    stamp_us: int
-    live: tuple[bytes, ...]
-    kept: tuple[bytes, ...]
-    phase: str
+from gsapp.telemetry.virtual.packet import Packet
 
 
 class Downlink:

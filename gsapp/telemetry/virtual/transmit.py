@@ -14,10 +14,10 @@ from typing import Protocol
 from gsapp.decoding.frames import Frame
 from gsapp.decoding.framing import Framer
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.virtual.downlink import Packet
 from gsapp.telemetry.virtual.log_download import LogServer
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, dialect
 from gsapp.telemetry.virtual.onboard import OnboardLog
+from gsapp.telemetry.virtual.packet import Packet
 
 THIN_BYTES_PER_SECOND = 4600
 """What 57,600 baud carry, with room for the radio's own needs."""

@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from gsapp.quantities import FloatArray
 
@@ -18,7 +17,7 @@ SETTING_ERROR = 0.05
 """Standard deviation with which a digital protractor is set and read, deg."""
 TREMOR = 0.02
 """Standard deviation of a surface held by hand, deg."""
-_TREMOR_HZ = 8.0
+_TREMOR_HZ, _TREMOR_DECAY = 8.0, 0.9
 _QUICK = 25.0
 """deg/s of the way toward the angle; the rest is creeping up to it."""
 
@@ -81,22 +80,25 @@ class Setting:
 
 
 class Tremor:
-    """The unrest of a hand, deg: about eight times a second."""
+    """The unrest of a hand, deg: a resonance about eight times a second, shaken by noise."""
 
     def __init__(self, dt: float) -> None:
-        b, a = signal.butter(1, np.array([0.7, 1.3]) * _TREMOR_HZ, btype="bandpass", fs=1.0 / dt)
-        impulse = np.zeros(4096)
-        impulse[0] = 1.0
-        gain = TREMOR / math.sqrt(float(np.sum(signal.lfilter(b, a, impulse) ** 2)))
-        self._b, self._a = b * gain, a
-        self._state = np.zeros(max(len(a), len(b)) - 1)
+        # y[k] = a y[k-1] + b y[k-2] + noise, of unit size for a noise of size `gain`.
+        self._a = 2.0 * _TREMOR_DECAY * math.cos(2.0 * math.pi * _TREMOR_HZ * dt)
+        self._b = -(_TREMOR_DECAY**2)
+        a, b = self._a, self._b
+        self._gain = TREMOR * math.sqrt((1.0 + b) * ((1.0 - b) ** 2 - a * a) / (1.0 - b))
+        self._last = (0.0, 0.0)
 
     def __call__(self, white: FloatArray) -> FloatArray:
         """Return the tremor (n,) that white noise of unit size (n,) makes."""
-        if not white.size:
-            return white
-        unrest, self._state = signal.lfilter(self._b, self._a, white, zi=self._state)
-        return np.asarray(unrest, dtype=np.float64)
+        last, before = self._last
+        unrest = np.empty(white.size)
+        for index, shake in enumerate((self._gain * white).tolist()):
+            last, before = self._a * last + self._b * before + shake, last
+            unrest[index] = last
+        self._last = (last, before)
+        return unrest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

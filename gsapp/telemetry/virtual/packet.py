@@ -1,0 +1,30 @@
+"""What leaves the box at one tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Packet:
+    """What leaves the box at one tick.
+
+    Attributes
+    ----------
+    time : float
+        s since the box was switched on.
+    live : tuple of bytes
+        Frames for the link.
+    kept : tuple of bytes
+        Frames for the on-board log; empty where there is none.
+    phase : str
+        What the pilot is doing.
+    stamp_us : int
+        The box's time of day, microseconds since 1970.
+    """
+
+    time: float
+    stamp_us: int
+    live: tuple[bytes, ...]
+    kept: tuple[bytes, ...]
+    phase: str
