@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -249,6 +250,40 @@ def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
     blind = filter_of(toy.linearization(), true_like(gust=1e-6), toy.motion())
     poor = whitened(blind, innovations_of(blind)[20:])
     assert np.mean(poor[:, 1] ** 2) > 1.5
+
+
+def test_colored_noise_is_told_from_turbulence() -> None:
+    """Toys whose instruments have colored noise, in gusts that reach them: white innovations.
+
+    And the smoother sees the true correlation; with gusts mistaken for noise it would be none.
+    """
+    truth = {"alpha": 0.7, "q": 0.8, "an": 0.7}
+    noise = replace(TOY_NOISE, gusts=(0.05, 0.4, 0.8), correlations=truth)
+    toy = Toy(noise, n=24000, seed=6)
+    measured = toy.measured - toy.errors
+    for column, name in enumerate(TOY_CHANNELS):
+        measured[:, column] += lfilter([1.0], [1.0, -truth.get(name, 0.0)], toy.errors[:, column])
+    linearization = toy.linearization(measured)
+    own = filter_of(linearization, noise, toy.motion())
+    found = innovations_of(own)[20:]
+    white = whitened(own, found)
+    n = len(white)
+    assert np.abs(white.T @ white / n - np.eye(7)).max() < 4.5 / np.sqrt(n) + 0.02
+    for lag in range(1, 8):
+        assert np.abs(white[lag:].T @ white[:-lag] / n).max() < 4.5 / np.sqrt(n) + 0.02, lag
+    z, b, _ = own.residual(np.zeros(7))
+    kept = own.kept_colors(z, b) ** (1.0 / own.block)
+    expected = [truth[TOY_CHANNELS[place]] for place in own.colors.places]
+    assert kept == pytest.approx(expected, abs=0.03)
+    # From elsewhere it leads there.
+    away = filter_of(
+        linearization, replace(noise, correlations=dict.fromkeys(truth, 0.6)), toy.motion()
+    )
+    assert (away.kept_colors(z, b) ** (1.0 / own.block) > 0.6).all()
+    # Taken for white, the same noise is neither white nor of that size.
+    blind = filter_of(linearization, replace(noise, correlations={}), toy.motion())
+    poor = whitened(blind, innovations_of(blind)[20:])
+    assert np.abs(poor[1:].T @ poor[:-1] / n).max() > 0.2
 
 
 def true_like(gust: float) -> NoiseModel:
