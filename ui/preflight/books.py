@@ -78,15 +78,16 @@ class Books:
         )
         self.aircraft = self._aircraft_of(session)
         self.read_calibration()
-        self.home = home_words(
-            session.name if session is not None else "",
-            next_flight=not own,
-            file_name=session.path.name if session is not None else "",
-        )
         self.card = None
         folder = FlightFolder(path=self.folder)
         try:
             self.card = FormEditor(CardFile(folder))
+            self.home = home_words(
+                self.card.file.model,
+                session.name if session is not None else "",
+                next_flight=not own,
+                file_name=session.path.name if session is not None else "",
+            )
         except GroundStationError:
             self.home = (
                 f"The card {folder.info_file} cannot be read; mend or remove that file, then "

@@ -89,10 +89,12 @@ def takeoff_weight(weighed: Weighing, system: str) -> str:
     return f"{from_si(weighed.mass.value, unit, 'mass'):.2f} {unit}"
 
 
-def home_words(folder_name: str, *, next_flight: bool, file_name: str = "") -> str:
+def home_words(info: FlightInfo, name: str, *, next_flight: bool, file_name: str = "") -> str:
     """Return whose card this is."""
     if not next_flight:
-        return f"Card of {folder_name}, kept in its flight.toml."
+        date = "" if info.date is None else f", {info.date.day} {info.date:%B %Y %H:%M}"
+        aircraft = f", {info.aircraft}" if info.aircraft else ""
+        return f"Card of {name}{date}{aircraft}: kept in its flight.toml."
     goes = "it goes into the flight's folder when recording starts"
     if file_name:
         return f"{file_name} has no card. This is that of the next flight: {goes}."
