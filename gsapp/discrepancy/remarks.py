@@ -1,4 +1,4 @@
-"""What the record keeps from a search: clipped samples, channels that lack or never moved."""
+"""What the record keeps from a search: clipped samples, channels that lack, a CG that moved."""
 
 from __future__ import annotations
 
@@ -12,19 +12,40 @@ from gsapp.quantities import channel
 
 _NAMED = 3
 """Effects named in a sentence; the others are counted."""
+_SAME_CG = 2.0
+"""A CG that differs less than this, mm, makes no difference that a search would see."""
 _NEEDS = "needs "
 """How the catalog begins a reason that lies in the record, not in the effect."""
 
 
 def record_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> tuple[str, ...]:
-    """Return a sentence for each channel that is clipped or lacks, with what follows from it.
+    """Return a sentence for each channel that is clipped or lacks, and for a CG that moved.
 
     Parameters
     ----------
     maneuvers : sequence of Maneuver
     aircraft : Aircraft
     """
-    return (*_clipped(maneuvers), *_lacking(maneuvers, aircraft))
+    return (*_clipped(maneuvers), *_lacking(maneuvers, aircraft), *_moved(maneuvers))
+
+
+def _moved(maneuvers: Sequence[Maneuver]) -> list[str]:
+    """Return what another CG than the aircraft file's means for moments."""
+    ahead = [1e3 * one.cg_shift[0] for one in maneuvers]
+    if not ahead or max(map(abs, ahead)) < _SAME_CG:
+        return []
+    mean = sum(ahead) / len(ahead)
+    found = [
+        f"the CG was {abs(mean):.0f} mm {'ahead' if mean > 0.0 else 'aft'} of the aircraft file's: "
+        "moments are about the CG as flown, those of a model about the file's"
+    ]
+    apart = max(ahead) - min(ahead)
+    if apart >= _SAME_CG:
+        found.append(
+            f"the maneuvers were flown with CGs up to {apart:.0f} mm apart: what differs between "
+            "their moments may be that alone; search the flights of one loading by themselves"
+        )
+    return found
 
 
 def _clipped(maneuvers: Sequence[Maneuver]) -> list[str]:

@@ -33,6 +33,8 @@ Part = TypeVar("Part", bound=StrictModel)
 _HERE: Final[Position] = (0.0, 0.0, 0.0)
 _SAME_PLACE = 0.5e-3
 """A CG that moves less than this, m, has not moved."""
+_WORTH_FOLLOWING = 2e-3
+"""A CG that wanders less than this in a flight, m, stays within what scales tell of it."""
 _SAME_SHARE = 1e-3
 """A mass or inertia that changes by less than this share has not changed."""
 _NAMES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2)}
@@ -69,7 +71,7 @@ class AsFlown:
             abs(getattr(loaded.properties, name) / getattr(properties, name) - 1.0) > _SAME_SHARE
             for name in _NAMES
         )
-        if not changed and math.hypot(*loaded.center) < _SAME_PLACE:
+        if not changed and math.hypot(*loaded.center) < _WORTH_FOLLOWING:
             return self
         moved = _about(self.aircraft, loaded.center)
         kept = {"mass": properties.mass, "fuel_position": moved.mass.fuel_position}

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
+from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
 from gsapp.flight.as_flown import as_flown
 from gsapp.flight.info import FlightInfo
@@ -189,3 +190,14 @@ def test_what_cannot_be_carried_over_says_so() -> None:
     assert common_shift([one, near])[0] == pytest.approx(AHEAD + 0.5e-3, abs=1e-5)
     with pytest.raises(FlightError, match="CGs 25 mm apart"):
         common_shift([one, replace(one, cg_shift=(0.0, 0.0, 0.0))])
+
+
+def test_a_search_for_effects_is_told_of_the_cg() -> None:
+    """A model is about the file's CG and a search about the flown one: the answer says so."""
+    one = flown("lon", 3, card=True)
+    told = record_remarks([one], one.aircraft)
+    assert [text for text in told if "25 mm ahead of the aircraft file's" in text]
+    apart = record_remarks([one, replace(one, cg_shift=(0.0, 0.0, 0.0))], one.aircraft)
+    assert [text for text in apart if "CGs up to 25 mm apart" in text]
+    plain = flown("lon", 3, card=False)
+    assert not [text for text in record_remarks([plain], plain.aircraft) if "CG" in text]
