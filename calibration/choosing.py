@@ -19,10 +19,10 @@ from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import Calibration, assess
 from gsapp.quantities import BoolArray, FloatArray
 
-GAIN = 0.95
+GAIN = 0.9
 """A higher degree must bring the loss down to this share of it."""
 
-OUTLIER_CHANCE = 0.01
+OUTLIER_CHANCE = 0.02
 """How often points without any outlier have one pointed out."""
 
 
@@ -150,57 +150,65 @@ def certify(
 def find_outliers(readings: Readings, *, setting_error: float | None = None) -> tuple[int, ...]:
     """Return the points that do not fit the others, worst first.
 
-    Each point is held against a curve through the others, in units of what such a difference
-    varies by; the worst is set aside where chance alone would do that in one calibration of a
-    hundred, and the rest are tried again. The curve is the one that the rest deserve.
+    The point farthest from the curve of the others is set aside, then the next, up to a quarter of
+    all; from the last one back, those count whose distance chance alone would reach in one
+    calibration of fifty. So two that are wrong alike do not hide each other (Rosner's
+    generalized test).
 
     Returns
     -------
     tuple of int
-        Indices; at most a quarter of the points.
+        Indices.
     """
-    found: list[int] = []
+    aside: list[int] = []
+    outlying = 0
     kept = np.ones(len(readings), dtype=bool)
-    while len(found) < len(readings) // 4:
-        indices = np.flatnonzero(kept)
+    while len(aside) < len(readings) // 4:
         rest = readings.only(kept)
-        # A point that some curve explains is no outlier.
-        worst: tuple[float, int] | None = None
-        for degree in range(1, MAX_DEGREE + 1):
-            if np.unique(rest.volts).size < degree + 4:
-                break
-            excess = _deleted_residuals(rest, degree, setting_error)
-            place = int(np.argmax(excess))
-            if worst is None or excess[place] < worst[0]:
-                worst = float(excess[place]), int(indices[place])
-        if worst is None or worst[0] <= 1.0:
+        degrees = [d for d in range(1, MAX_DEGREE + 1) if np.unique(rest.volts).size >= d + 4]
+        farthest = [_farthest(rest, degree, setting_error) for degree in degrees]
+        if not farthest:
             break
-        found.append(worst[1])
-        kept[worst[1]] = False
-    return tuple(found)
+        # By the curve that leaves the others the least scatter.
+        _, excess, place = min(farthest)
+        index = int(np.flatnonzero(kept)[place])
+        aside.append(index)
+        kept[index] = False
+        if excess > 1.0:
+            outlying = len(aside)
+    return tuple(aside[:outlying])
 
 
-def _deleted_residuals(readings: Readings, degree: int, setting_error: float | None) -> FloatArray:
-    """Return how far each point is from the curve of the others, over what chance allows.
+def _farthest(
+    readings: Readings, degree: int, setting_error: float | None
+) -> tuple[float, float, int]:
+    """Return the point farthest from the curve of the others.
 
     By the leverages of one fit through all: leaving a point out moves the curve there by
     ``residual * leverage / (1 - leverage)``.
+
+    Returns
+    -------
+    tuple of float, float, int
+        Scatter of the others; distance over what chance allows; index of the point.
     """
+    # SciPy's special functions take a third of a second to import; no window waits for them.
     from scipy.special import stdtrit
 
     fit = fit_branches(readings, degree, setting_error=setting_error)
     freedom = fit.freedom - 1.0
     if freedom < 2.0:
-        return np.zeros(len(readings))
+        return np.inf, 0.0, 0
     rows = fit.design(readings.volts, readings.side)
     leverage = fit.weights * np.einsum("ni,ij,nj->n", rows, fit.covariance, rows)
     kept = np.maximum(1.0 - leverage, 1e-9)
-    # Variance of the others alone, each in turn.
-    square = fit.freedom * fit.scatter**2 - fit.weights * fit.residuals**2 / kept
-    scatter = np.sqrt(np.maximum(square / freedom, 0.0))
-    allowed = stdtrit(freedom, 1.0 - 0.5 * OUTLIER_CHANCE / len(readings)) * scatter
-    excess: FloatArray = np.abs(fit.residuals) * np.sqrt(fit.weights / kept)
-    return np.where(excess > allowed, excess / np.maximum(allowed, 1e-12), 0.0)
+    gone = fit.weights * fit.residuals**2 / kept
+    scatter = np.sqrt(np.maximum(fit.freedom * fit.scatter**2 - gone, 0.0) / freedom)
+    place = int(np.argmax(np.where(leverage < 0.999, gone, 0.0)))
+    allowed = float(stdtrit(freedom, 1.0 - 0.5 * OUTLIER_CHANCE / len(readings)))
+    # Rounding is no outlier: without any scatter there is nothing to compare with.
+    least = max(float(scatter[place]), 1e-9 * float(np.ptp(readings.values)))
+    return least, float(np.sqrt(gone[place])) / (allowed * least), place
 
 
 def _left_out(readings: Readings, max_degree: int) -> dict[int, FloatArray]:

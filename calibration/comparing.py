@@ -250,7 +250,9 @@ def _pivot(readings: Readings) -> float:
 
 
 def _words(shift: _Shift, certificate: Certificate) -> str:
+    # Adding zero takes the sign from a rounded -0.
+    zero, slope = round(shift.zero, 2) + 0.0, round(100.0 * shift.slope, 1) + 0.0
     return (
-        f"the zero moved by {shift.zero:+.2f} +- {shift.zero_uncertainty:.2f} {certificate.unit} "
-        f"and the slope by {100.0 * shift.slope:+.1f} +- {100.0 * shift.slope_uncertainty:.1f} %"
+        f"the zero moved by {zero:+.2f} +- {shift.zero_uncertainty:.2f} {certificate.unit} "
+        f"and the slope by {slope:+.1f} +- {100.0 * shift.slope_uncertainty:.1f} %"
     )

@@ -179,8 +179,8 @@ def slope_of(coefficients: tuple[float, ...], volts: FloatArray) -> FloatArray:
 def linearity(curve: FloatArray) -> float:
     """Return how far a curve, at equal steps of volts, leaves the straight line nearest to it.
 
-    The line that makes the largest distance least is parallel to a chord; along a curve without an
-    inflection it is the chord of its ends. Found among lines through two of the points.
+    Nearest is the line whose largest distance is least. With the line's slope, the spread of the
+    curve about it changes convexly, so that its least value can be closed in on.
 
     Parameters
     ----------
@@ -197,7 +197,6 @@ def linearity(curve: FloatArray) -> float:
     def spread(slope: float) -> float:
         return float(np.ptp(curve - slope * steps))
 
-    # The spread is convex in the slope: a golden section finds its least.
     slopes = np.diff(curve) / np.diff(steps)
     low, high = float(slopes.min()), float(slopes.max())
     golden = 0.5 * (np.sqrt(5.0) - 1.0)

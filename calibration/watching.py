@@ -15,7 +15,7 @@ from gsapp.quantities import FloatArray
 
 WatchState = Literal["absent", "moving", "steady", "noisy", "clipped"]
 
-TICK = 0.05
+TICK = 0.1
 """How often the state is judged, s."""
 
 SEGMENTS = 5
@@ -124,7 +124,8 @@ class VoltsWatch:
         Parameters
         ----------
         times : ndarray, shape (n,)
-            s, ascending; where they jump back everything before is forgotten.
+            s, ascending; where they begin before the last ones the clock began anew, and all that
+            was before is forgotten.
         volts : ndarray, shape (n,)
             V; NaN is a missing sample.
         excitation : ndarray, shape (n,), optional
@@ -136,12 +137,10 @@ class VoltsWatch:
             self._rows = self._rows[:, :0]
             self._rest_began = None
         supply = np.full(times.size, np.nan) if excitation is None else excitation
-        former = self._last
         rows = np.hstack([self._rows, np.array([times, volts, supply], dtype=np.float64)])
-        ticks = np.floor(np.concatenate([[former], times]) / TICK)
+        ticks = np.floor(np.concatenate([[self._last], times]) / TICK)
         for now in times[np.flatnonzero(np.diff(ticks) != 0.0)].tolist():
-            if np.isfinite(former) and now >= former:
-                self._judge(rows[:, : np.searchsorted(rows[0], now)], now)
+            self._judge(rows[:, : np.searchsorted(rows[0], now)], now)
         self._last = float(times[-1])
         oldest = np.searchsorted(rows[0], self._last - STRETCH * self._window - TICK)
         self._rows = rows[:, oldest:]
@@ -191,9 +190,9 @@ class VoltsWatch:
         ends = (volts <= 1.5 * self._step) | (volts >= self._full_scale - 2.5 * self._step)
         if np.count_nonzero(ends) >= CLIPPED_SHARE * volts.size:
             return "clipped"
-        # Noise from one sample to the next: a movement does not count into it.
-        changes = np.sort(np.abs(np.diff(volts)))
-        noise = float(changes[changes.size // 2]) / (0.6745 * np.sqrt(2.0))
+        # Noise by second differences: a steady movement does not count into it.
+        bends = np.sort(np.abs(volts[2:] - 2.0 * volts[1:-1] + volts[:-2]))
+        noise = float(bends[bends.size // 2]) / (0.6745 * np.sqrt(6.0))
         noise = max(noise, self._step / np.sqrt(12.0))
         # Medians, so that a contact lost for a sample is noise and not a movement.
         parts = min(SEGMENTS, volts.size // 2)
@@ -232,5 +231,6 @@ def mean_uncertainty(deviation: FloatArray, step: float) -> float:
         if pair <= 0.0:
             break
         total += 2.0 * pair
-    effective = min(max(n / total, 1.0), float(n))
+    # The mean itself takes one of the independent samples.
+    effective = max(min(n / total, float(n)) - 1.0, 0.5)
     return float(np.sqrt(variance / effective + (0.1 * step) ** 2))

@@ -1,0 +1,192 @@
+"""The volts of one instrument, live: at rest, moving, noisy, clipped, absent; the mean at rest."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from calibration.watching import VoltsWatch, WatchReading, mean_uncertainty
+from gsapp.dynamics.pilot.bench import VirtualBench
+from gsapp.quantities import FloatArray
+
+sys.path.insert(0, str(Path(__file__).parent))
+from potentiometer_kit import rest
+
+STEP = 5.0 / 4096
+RATE = 100.0
+
+
+def converted(volts: FloatArray, noise: float = 0.0015, seed: int = 0) -> FloatArray:
+    drawn = np.random.default_rng(seed).normal(0.0, noise, volts.size)
+    return np.asarray(np.clip(np.round((volts + drawn) / STEP), 0, 4095) * STEP)
+
+
+def times_of(volts: FloatArray, rate: float = RATE) -> FloatArray:
+    return np.arange(volts.size) / rate
+
+
+def moved_to_rest(seed: int = 0) -> FloatArray:
+    """Two seconds at 2 V, a movement of a second to 2.4 V, two seconds there."""
+    ramp = np.linspace(2.0, 2.4, 100)
+    return converted(np.concatenate([np.full(200, 2.0), ramp, np.full(200, 2.4)]), seed=seed)
+
+
+def watched(volts: FloatArray, rate: float = RATE) -> WatchReading:
+    watch = VoltsWatch()
+    watch.feed(times_of(volts, rate), volts)
+    return watch.reading
+
+
+def test_a_rest_after_a_movement_is_steady_and_its_mean_right() -> None:
+    """At rest on 2.4 V: steady, moved before, for as long as it rested, within its uncertainty."""
+    reading = watched(moved_to_rest())
+    assert reading.state == "steady"
+    assert reading.moved
+    assert reading.steady_for == pytest.approx(2.0, abs=0.35)
+    assert abs(reading.volts - 2.4) < 4.0 * reading.uncertainty
+    assert reading.uncertainty < 0.001
+    assert reading.std == pytest.approx(0.0015, rel=0.4)
+
+
+def test_while_it_moves_it_is_moving() -> None:
+    """In the middle of the movement no mean is offered as a rest."""
+    reading = watched(moved_to_rest()[:270])
+    assert (reading.state, reading.steady_for) == ("moving", 0.0)
+
+
+@given(cuts=st.lists(st.integers(1, 499), max_size=12))
+@settings(max_examples=10, deadline=None)
+def test_cutting_changes_nothing(cuts: list[int]) -> None:
+    """However the samples are cut into pieces, the reading is the same to the last bit."""
+    volts = moved_to_rest()
+    whole, pieces = VoltsWatch(), VoltsWatch()
+    times = times_of(volts)
+    supply = 5.0 - 0.001 * times
+    whole.feed(times, volts, supply)
+    edges = [0, *sorted(set(cuts)), volts.size]
+    for low, high in pairwise(edges):
+        pieces.feed(times[low:high], volts[low:high], supply[low:high])
+    assert pieces.reading == whole.reading
+
+
+def test_a_point_is_not_taken_twice_from_one_rest() -> None:
+    """After a restart the rest goes on being steady, but does not count until it has moved."""
+    watch = VoltsWatch()
+    volts = moved_to_rest()
+    watch.feed(times_of(volts), volts)
+    watch.restart()
+    more = converted(np.full(200, 2.4), seed=1)
+    watch.feed(5.0 + times_of(more), more)
+    assert watch.reading.state == "steady"
+    assert (watch.reading.moved, watch.reading.steady_for) == (False, 0.0)
+    away = moved_to_rest(seed=2)
+    watch.feed(7.0 + times_of(away), away)
+    assert watch.reading.moved
+    assert watch.reading.steady_for > 1.0
+
+
+@pytest.mark.parametrize(
+    ("volts", "state"),
+    [
+        (np.full(300, np.nan), "absent"),
+        (converted(np.full(300, 2.0), noise=0.04), "noisy"),
+        (np.where(np.arange(300) % 33 == 5, 1.4, converted(np.full(300, 2.0))), "noisy"),
+        (converted(np.full(300, 5.2)), "clipped"),
+        (np.zeros(300), "clipped"),
+        (converted(np.full(300, 2.0)), "steady"),
+    ],
+    ids=["no samples", "bad contact", "contact lost at times", "beyond", "open", "quiet"],
+)
+def test_states(volts: FloatArray, state: str) -> None:
+    """Each state is told from volts that were at rest from the beginning."""
+    assert watched(volts).state == state
+
+
+def test_nothing_is_known_at_first() -> None:
+    """Without a sample, and with too few, the instrument is absent."""
+    watch = VoltsWatch()
+    assert watch.reading.state == "absent"
+    watch.feed(np.array([0.0, 0.01]), np.array([2.0, 2.0]))
+    assert watch.reading.state == "absent"
+
+
+def test_a_gap_ends_a_rest() -> None:
+    """Where samples were missing for a second it may have moved: the rest begins anew."""
+    volts = moved_to_rest()
+    later = converted(np.full(60, 2.4), seed=3)
+    watch = VoltsWatch()
+    watch.feed(times_of(volts), volts)
+    watch.feed(6.0 + times_of(later), later)
+    assert watch.reading.state == "steady"
+    assert watch.reading.steady_for < 0.7
+    assert watch.reading.time > 6.0
+
+
+def test_a_clock_that_began_anew_is_followed() -> None:
+    """A box switched off and on sends times from zero; the watch goes on with them."""
+    volts = moved_to_rest()
+    watch = VoltsWatch()
+    for _ in range(2):
+        watch.feed(times_of(volts), volts)
+    assert watch.reading.state == "steady"
+    assert watch.reading.time == pytest.approx(4.9, abs=0.11)
+
+
+def test_a_slow_radio_is_enough() -> None:
+    """Ten samples a second still tell a rest from a movement."""
+    assert watched(moved_to_rest()[::10], rate=10.0).state == "steady"
+    assert watched(moved_to_rest()[:280:10], rate=10.0).state == "moving"
+
+
+def test_the_supply_is_averaged_over_the_same_window() -> None:
+    """The mean supply goes with the mean volts; where it was not measured it is None."""
+    watch = VoltsWatch()
+    volts = converted(np.full(200, 2.0))
+    watch.feed(times_of(volts), volts, np.where(np.arange(200) % 2, 4.9, np.nan))
+    assert watch.reading.excitation == pytest.approx(4.9)
+    assert watched(volts).excitation is None
+
+
+def test_a_creeping_surface_is_not_steady() -> None:
+    """One degree in two seconds (20 mV/s) is a movement, not a rest."""
+    volts = converted(2.0 + 0.02 * np.arange(400) / RATE)
+    assert watched(volts).state == "moving"
+
+
+@pytest.mark.parametrize("color", [0.0, 0.9])
+def test_the_uncertainty_of_the_mean_is_honest(color: float) -> None:
+    """Means of 70 samples, white or colored, scatter by what is stated, give or take a quarter."""
+    random = np.random.default_rng(5)
+    means, stated = [], []
+    for _ in range(400):
+        noise = np.empty(70)
+        noise[0] = random.normal() / np.sqrt(1.0 - color**2)
+        for at in range(1, 70):
+            noise[at] = color * noise[at - 1] + random.normal()
+        means.append(noise.mean())
+        stated.append(mean_uncertainty(noise - noise.mean(), 1e-6))
+    ratio = np.std(means) / np.sqrt(np.mean(np.square(stated)))
+    assert 0.8 < ratio < 1.35
+
+
+def test_a_rest_on_one_count_is_no_better_than_the_count() -> None:
+    """Without noise all samples are alike, and the mean is known to a count, not exactly."""
+    assert mean_uncertainty(np.zeros(70), STEP) == pytest.approx(STEP / np.sqrt(12.0))
+
+
+def test_a_hand_at_the_virtual_aircraft() -> None:
+    """A surface held by a trembling hand comes to rest, where the volts truly are."""
+    bench = VirtualBench(4)
+    watch = VoltsWatch()
+    bench.step(bench.set_angle("rudder", -13.0))
+    watch.restart()
+    bench.set_angle("rudder", -10.0)
+    reading = rest(bench, "rudder", watch)
+    later = bench.step(2.0)["rudder_volts"]
+    assert reading.volts == pytest.approx(later.mean(), abs=0.003)
