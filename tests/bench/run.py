@@ -29,6 +29,7 @@ BENCHMARKS = {
     "likelihood": "maximum likelihood over a campaign, against other programs",
     "truth": "errors over bounds, many seeds, white and colored noise",
     "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
+    "inertial": "gyros, accelerometers, pressures: errors over stated uncertainties, 200 aircraft",
     "linear_models": "three linear models beside the published table",
     "discrepancy_speed": "CPU of a search for a missing effect, by phase",
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,8 @@ from calibration.inertial import (
 )
 from calibration.rest import Rest, RestWatch
 from gsapp.dynamics.pilot.bench import VirtualBench
+
+STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
 
 
 def rest(bench: VirtualBench, watch: RestWatch, *, patience: float = 20.0) -> Rest:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import math
 import sys
 from dataclasses import replace
@@ -30,9 +29,7 @@ from gsapp.quantities.constants import GRAVITY
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from ground_crew import six_work
-
-STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
+from ground_crew import STAMP, six_work
 
 
 def reading(position: str, volts: FloatArray) -> PositionReading:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -25,9 +24,7 @@ from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from ground_crew import gyro_work, rest, turned
-
-STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
+from ground_crew import STAMP, gyro_work, rest, turned
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -29,9 +28,8 @@ from gsapp.foundation import UnitError
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from ground_crew import rest
+from ground_crew import STAMP, rest
 
-STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
 SHIPPED = load_certificates("b777")
 DYNAMIC, STATIC = SHIPPED["dynamic_pressure"], SHIPPED["static_pressure"]
 BOTH = ("dynamic_pressure", "static_pressure")
