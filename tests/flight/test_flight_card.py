@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
+from gsapp.aircraft.reading import SHIPPED
+from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight.as_flown import as_flown
 from gsapp.flight.card_checks import check_card
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FileProblemsError, FlightError
 from gsapp.foundation.toml import validate
+from gsapp.identification.flights import FlownFlight, flown_flights
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from box_kit import box_tlog
 
 B777 = load_aircraft("b777")
 LB, FT = 0.45359237, 0.3048
@@ -236,3 +245,35 @@ def test_fuel_burned_moves_the_cg_only_where_the_tank_is_off_it() -> None:
     assert later.shift[0] == pytest.approx(0.3 * 1.0 / (46.42 * LB - 1.0), rel=1e-9)
     vanes = [one.aircraft.sensors.alpha_vane.position[0] for one in (behind, later)]
     assert vanes[0] - vanes[1] == pytest.approx(later.shift[0])
+
+
+def test_the_card_reaches_every_analysis(tmp_path) -> None:
+    """Maneuvers cut from a recorded flight have its mass, CG and fuel; without a card, the file's.
+
+    All commands cut their maneuvers here.
+    """
+    folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="Box test"))
+    folder.tlog_file.write_bytes(box_tlog(lost=set()))
+    folder.keep_channel_map(MAPS.find("b777"))
+    folder.keep_aircraft(SHIPPED.find("b777"))
+
+    def cut() -> FlownFlight:
+        return flown_flights([folder.path], aircraft=None, given=["10.5:12.5"])[0]
+
+    (plain,) = cut().maneuvers
+    assert plain.cg_shift == (0.0, 0.0, 0.0)
+    assert not plain.remarks
+    folder.update_info(
+        weighing={"loads": {"nose": "4.9 lb", "main": "41.2 lb"}}, fuel="2.7 lb", fuel_end="2.3 lb"
+    )
+    flown = cut()
+    (weighed,) = flown.maneuvers
+    # What the card says was burned went in these three seconds.
+    assert 45.7 * LB < weighed.mass < 46.1 * LB
+    shift = flown.cg_shift[0]
+    assert shift > 0.01
+    assert weighed.cg_shift == flown.cg_shift
+    places = [one.aircraft.sensors.alpha_vane.position[0] for one in (plain, weighed)]
+    assert places[0] - places[1] == pytest.approx(shift)
+    assert set(weighed.remarks) <= set(flown.remarks)
+    assert any("CG by weighing" in remark for remark in flown.remarks)
