@@ -90,6 +90,7 @@ class CertificateStore:
         # Quoted, so that no name leaves the folder and no two names share one.
         self._root = Path(folder) / quote(aircraft, safe=" ").replace(".", "%2E")
         self._lock = FileLock(self._root / ".lock")
+        self._loaded: dict[Path, Certificate] = {}
         if self._root.is_dir():
             with self._alone():
                 for name in self._known():
@@ -104,7 +105,7 @@ class CertificateStore:
         """Return the certificates in force by channel."""
         entries = ((name, self._newest(name)) for name in self._known())
         return {
-            name: load_certificate(entry)
+            name: self._load(entry)
             for name, entry in entries
             if entry is not None and not _is_skip(entry)
         }
@@ -112,7 +113,7 @@ class CertificateStore:
     def history(self, channel_id: str) -> tuple[Certificate, ...]:
         """Return the certificates that a channel has and had, newest last, withdrawn ones not."""
         return tuple(
-            load_certificate(entry) for entry in self._entries(channel_id) if not _is_skip(entry)
+            self._load(entry) for entry in self._entries(channel_id) if not _is_skip(entry)
         )
 
     def dated(self, channel_id: str, stamp: datetime) -> Certificate | None:
@@ -121,7 +122,7 @@ class CertificateStore:
         for entry in reversed(self._entries(channel_id)):
             match = _ENTRY.fullmatch(entry.name)
             if match is not None and match["rest"] == wanted:
-                return load_certificate(entry)
+                return self._load(entry)
         return None
 
     def skipped(self) -> dict[str, Skipped]:
@@ -224,6 +225,12 @@ class CertificateStore:
             yield
         finally:
             self._lock.release()
+
+    def _load(self, entry: Path) -> Certificate:
+        """Return the certificate of an entry; entries are never written again."""
+        if entry not in self._loaded:
+            self._loaded[entry] = load_certificate(entry)
+        return self._loaded[entry]
 
     def _known(self) -> tuple[str, ...]:
         history = self._root / "history"

@@ -22,6 +22,8 @@ _UNUSABLE: dict[Hint, str] = {
     "absent": "there are no volts of it",
     "clipped": "the volts are at the end of the converter's range and cannot be used",
 }
+_STANDING: tuple[Hint, ...] = ("past", "wrong_side", "elsewhere")
+"""What was said of the last rest goes on to hold until the next one."""
 _HINDERING = ("dead", "swapped", "clipped")
 """Faults with which no sign can be proven."""
 
@@ -83,12 +85,15 @@ class HandStation(Station):
         if phase == "fit":
             return None
         sign = phase == "sign"
+        before = self._look
         if sign:
             self._look = self._watch.look_for_sign(confirmed=False)
         else:
             self._look = self._watch.look_for_point(hand, hand.open_slots[0], by_key=self._armed)
         asked = sign or (self._header.mode == "check" and not hand.points)
         self._faults.look(moved=self._look.hint != "unmoved", sign_asked=asked)
+        if self._look.hint == "moving" and before.hint in _STANDING:
+            self._look = before
         if self._look.hint == "against":
             # The way back looks like the way there: from here on only the crew can tell.
             self._ask = True
@@ -148,6 +153,8 @@ class HandStation(Station):
             spoken = words.sign_spoken(self._instrument, self._look.hint)
         else:
             prompt, spoken = words.fit_words(self._instrument, outcome)
+        # Once all points are taken the surface is seen by its own curve.
+        drawn = outcome.certificates[0] if phase == "fit" and outcome.certificates else None
         return Showing(
             instrument=self._instrument,
             prompt=prompt,
@@ -155,7 +162,7 @@ class HandStation(Station):
             target=None if slot is None else slot.value,
             direction="single" if slot is None else slot.direction,
             reading=self._watch.reading,
-            value_now=self._watch.value_now(),
+            value_now=self._watch.value_now(drawn),
             points=tuple(taken.point for taken in hand.points),
             remaining=hand.remaining,
             degree=hand.degree,

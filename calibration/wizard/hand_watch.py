@@ -17,8 +17,8 @@ from calibration.wizard.schedule import Slot
 from gsapp.quantities import FloatArray, channel, from_si
 
 Hint = Literal[
-    "", "absent", "clipped", "unmoved", "moving", "noisy", "wrong_side", "elsewhere", "wait",
-    "little", "against",
+    "", "absent", "clipped", "unmoved", "moving", "noisy", "past", "wrong_side", "elsewhere",
+    "wait", "little", "against",
 ]  # fmt: skip
 
 _APART = 0.02
@@ -30,8 +30,9 @@ SIGN_HOLD = 1.0
 """Seconds that it must be held."""
 _UNSURE_HOLD = 1.5
 """Seconds more that a rest must last where nothing tells whether it is the setting asked for."""
-_NEAR = 0.3
-"""Of the distance between settings: a rest nearer than that to the setting is meant to be it."""
+_NEAR, _AT = 0.3, 0.1
+"""Of the distance between settings: a rest nearer than that to the setting is meant to be it; one
+farther than that beyond it has passed it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,11 +92,18 @@ class HandWatch:
         if present.size:
             self._arrival.feed(float(present.mean()))
 
-    def value_now(self) -> float | None:
-        """Return what the volts stand for by the reference, in its unit."""
-        if self._reference is None or self.reading.state == "absent":
+    def value_now(self, drawn: Certificate | None = None) -> float | None:
+        """Return what the volts stand for, in the unit of the plan.
+
+        Parameters
+        ----------
+        drawn : Certificate, optional
+            Of the points taken now; by the reference where there is none.
+        """
+        certificate = drawn or self._reference
+        if certificate is None or self.reading.state == "absent":
             return None
-        return self._by_reference(self.reading)
+        return self._by(certificate, self.reading)
 
     def expected_rising(self) -> bool | None:
         """Return whether volts rise towards positive values by the reference."""
@@ -173,9 +181,13 @@ class HandWatch:
             return "unmoved"
         if reading.state == "noisy":
             return "noisy"
-        if value is not None and abs(value - slot.value) > _NEAR * self._spacing(work):
+        spacing = self._spacing(work)
+        wrong_side = slot.direction not in ("single", direction)
+        if wrong_side and slot.turns and _beyond(slot, value, _AT * spacing):
+            return "past"
+        if value is not None and abs(value - slot.value) > _NEAR * spacing:
             return "elsewhere"
-        if slot.direction not in ("single", direction):
+        if wrong_side:
             return "wrong_side"
         if value is None and not self._as_before(slot, reading, work):
             return "wait" if reading.steady_for < _UNSURE_HOLD else ""
@@ -209,13 +221,20 @@ class HandWatch:
         """Return whether the certificate in force says that this is the setting."""
         if self._reference is None:
             return False
-        return abs(self._by_reference(reading) - slot.value) < _NEAR * self._spacing(work)
-
-    def _by_reference(self, reading: WatchReading) -> float:
         assert self._reference is not None  # noqa: S101 - asked by the callers
-        si = float(self._reference.evaluate(reading.volts, reading.excitation))
+        return abs(self._by(self._reference, reading) - slot.value) < _NEAR * self._spacing(work)
+
+    def _by(self, certificate: Certificate, reading: WatchReading) -> float:
+        si = float(certificate.evaluate(reading.volts, reading.excitation))
         quantity = channel(self._instrument.channel).quantity
         return float(from_si(si, self._instrument.unit, quantity))
+
+
+def _beyond(slot: Slot, value: float | None, apart: float) -> bool:
+    """Return whether a setting that is to be passed was passed; also where nothing tells."""
+    if value is None:
+        return True
+    return value < slot.value - apart if slot.direction == "up" else value > slot.value + apart
 
 
 def _direction(side: Side | None, *, rising: bool) -> Direction:

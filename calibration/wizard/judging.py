@@ -19,7 +19,7 @@ from calibration.wizard.station import Header, Outcome
 
 _MUCH_ZERO, _MUCH_SLOPE = 0.05, 0.1
 """Drift that is asked about: share of the range, and relative."""
-_UNLIKE = 0.25
+_UNLIKE = 0.5
 """How much the slopes of left and right may differ before it is asked about."""
 _LITTLE = 0.6
 """Share of the travel: less than that covered is worth a word."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.certificate import Certificate
+from calibration.comparing import CheckResult
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
 from calibration.reading import load_certificates
@@ -94,6 +95,7 @@ class Ledger:
         self._journal = journal
         self._track = Track(State.beginning(header.plan, header.mode, header.rising))
         self._pending: Step | None = None
+        self._checked: tuple[object, dict[str, CheckResult]] | None = None
         nominal = load_certificates(header.plan.nominal) if header.plan.nominal else {}
         self.reference = Reference(former=former, today=store.in_force(), nominal=nominal)
         for group in self.state.groups:
@@ -211,6 +213,21 @@ class Ledger:
         state = self.state
         station = station_of(state.find(key), self.header, self.reference)
         return station.outcome(state.work[key], stamp, state.air)
+
+    def checks(self) -> dict[str, CheckResult]:
+        """Return what the three-point checks found that were accepted."""
+        closings = self.state.closings
+        if self.header.mode == "full":
+            return {}
+        if self._checked is None or self._checked[0] is not closings:
+            outcomes = {
+                key: self.outcome(key, step.stamp)
+                for key, step in closings.items()
+                if step.kind == "accept"
+            }
+            results = {key: one.check for key, one in outcomes.items() if one.check is not None}
+            self._checked = closings, results
+        return self._checked[1]
 
     def _accept(self, step: Step) -> None:
         outcome = self.outcome(step.channel, step.stamp)

@@ -100,7 +100,7 @@ class WizardView:
         Volts of the instrument at hand.
     value_now : float or None
         What they stand for by the certificate in force (where there is none, by the nominal one),
-        unit of the instrument.
+        and once all points are taken by these; unit of the instrument.
     amount, amount_goal : float or None
         Of what takes its time, the one big number: seconds of rest, degrees turned, pressure.
     amount_unit : str
@@ -125,6 +125,8 @@ class WizardView:
         What is wrong: faults, outliers, whatever keeps a fit from being accepted by itself.
     remarks : tuple of str
         What is worth knowing: drift, how left and right compare.
+    checks : mapping of str to CheckResult
+        Of the three-point checks made so far, by channel.
     can : frozenset of str
         Kinds of actions that are possible now.
     progress : float
@@ -166,6 +168,7 @@ class WizardView:
     faults: tuple[InstrumentFault, ...] = ()
     sentences: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    checks: Mapping[str, CheckResult] = field(default_factory=dict)
     can: frozenset[str] = frozenset()
     progress: float = 0.0
     accepted: tuple[str, ...] = ()

@@ -32,7 +32,7 @@ _SHOWN: Mapping[Mode, float] = {"full": 3.0, "check": 1.5}
 _MENDING = ("repeat", "delete", "add", "choose_degree")
 """Actions of a crew that looks into a result: it is not accepted under its hands."""
 _GAP = 1.0
-"""Seconds without samples after which a movement may have gone unseen."""
+"""Seconds without samples, or back in time, after which a movement may have gone unseen."""
 
 
 class Wizard:
@@ -189,7 +189,7 @@ class Wizard:
     # What happens by itself.
 
     def _live(self, one: Slice) -> None:
-        gap = self._end is not None and one.start - self._end > _GAP
+        gap = self._end is not None and abs(one.start - self._end) > _GAP
         self._end = one.end
         if self._since is None or gap:
             self._since = one.start
@@ -304,6 +304,7 @@ class Wizard:
             check=outcome.check,
             sentences=(*(one.sentence for one in faults), *warnings, *outcome.doubts),
             remarks=outcome.remarks,
+            checks=self._ledger.checks(),
             can=self._can(),
             progress=self._progress(),
             accepted=state.accepted,

@@ -36,12 +36,12 @@ def point_prompt(instrument: InstrumentPlan, slot: Slot, look: Look) -> str:
     """Return how to come to a setting, and what was wrong with where it rests."""
     goal = instrument.setting_words(slot.value)
     there, back = _ways(instrument, slot)
-    if look.hint == "wrong_side":
-        if slot.turns:
-            return f"Past it: now come {back} to {goal} and hold."
+    if look.hint == "past":
+        return f"Past it: now come {back} to {goal} and hold."
+    if look.hint == "wrong_side" and not slot.turns:
         return f"Overshot: go back {there} past it, then {back} to {goal} and hold."
     if look.hint == "elsewhere" and look.value is not None:
-        about = instrument.setting_words(round(look.value, 1))
+        about = instrument.setting_words(round(look.value))
         return f"It rests at about {about}: go on to {goal} and hold."
     if slot.direction == "single":
         return f"Set it to {goal} and hold."
@@ -52,18 +52,20 @@ def point_prompt(instrument: InstrumentPlan, slot: Slot, look: Look) -> str:
 
 def point_spoken(instrument: InstrumentPlan, slot: Slot, look: Look) -> str:
     """Return the setting as it is called out."""
-    there, back = _ways(instrument, slot)
     side = ""
     if slot.value:
         side = f" {_last(instrument.positive if slot.value > 0.0 else instrument.negative)}"
-    goal = f"{abs(slot.value):g}{side}" if slot.value else "Zero"
-    if look.hint == "wrong_side":
-        return f"Now {back} to {goal}" if slot.turns else f"Overshot. {there.title()}, then {back}"
+    goal = f"{abs(slot.value):g}{side}" if slot.value else "zero"
+    if look.hint == "past":
+        return f"Back to {goal}"
+    if look.hint == "wrong_side" and not slot.turns:
+        there, _ = _ways(instrument, slot)
+        return f"Overshot. {there.capitalize()} past it, then back to {goal}"
     if look.hint == "elsewhere":
         return f"Not yet {goal}"
     if slot.turns and slot.direction != "single":
-        return f"{there.title()} past {goal}, then back"
-    return goal
+        return f"Past {goal}, then back"
+    return goal.capitalize()
 
 
 def taken_words(instrument: InstrumentPlan, data: Mapping[str, Any], slot: Slot, hint: Hint) -> str:

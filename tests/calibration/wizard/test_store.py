@@ -1,0 +1,153 @@
+"""Certificates in force: history, skipping, reverting, whatever is interrupted."""
+
+from __future__ import annotations
+
+import datetime as dt
+from pathlib import Path
+
+import pytest
+
+import calibration.store
+from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
+from calibration.store import CertificateStore
+from gsapp.foundation import UnknownNameError
+
+DAY = dt.datetime(2026, 5, 12, 8, 0)  # noqa: DTZ001 - a field's local time
+
+
+def certificate(day: int, channel: str = "rudder") -> Certificate:
+    """Return a certificate of a day in May."""
+    points = [CalibrationPoint(volts=1.0 + at, value=10.0 * at + day) for at in range(3)]
+    return Certificate.from_points(
+        channel, "deg", points, degree=1, who="crew", stamp=DAY.replace(day=day)
+    )
+
+
+def days(store: CertificateStore, channel: str = "rudder") -> list[int]:
+    """Return the days of the certificates that count."""
+    return [one.stamp.day for one in store.history(channel)]
+
+
+def test_what_is_put_is_in_force_and_in_the_history(tmp_path: Path) -> None:
+    """The folder in force is what a flight reads; the history keeps all."""
+    store = CertificateStore(tmp_path, "B777")
+    assert store.in_force() == {}
+    assert store.history("rudder") == ()
+    for day in (12, 13):
+        store.put(certificate(day))
+    store.put(certificate(12, "alpha"))
+    assert {name: one.stamp.day for name, one in store.in_force().items()} == {
+        "rudder": 13,
+        "alpha": 12,
+    }
+    assert days(store) == [12, 13]
+    loaded = load_certificates(store.in_force_folder)
+    assert {name: one.stamp.day for name, one in loaded.items()} == {"rudder": 13, "alpha": 12}
+    assert loaded["rudder"].points == certificate(13).points
+    found = store.dated("rudder", DAY)
+    assert found is not None
+    assert found.coefficients == certificate(12).coefficients
+    assert store.dated("rudder", DAY.replace(hour=1)) is None
+
+
+def test_putting_twice_changes_nothing(tmp_path: Path) -> None:
+    """So that a step can be put into effect again after a kill."""
+    store = CertificateStore(tmp_path, "B777")
+    for _ in range(2):
+        store.put(certificate(12))
+        store.skip("beta", "vane lost", "crew", DAY)
+    assert days(store) == [12]
+    assert len(list(tmp_path.rglob("*skipped.toml"))) == 1
+
+
+def test_skipped_is_uncalibrated_until_a_certificate_comes(tmp_path: Path) -> None:
+    """Skipping takes the certificate out of force and keeps it in the history."""
+    store = CertificateStore(tmp_path, "B777")
+    store.put(certificate(12))
+    store.skip("rudder", "wire broken", "crew", DAY)
+    assert store.in_force() == {}
+    assert not list(store.in_force_folder.glob("*.toml"))
+    skipped = CertificateStore(tmp_path, "B777").skipped()["rudder"]
+    assert (skipped.reason, skipped.who, skipped.stamp) == ("wire broken", "crew", DAY)
+    assert days(store) == [12]
+    store.put(certificate(13))
+    assert store.skipped() == {}
+    assert set(store.in_force()) == {"rudder"}
+
+
+def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
+    """The one before is in force again, a skip counts as one; the withdrawn stays on the disk."""
+    store = CertificateStore(tmp_path, "B777")
+    store.put(certificate(12))
+    store.skip("rudder", "wire broken", "crew", DAY)
+    store.put(certificate(13))
+    store.revert("rudder")
+    assert set(store.skipped()) == {"rudder"}
+    store.revert("rudder")
+    assert store.in_force()["rudder"].stamp.day == 12
+    store.revert("rudder")
+    assert store.in_force() == {}
+    assert store.skipped() == {}
+    with pytest.raises(CalibrationError, match="no certificate of rudder is in force"):
+        store.revert("rudder")
+    assert len(list(tmp_path.rglob("*.withdrawn"))) == 3
+    store.put(certificate(14))
+    assert days(store) == [14]
+
+
+def test_revert_by_stamp_is_done_once(tmp_path: Path) -> None:
+    """Asked again after a kill, it does not withdraw the one before as well."""
+    store = CertificateStore(tmp_path, "B777")
+    store.put(certificate(12))
+    store.put(certificate(13))
+    for _ in range(2):
+        store.revert("rudder", DAY.replace(day=13))
+    assert store.in_force()["rudder"].stamp.day == 12
+
+
+def test_a_change_that_was_interrupted_is_whole_when_opened_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed between the history and the folder in force: the history decides."""
+    store = CertificateStore(tmp_path, "B777")
+    store.put(certificate(12))
+
+    def killed(*arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(calibration.store, "write_atomically", killed)
+        with pytest.raises(KeyboardInterrupt):
+            store.put(certificate(13))
+    assert load_certificates(store.in_force_folder)["rudder"].stamp.day == 12
+    again = CertificateStore(tmp_path, "B777")
+    assert load_certificates(again.in_force_folder)["rudder"].stamp.day == 13
+
+
+def test_two_windows_see_each_others_changes(tmp_path: Path) -> None:
+    """Nothing is kept that another window may have changed, and no number is used twice."""
+    one, other = CertificateStore(tmp_path, "B777"), CertificateStore(tmp_path, "B777")
+    one.put(certificate(12))
+    other.put(certificate(13))
+    one.put(certificate(14))
+    assert days(other) == [12, 13, 14]
+
+
+def test_aircraft_do_not_mix_whatever_their_names(tmp_path: Path) -> None:
+    """Names that are no file names stay within the folder, and apart."""
+    names = ("B777", "../B777", "b/777", ".", "Flieger Nr. 2")
+    for day, name in enumerate(names, start=1):
+        CertificateStore(tmp_path / "all", name).put(certificate(day))
+    found = [CertificateStore(tmp_path / "all", name) for name in names]
+    assert [days(store) for store in found] == [[1], [2], [3], [4], [5]]
+    assert [path.name for path in tmp_path.iterdir()] == ["all"]
+    with pytest.raises(CalibrationError, match="has no name"):
+        CertificateStore(tmp_path, " ")
+
+
+def test_only_known_channels_are_skipped(tmp_path: Path) -> None:
+    """A slip of the pen makes no folder."""
+    store = CertificateStore(tmp_path, "B777")
+    with pytest.raises(UnknownNameError, match="rudder"):
+        store.skip("ruder", "typo", "crew", DAY)
+    assert not (tmp_path / "B777" / "history").exists()
