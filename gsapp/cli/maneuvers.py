@@ -50,6 +50,7 @@ def run(
 
     from gsapp.aircraft import load_aircraft
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._cards_text import describe_cards
     from gsapp.cli._flight_text import check_catalog, tell_calibration
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.catalog import Catalog, store_maneuvers
@@ -77,6 +78,7 @@ def run(
     if not on_screen(json):
         warn_of_aircraft(console, flown)
         _describe(console, loaded, found)
+        describe_cards(console, flight, found.maneuvers)
         for path in (json, catalog):
             if path is not None:
                 console.print(f"written to {path}", highlight=False, soft_wrap=True)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from typing import Any
 
 import pytest
+from rich.console import Console
 
+from gsapp.cli._cards_text import describe_cards
 from gsapp.flight.cards import (
     CardSet,
     TestCard,
@@ -201,3 +204,22 @@ def test_what_was_not_measured_is_not_held_against_a_maneuver() -> None:
     bare = compare(card, flown(1, alpha=None, amplitudes={}, t_input=float("nan")))
     assert bare.off["amplitude of the elevator"] == pytest.approx(0.0, abs=1e-12)
     assert "width" not in bare.off
+
+
+def test_the_command_line_tells_what_is_done_and_what_is_open(tmp_path) -> None:
+    """Cards of the flight folder as a table, with the reason of each attempt that fails."""
+    folder = FlightFolder.create(tmp_path / "f")
+    screen = Console(width=120, record=True, file=io.StringIO())
+    describe_cards(screen, folder.path, [flown(1)])
+    assert screen.export_text() == ""
+    folder.keep_cards(cards(E1, C1))
+    found = [flown(1), flown(2, V=120.0 * FOOT), flown(3, inputs=("dr",))]
+    describe_cards(screen, folder.path, found)
+    text = " ".join(screen.export_text().split())
+    for part in (
+        "E1 Elevator doublet 1 of 2 begun",
+        "C1 Aileron and rudder doublet 0 of 1 open",
+        "E1: maneuver 2 does not count: speed 20.0 ft/s too fast, 5.0 ft/s allowed",
+        "on no card: 3",
+    ):
+        assert part in text

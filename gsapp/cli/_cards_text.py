@@ -1,0 +1,58 @@
+"""Test cards of a flight in words: what is done, what is open, and why attempts do not count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.flight.maneuvers import FoundManeuver
+
+_COLORS = {"done": "green", "begun": "yellow", "open": "red"}
+
+
+def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundManeuver]) -> None:
+    """Print how the test cards kept with a flight stand; nothing where it has none.
+
+    Raises
+    ------
+    FileProblemsError
+        If the cards hold mistakes.
+    """
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gsapp.flight.cards import match_cards
+    from gsapp.flight.folder import FlightFolder
+
+    cards = FlightFolder(path=flight).cards() if flight.is_dir() else None
+    if cards is None:
+        return
+    flown = match_cards(cards, maneuvers)
+    title = f"test cards {cards.name}".rstrip()
+    table = Table(title=escape(title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("card", "what", "flown", "state"):
+        table.add_column(heading)
+    for one in flown.cards:
+        table.add_row(
+            escape(one.card.id),
+            escape(one.card.heading),
+            f"{one.good} of {one.card.repeats}",
+            f"[{_COLORS[one.state]}]{one.state}[/]",
+        )
+    console.print(table)
+    told = [
+        f"{one.card.id}: maneuver {attempt.maneuver.id} does not count: "
+        f"{'; '.join(attempt.reasons)}"
+        for one in flown.cards
+        for attempt in one.attempts
+        if not attempt.counts
+    ]
+    if flown.unplanned:
+        told.append(f"on no card: {', '.join(one.id for one in flown.unplanned)}")
+    for sentence in told:
+        console.print(sentence, highlight=False, markup=False, soft_wrap=True)
