@@ -164,6 +164,9 @@ def load_certificates(folder_or_name: str | Path) -> dict[str, Certificate]:
 def certificate_files(folder_or_name: str | Path) -> tuple[Path, ...]:
     """Return the certificates of a folder, or of a shipped set such as ``b777``, sorted, unread.
 
+    Of a flight folder they are the copies kept with the flight, of an aircraft's folder in a store
+    those in force.
+
     Raises
     ------
     UnknownNameError
@@ -177,6 +180,8 @@ def certificate_files(folder_or_name: str | Path) -> tuple[Path, ...]:
                 f"there is no folder '{folder_or_name}' with calibration certificates, and none "
                 f"of that name comes with the program; shipped are: {', '.join(shipped_sets())}"
             )
+    inner = (folder / name for name in ("calibration", "in_force"))
+    folder = next((place for place in inner if place.is_dir()), folder)
     files = tuple(sorted(folder.glob("*.toml")))
     if not files:
         raise UnknownNameError(f"the folder {folder} holds no calibration certificate (*.toml)")

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from gsapp.cli._calibration_text import drift_json, quality_json, si_converters
+
 if TYPE_CHECKING:
     from calibration import Certificate
     from calibration.comparing import Drift
@@ -30,6 +32,7 @@ def run(
     who: str = "",
     temperature: float | None = None,
     former: Sequence[Path] = (),
+    report: Path | None = None,
     json: Path | None = None,
 ) -> None:
     """Fit points and write the certificate.
@@ -54,6 +57,9 @@ def run(
         Of the surroundings, degC.
     former : sequence of Path
         Certificates to compare with.
+    report : Path, optional
+        Where the page with the curves goes, ``.html`` or ``.pdf``; it compares with the newest of
+        `former`.
     json : Path, optional
         Where the result for programs goes.
 
@@ -98,12 +104,27 @@ def run(
             f"{out} cannot be written ({error.strerror or error}); choose a file in a folder "
             "where you may write"
         ) from error
+    if report is not None:
+        _write_report(certificate, out, [load_certificate(path) for path in former], report)
     if json is not None:
         content = _content(certificate, made, drifts, sentences, out)
         write_result(json, result_text(content))
         if on_screen(json):
             return
     _print(certificate, made, taken, drifts, sentences, out)
+
+
+def _write_report(
+    certificate: Certificate, file: Path, former: Sequence[Certificate], report: Path
+) -> None:
+    from calibration.overview import stand
+    from gsapp.flight.info import now
+    from gsapp.report.certificate_report import write_certificate_report
+
+    newest = max(former, key=lambda one: one.stamp.replace(tzinfo=None), default=None)
+    write_certificate_report(
+        stand(certificate, file, newest), report, written=f"{now():%Y-%m-%d %H:%M}"
+    )
 
 
 def _travel(text: str | None) -> tuple[float, float] | None:
@@ -130,50 +151,25 @@ def _content(
     out: Path,
 ) -> dict[str, Any]:
     """Return the result for programs: SI units, volts; absent = null."""
-    from gsapp.quantities import channel, to_si
+    from gsapp.quantities import channel
 
-    spec = channel(certificate.channel)
-    offset = to_si(0.0, certificate.unit, spec.quantity)
-    factor = to_si(1.0, certificate.unit, spec.quantity) - offset
-
-    def si(value: float | None) -> float | None:
-        return None if value is None else value * factor
-
+    _, si = si_converters(certificate.channel, certificate.unit)
     quality = made.quality
     return {
         "certificate": str(out),
         "channel": certificate.channel,
-        "unit": spec.unit,
+        "unit": channel(certificate.channel).unit,
         "degree": made.degree,
         "coefficients": list(certificate.si_coefficients),
         "range": list(certificate.range),
         "losses": {str(degree): si(loss) for degree, loss in made.losses.items()},
-        "quality": {
-            "rms": si(quality.rms),
-            "maximum": si(quality.maximum),
-            "linearity": si(quality.linearity),
-            "scatter": si(quality.scatter),
-            "hysteresis": si(quality.hysteresis),
-            "hysteresis_uncertainty": si(quality.hysteresis_uncertainty),
-            "return_to_zero": si(quality.return_to_zero),
-            "resolution": si(quality.resolution),
-            "covered": [value * factor + offset for value in quality.covered],
-            "coverage": quality.coverage,
-            "uncertainty": {
-                "volts": list(quality.places),
-                "half_width": [si(width) for width in quality.half_widths],
-            },
-        },
+        "quality": quality_json(quality, certificate.channel, certificate.unit),
         "residuals": [si(residual) for residual in made.fit.residuals],
         "outliers": list(quality.outliers),
         "former": [
             {
                 "certificate": str(path),
-                "zero": si(drift.zero),
-                "zero_uncertainty": si(drift.zero_uncertainty),
-                "slope": drift.slope,
-                "slope_uncertainty": drift.slope_uncertainty,
-                "significant": drift.significant,
+                **drift_json(drift, certificate.channel, certificate.unit),
             }
             for path, drift in drifts
         ],

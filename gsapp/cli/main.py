@@ -878,9 +878,7 @@ def calibrate(
         ),
     ],
     channel: Annotated[str, typer.Option(metavar="ID", help="Such as elevator_left")],
-    out: Annotated[
-        Path, typer.Option(readable=False, metavar="FILE", help="Certificate to write")
-    ],
+    out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="Certificate to write")],
     degree: Annotated[
         Optional[int],  # noqa: UP045
         typer.Option(min=1, max=3, help="Of the curve; without it the points decide"),
@@ -904,6 +902,10 @@ def calibrate(
             readable=False, metavar="FILE", help="Certificate to compare with; repeatable"
         ),
     ] = None,
+    report: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(readable=False, metavar="FILE", help="Page with the curves: .html or .pdf"),
+    ] = None,
     json: JsonFile = None,
 ) -> None:
     """Turn calibration points into a certificate: the curve they deserve, and how good it is.
@@ -919,8 +921,43 @@ def calibrate(
 
     command.run(
         points=points, channel=channel, out=out, degree=degree, excitation=excitation,
-        travel=travel, who=who, temperature=temperature, former=former or (), json=json,
+        travel=travel, who=who, temperature=temperature, former=former or (), report=report,
+        json=json,
     )  # fmt: skip
+
+
+@app.command()
+def certificates(
+    folder: Annotated[
+        str,
+        typer.Argument(
+            metavar="FOLDER|NAME",
+            help="Folder of certificates, of an aircraft's, of a flight; or a shipped set",
+        ),
+    ],
+    former: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FOLDER|NAME",
+            help="Certificates to compare with; by default those before in an aircraft's history",
+        ),
+    ] = None,
+    report: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(
+            readable=False, metavar="DIR", help="Write a page with the curves of each one here"
+        ),
+    ] = None,
+    page: Annotated[Literal["pdf", "html"], typer.Option("--format", help="Of the pages")] = "pdf",
+    json: JsonFile = None,
+) -> None:
+    """List the certificates in force: how old they are, how good, moved how far.
+
+    Example: gsapp certificates flights/2026-05-12-a --report pages
+    """
+    from gsapp.cli import certificates as command
+
+    command.run(folder=folder, former=former, report=report, page=page, json=json)
 
 
 @app.command()

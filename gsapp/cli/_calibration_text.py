@@ -1,0 +1,68 @@
+"""Calibrations on the screen and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from calibration.comparing import Drift
+    from calibration.quality import Quality
+
+
+def si_converters(
+    channel_id: str, unit: str
+) -> tuple[Callable[[float], float], Callable[[float | None], float | None]]:
+    """Return what makes a value, and what makes a difference of values, SI.
+
+    Parameters
+    ----------
+    channel_id, unit : str
+        Of the certificate.
+    """
+    from gsapp.quantities import channel, to_si
+
+    quantity = channel(channel_id).quantity
+    offset = to_si(0.0, unit, quantity)
+    factor = to_si(1.0, unit, quantity) - offset
+
+    def value(number: float) -> float:
+        return number * factor + offset
+
+    def difference(number: float | None) -> float | None:
+        return None if number is None else number * factor
+
+    return value, difference
+
+
+def quality_json(quality: Quality, channel_id: str, unit: str) -> dict[str, Any]:
+    """Return the figures of a calibration for programs: SI, volts; absent = null."""
+    value, si = si_converters(channel_id, unit)
+    return {
+        "rms": si(quality.rms),
+        "maximum": si(quality.maximum),
+        "linearity": si(quality.linearity),
+        "scatter": si(quality.scatter),
+        "hysteresis": si(quality.hysteresis),
+        "hysteresis_uncertainty": si(quality.hysteresis_uncertainty),
+        "return_to_zero": si(quality.return_to_zero),
+        "resolution": si(quality.resolution),
+        "covered": [value(end) for end in quality.covered],
+        "coverage": quality.coverage,
+        "uncertainty": {
+            "volts": list(quality.places),
+            "half_width": [si(width) for width in quality.half_widths],
+        },
+    }
+
+
+def drift_json(drift: Drift, channel_id: str, unit: str) -> dict[str, Any]:
+    """Return how far an instrument moved, for programs: zero in SI, slope relative."""
+    _, si = si_converters(channel_id, unit)
+    return {
+        "zero": si(drift.zero),
+        "zero_uncertainty": si(drift.zero_uncertainty),
+        "slope": drift.slope,
+        "slope_uncertainty": drift.slope_uncertainty,
+        "significant": drift.significant,
+    }

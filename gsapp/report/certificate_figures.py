@@ -1,0 +1,147 @@
+"""The curve of a certificate, and what its points leave over, side by side."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from calibration.fit import polynomial
+from gsapp.report.document import margins
+from gsapp.report.strip_figure import FAINT, INK, TRACE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
+
+    from calibration import Certificate
+    from calibration.overview import Standing
+    from calibration.quality import Quality
+
+HEIGHT = 2.6
+_DOWN, _FORMER, _BAND, _ODD = "#d55e00", "#6b7480", "#cfe3f2", "#a4262c"
+_BRANCHES = (("up", "^", TRACE), ("down", "v", _DOWN), ("single", "o", INK))
+
+
+def draw_certificate(container: FigureBase, standing: Standing) -> None:
+    """Draw curve and residuals of a certificate.
+
+    Parameters
+    ----------
+    container : FigureBase
+        A figure, or a part of one.
+    standing : Standing
+        The certificate, its quality, and the one before.
+    """
+    left, right = container.subplots(1, 2, width_ratios=(1.0, 1.25))
+    margins(container, left=0.55, right=0.1, top=0.28, bottom=0.42, wspace=0.26)
+    _draw_curve(left, standing)
+    _draw_residuals(right, standing)
+    for axes in (left, right):
+        axes.grid(True, color=FAINT, linewidth=0.4)
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=6))
+        axes.yaxis.set_major_locator(MaxNLocator(nbins=7))
+        axes.set_xlabel("volts [V]")
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+
+
+def _draw_curve(axes: Axes, standing: Standing) -> None:
+    certificate = standing.certificate
+    volts = np.linspace(*certificate.range, 200)
+    axes.plot(volts, polynomial(certificate.coefficients, volts), color=INK, linewidth=0.9)
+    former = standing.former
+    if former is not None:
+        old = np.linspace(*former.range, 200)
+        axes.plot(
+            old * _ratio(certificate, former), polynomial(former.coefficients, old),
+            color=_FORMER, linestyle="--", linewidth=0.9,
+        )  # fmt: skip
+    for direction, marker, color in _BRANCHES:
+        taken = [point for point in certificate.points if point.direction == direction]
+        axes.plot(
+            [point.volts for point in taken], [point.value for point in taken],
+            linestyle="none", marker=marker, markersize=4.0, color=color, fillstyle="none",
+        )  # fmt: skip
+    axes.set_title("Set against read", loc="left")
+    axes.set_ylabel(_label("set to", certificate.unit))
+
+
+def _draw_residuals(axes: Axes, standing: Standing) -> None:
+    certificate, quality = standing.certificate, standing.quality
+    axes.axhline(0.0, color=INK, linewidth=0.9)
+    if quality is not None and quality.places:
+        width = np.array(quality.half_widths)
+        axes.fill_between(
+            quality.places, -width, width, color=_BAND, linewidth=0.0, zorder=0,
+            label="95 % of one reading",
+        )  # fmt: skip
+    _draw_former(axes, standing)
+    for direction, marker, color in _BRANCHES:
+        taken = sorted(
+            (point.volts, point.value - _curve(certificate, point.volts))
+            for point in certificate.points
+            if point.direction == direction
+        )
+        if taken:
+            axes.plot(
+                *zip(*taken, strict=True), color=color, marker=marker, markersize=4.0,
+                linewidth=0.6, fillstyle="none",
+                label={"up": "going up", "down": "going down"}.get(direction, "points"),
+            )  # fmt: skip
+    _ring_outliers(axes, certificate, quality)
+    axes.set_title("Points less the curve", loc="left")
+    axes.set_ylabel(_label("off the curve", certificate.unit))
+    low, high = axes.get_ylim()
+    # The legend stands above the traces, not on them.
+    axes.set_ylim(low, high + 0.3 * (high - low))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", ncols=2, handlelength=1.6, columnspacing=1.2)
+
+
+def _draw_former(axes: Axes, standing: Standing) -> None:
+    """Draw what the certificate before would have said, less what this one says."""
+    certificate, former = standing.certificate, standing.former
+    if former is None:
+        return
+    ratio = _ratio(certificate, former)
+    low = max(certificate.range[0], former.range[0] * ratio)
+    high = min(certificate.range[1], former.range[1] * ratio)
+    if low >= high:
+        return
+    volts = np.linspace(low, high, 100)
+    apart = polynomial(former.coefficients, volts / ratio) - polynomial(
+        certificate.coefficients, volts
+    )
+    axes.plot(
+        volts, apart, color=_FORMER, linestyle="--", linewidth=0.9,
+        label=f"certificate of {former.stamp:%Y-%m-%d}",
+    )  # fmt: skip
+
+
+def _ring_outliers(axes: Axes, certificate: Certificate, quality: Quality | None) -> None:
+    for place, index in enumerate(() if quality is None else quality.outliers):
+        point = certificate.points[index]
+        axes.plot(
+            [point.volts], [point.value - _curve(certificate, point.volts)],
+            linestyle="none", marker="o", markersize=9.0, color=_ODD, fillstyle="none",
+            label="" if place else "does not fit",
+        )  # fmt: skip
+
+
+def _curve(certificate: Certificate, volts: float) -> float:
+    return float(polynomial(certificate.coefficients, np.array(volts)))
+
+
+def _ratio(new: Certificate, former: Certificate) -> float:
+    """Return what the volts of the former become at the supply of the new one."""
+    if not (new.ratiometric and former.ratiometric):
+        return 1.0
+    if new.excitation_voltage is None or former.excitation_voltage is None:
+        return 1.0
+    return new.excitation_voltage / former.excitation_voltage
+
+
+def _label(what: str, unit: str) -> str:
+    return f"{what} [{unit}]" if unit else what

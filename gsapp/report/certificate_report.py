@@ -1,0 +1,270 @@
+"""A calibration certificate on one page, as HTML or PDF: points, curve, what it is worth.
+
+The TOML file is the certificate; the page is for the folder of the aircraft and the eye.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from calibration import Certificate
+from calibration.fit import polynomial
+from calibration.overview import Standing
+from calibration.quality import Quality
+from gsapp.flight.info import current_versions
+from gsapp.foundation import GroundStationError, write_atomically
+from gsapp.quantities import channel, from_si
+from gsapp.report.certificate_figures import HEIGHT, draw_certificate
+from gsapp.report.document import Document, Paragraph, Picture, Section, Table, picture_png
+from gsapp.report.html import html_page
+from gsapp.report.pdf import pdf_pages
+from gsapp.report.provenance import input_file
+
+_DEGREES = {1: "straight line", 2: "quadratic", 3: "cubic"}
+_MOST_ROWS = 7
+"""Settings one below the other in the table of points, so that all of it fits on one page."""
+
+
+def write_certificate_report(standing: Standing, path: Path, *, written: str = "") -> Path:
+    """Write the page of a certificate.
+
+    Parameters
+    ----------
+    standing : Standing
+        The certificate with its quality and the one before (`calibration.overview`).
+    path : Path
+        Ends in ``.html`` or ``.pdf``.
+    written : str
+        When, for the head of the page; the only words that differ between two writings.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    GroundStationError
+        If the name ends otherwise, or the file cannot be written.
+    """
+    document = certificate_document(standing, written=written)
+    kind = path.suffix.casefold()
+    if kind == ".html":
+        images = {picture.name: picture_png(picture) for picture in document.pictures}
+        content = html_page(document, images).encode()
+    elif kind == ".pdf":
+        content = pdf_pages(document)
+    else:
+        raise GroundStationError(
+            f"{path.name} does not say what the report is to be; end the name in .html or .pdf"
+        )
+    try:
+        return write_atomically(path, content)
+    except OSError as error:
+        raise GroundStationError(
+            f"{path} cannot be written ({error.strerror or error}); choose a file in a folder "
+            "where you may write"
+        ) from error
+
+
+def certificate_document(standing: Standing, *, written: str = "") -> Document:
+    """Return the page of a certificate.
+
+    Parameters
+    ----------
+    standing : Standing
+    written : str
+        When.
+    """
+    certificate = standing.certificate
+    spec = channel(certificate.channel)
+    picture = Picture(
+        name=certificate.channel,
+        caption=_caption(standing),
+        height=HEIGHT,
+        draw=lambda container: draw_certificate(container, standing),
+    )
+    worth = Section(
+        title="What it is worth", parts=(*_words(standing), picture, _quality_table(standing))
+    )
+    points = Section(title="Points", parts=(_points_table(certificate), _made_from(standing)))
+    return Document(
+        title=f"Calibration certificate: {spec.title}",
+        facts=_facts(certificate),
+        written=written,
+        sections=(worth, points) if certificate.points else (worth,),
+    )
+
+
+def _facts(certificate: Certificate) -> tuple[tuple[str, str], ...]:
+    unit = certificate.unit
+    ends = polynomial(certificate.coefficients, np.array(certificate.range))
+    low, high = (_number(value, _decimals(certificate)) for value in sorted(ends.tolist()))
+    supply = certificate.excitation_voltage
+    follows = "followed by the volts" if certificate.ratiometric else "not followed by the volts"
+    found = {
+        "Instrument": certificate.instrument,
+        "Channel": f"{certificate.channel}. {channel(certificate.channel).description}",
+        "Taken": f"{certificate.stamp:%Y-%m-%d %H:%M:%S} by {certificate.who or 'nobody named'}"
+        + _surroundings(certificate.temperature),
+        "Supply": "" if supply is None else f"{supply:.3f} V, {follows}",
+        "Curve": f"{_DEGREES.get(certificate.degree, '')}, {_formula(certificate)}",
+        "Range": f"{certificate.range[0]:.4f} to {certificate.range[1]:.4f} V, "
+        f"{low} to {high} {unit}".rstrip(),
+        "Notes": certificate.notes,
+    }
+    return tuple((label, value) for label, value in found.items() if value)
+
+
+def _surroundings(temperature: float | None) -> str:
+    if temperature is None:
+        return ", temperature not noted"
+    celsius = from_si(temperature, "degC", "temperature")
+    return f", at {celsius:.0f} degC ({from_si(temperature, 'degF', 'temperature'):.0f} degF)"
+
+
+def _formula(certificate: Certificate) -> str:
+    terms = []
+    for power, coefficient in enumerate(certificate.coefficients):
+        volts = {0: "", 1: " v"}.get(power, f" v^{power}")
+        sign = ("- " if coefficient < 0.0 else "+ ") if power else ("-" if coefficient < 0 else "")
+        terms.append(f"{sign}{abs(coefficient):.6g}{volts}")
+    return f"{' '.join(terms)} {certificate.unit}, v in volts"
+
+
+def _words(standing: Standing) -> tuple[Paragraph, Paragraph]:
+    """Return what to read if nothing else, and how the instrument moved."""
+    certificate, quality = standing.certificate, standing.quality
+    unit, places = certificate.unit, _decimals(certificate) + 1
+    if quality is None or quality.uncertainty is None:
+        first = "How uncertain it is cannot be told from its points."
+    else:
+        width = f"{quality.uncertainty:.{places}f} {unit}".rstrip()
+        first = f"At its worst place 95 of 100 readings are within {width} of the truth."
+    if standing.drift is not None:
+        second = f"{standing.drift.sentence[:1].upper()}{standing.drift.sentence[1:]}."
+    elif standing.former is not None:
+        second = "The certificate before cannot be compared with this one."
+    else:
+        second = "No certificate before it is at hand."
+    return Paragraph(text=first, kind="lead"), Paragraph(text=second)
+
+
+def _caption(standing: Standing) -> str:
+    directions = {point.direction for point in standing.certificate.points}
+    loop = (
+        "The distance between the points going up and going down is the hysteresis; the curve "
+        "runs midway."
+        if {"up", "down"} <= directions
+        else "Points were taken in one direction only, so that hysteresis was not measured."
+    )
+    former = " Dashed: the certificate before." if standing.former is not None else ""
+    return f"{loop} Shaded: where 95 of 100 readings lie.{former}"
+
+
+def _quality_table(standing: Standing) -> Table:
+    """Return the figures, two beside each other to spare room."""
+    rows = quality_rows(standing.quality, standing.certificate)
+    if len(rows) % 2:
+        rows = (*rows, ("", ""))
+    half = len(rows) // 2
+    return Table(
+        columns=("", "", "", ""),
+        rows=tuple((*one, *other) for one, other in zip(rows[:half], rows[half:], strict=True)),
+        numeric=frozenset({1, 3}),
+    )
+
+
+def quality_rows(quality: Quality | None, certificate: Certificate) -> tuple[tuple[str, str], ...]:
+    """Return the figures of a calibration with their names, in the unit of its certificate."""
+    unit = certificate.unit
+    places = _decimals(certificate) + 1
+
+    def shown(value: float | None) -> str:
+        return "not known" if value is None else f"{value:.{places}f} {unit}".rstrip()
+
+    off = (
+        ("points off the curve, rms", shown(certificate.rms_residual)),
+        ("points off the curve, most", shown(certificate.max_residual)),
+    )
+    if quality is None:
+        return (*off, ("hysteresis", shown(certificate.hysteresis)))
+    width = shown(quality.hysteresis)
+    if quality.hysteresis_uncertainty is not None and quality.hysteresis is not None:
+        width = f"{quality.hysteresis:.{places}f} ± {shown(quality.hysteresis_uncertainty)}"
+    covered = (
+        "travel not known" if quality.coverage is None else f"{100.0 * quality.coverage:.0f} %"
+    )
+    return (
+        ("uncertainty, 95 %, at worst", shown(quality.uncertainty)),
+        ("hysteresis, width of the loop", width),
+        ("does not return to zero by", shown(quality.return_to_zero)),
+        ("off the best straight line by", shown(quality.linearity)),
+        ("one setting scatters by, std", shown(quality.scatter)),
+        *off,
+        ("one count of the converter", shown(quality.resolution)),
+        ("of the travel covered", covered),
+        ("points that do not fit", str(len(quality.outliers))),
+    )
+
+
+def _points_table(certificate: Certificate) -> Table:
+    """Return every point, those of one setting in a row; long lists in two columns."""
+    rows = _setting_rows(certificate)
+    heads: tuple[str, ...] = ("set to", "volts up", "off", "volts down", "off")
+    if all(point.direction == "single" for point in certificate.points):
+        rows, heads = [row[:3] for row in rows], ("set to", "volts", "off")
+    if len(rows) > _MOST_ROWS:
+        half = (len(rows) + 1) // 2
+        rest = [*rows[half:], *[("",) * len(heads)] * (2 * half - len(rows))]
+        rows = [(*one, *other) for one, other in zip(rows[:half], rest, strict=True)]
+        heads = (*heads, *heads)
+    return Table(
+        columns=heads,
+        rows=tuple(rows),
+        numeric=frozenset(range(len(heads))),
+        caption=f"Set to, and off the curve, in {certificate.unit or '1'}; read in V",
+    )
+
+
+def _setting_rows(certificate: Certificate) -> list[tuple[str, ...]]:
+    places = _decimals(certificate)
+    upward: dict[str, list[tuple[str, str]]] = {}
+    downward: dict[str, list[tuple[str, str]]] = {}
+    order: dict[str, float] = {}
+    for point in certificate.points:
+        setting = f"{point.value:.{places}f}"
+        order.setdefault(setting, point.value)
+        off = point.value - float(polynomial(certificate.coefficients, np.array(point.volts)))
+        side = downward if point.direction == "down" else upward
+        side.setdefault(setting, []).append((f"{point.volts:.4f}", f"{off:+.{places + 1}f}"))
+    rows: list[tuple[str, ...]] = []
+    for setting in sorted(order, key=lambda one: order[one]):
+        up, down = upward.get(setting, []), downward.get(setting, [])
+        for place in range(max(len(up), len(down))):
+            first = up[place] if place < len(up) else ("", "")
+            second = down[place] if place < len(down) else ("", "")
+            rows.append((setting, *first, *second))
+    return rows
+
+
+def _made_from(standing: Standing) -> Paragraph:
+    """Return what the page was made from: file, sum, versions."""
+    versions = ", ".join(f"{name} {version}" for name, version in current_versions().items())
+    source = ""
+    if standing.file.is_file():
+        file = input_file("certificate", standing.file, name=standing.file.name)
+        source = f"{file.name}, SHA-256 {file.sha256}; "
+    return Paragraph(text=f"Made from {source}{versions}.", kind="note")
+
+
+def _decimals(certificate: Certificate) -> int:
+    """Return the digits that the instrument's channel earns in the unit of the certificate."""
+    spec = channel(certificate.channel)
+    return spec.decimals(certificate.unit)
+
+
+def _number(value: float, decimals: int) -> str:
+    return f"{value:.{decimals}f}"
