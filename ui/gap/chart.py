@@ -132,6 +132,7 @@ class Legend(QWidget):
     def show_entries(self, entries: Sequence[Curve | Band]) -> None:
         """Show the named ones."""
         while (item := self._flow.takeAt(0)) is not None:
+            item.widget().hide()
             item.widget().deleteLater()
         self._flow.setSpacing(self._look.px(12))
         for one in entries:

@@ -11,7 +11,8 @@ from ui.glyphs import State, paint_state
 from ui.look import Look
 from ui.preflight.wizard_words import Cue
 
-_HIGH = 212
+_HIGH, _LOW = 212, 156
+"""Points of height: with room, and at least."""
 _BIG, _PROMPT, _LEAST = 76, 22, 13
 _ALIGN = Qt.AlignmentFlag
 _FILLS: dict[State, str] = {
@@ -49,7 +50,7 @@ class CueView(QWidget):
         super().__init__()
         self._look = look
         self.cue = Cue()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         look.changed.connect(self._restyle)
 
     def _restyle(self) -> None:
@@ -57,12 +58,12 @@ class CueView(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return its size; the height is always the same."""
+        """Return its size; the height is the same whatever it shows."""
         return QSize(self._look.px(480), self._look.px(_HIGH))
 
     def minimumSizeHint(self) -> QSize:
         """Return the least size."""
-        return QSize(self._look.px(240), self._look.px(_HIGH))
+        return QSize(self._look.px(240), self._look.px(_LOW))
 
     def show_cue(self, cue: Cue) -> None:
         """Show another cue."""
@@ -80,14 +81,17 @@ class CueView(QWidget):
         wide = float(self.width())
         self._paint_head(painter, QRectF(0, 0, wide, px(28)))
         side = min(max(0.3 * wide, px(140)), px(240))
-        top, high = px(40), px(92)
+        # Where the window is low the number and the prompt share what is left.
+        share = (self.height() - px(_LOW)) / max(px(_HIGH) - px(_LOW), 1)
+        spare = min(max(share, 0.0), 1.0)
+        top, high = px(38), px(72 + 22 * spare)
         self._paint_big(painter, QRectF(0, top, wide - side - px(12), high))
         self._paint_measured(painter, QRectF(wide - side, top, side, high))
-        prompt = QRectF(0, px(136), wide, px(54))
+        prompt = QRectF(0, top + high + px(4 * spare), wide, px(28 + 28 * spare))
         painter.setPen(self._look.color("text"))
         painter.setFont(fitted(cue.prompt, prompt, px(_PROMPT), px(_LEAST), bold=True, wrap=True))
         painter.drawText(prompt, Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter, cue.prompt)
-        message = QRectF(0, px(192), wide, px(20))
+        message = QRectF(0, self.height() - px(18), wide, px(18))
         painter.setPen(self._look.color("muted"))
         painter.setFont(fitted(cue.message, message, px(14), px(10)))
         painter.drawText(message, _ALIGN.AlignVCenter, cue.message)
@@ -133,23 +137,23 @@ class CueView(QWidget):
         look, px, cue = self._look, self._look.px, self.cue
         if not cue.state_words:
             return
-        chip = QRectF(box.left(), box.top(), box.width(), px(34))
+        chip = QRectF(box.left(), box.top(), box.width(), 0.37 * box.height())
         fill = _FILLS.get(cue.state)
         painter.setPen(Qt.PenStyle.NoPen if fill else QPen(look.color("axis"), 1))
         painter.setBrush(QColor(look.color(fill)) if fill else Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(chip, px(6), px(6))
         ink = look.color("fill_text" if fill else "text")
-        sign = QRectF(chip.left() + px(10), chip.top() + px(9), px(16), px(16))
+        sign = QRectF(chip.left() + px(10), chip.center().y() - px(8), px(16), px(16))
         paint_state(painter, cue.state, sign, ink)
         words = chip.adjusted(px(34), 0, -px(6), 0)
         painter.setPen(ink)
         painter.setFont(fitted(cue.state_words, words, px(18), px(10), bold=True))
         painter.drawText(words, _ALIGN.AlignVCenter, cue.state_words)
-        now = QRectF(box.left(), chip.bottom() + px(4), box.width(), px(32))
+        now = QRectF(box.left(), chip.bottom() + px(2), box.width(), 0.35 * box.height())
         painter.setPen(look.color("text"))
         painter.setFont(fitted(cue.now, now, px(26), px(12), bold=True))
         painter.drawText(now, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.now)
-        volts = QRectF(box.left(), now.bottom(), box.width(), px(22))
+        volts = QRectF(box.left(), now.bottom(), box.width(), 0.24 * box.height())
         painter.setPen(look.color("muted"))
         painter.setFont(fitted(cue.volts, volts, px(18), px(10)))
         painter.drawText(volts, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.volts)

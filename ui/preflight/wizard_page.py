@@ -347,7 +347,11 @@ class WizardPage(QWidget):
             if undoes or (offer.key and typed == QKeySequence(offer.key)):
                 return lambda: self._do(offer.id)
         run = self.run
-        if not plain or run is None:
+        if run is None:
+            return None
+        if event.modifiers() == Qt.KeyboardModifier.ControlModifier and key in _ARROWS:
+            return lambda: self.work.scroll(0.8 * _ARROWS[key])
+        if not plain:
             return None
         if key in _DEGREES and "choose_degree" in run.view.can:
             return lambda: run.act(Action(kind="choose_degree", degree=_DEGREES[key]))

@@ -96,11 +96,11 @@ class WorkPanel(QWidget):
         page.setObjectName("page")
         self._scroll.setWidget(page)
         self._column = QVBoxLayout(page)
-        for widget in (self.points, self.charts):
-            self._column.addWidget(widget)
-        self._column.addStretch(1)
+        self._column.addWidget(self.points)
+        self._column.addWidget(self.charts, 1)
         self._box.addWidget(self._scroll, 1)
         self._wide: bool | None = None
+        self._beside = True
         look.changed.connect(self._fit)
         self._fit()
 
@@ -110,9 +110,16 @@ class WorkPanel(QWidget):
         figure = figure_of(view)
         self.picture.show_figure(figure)
         self.remarks.show_remarks(remarks_of(view))
-        self.points.show_rows(point_rows(view), choice)
+        rows = point_rows(view)
+        self.points.show_rows(rows, choice)
+        self.points.setVisible(bool(rows))
         self.quality.show_rows(quality_lines(view))
-        self.charts.show_view(view)
+        by_hand = view.instrument is not None and view.instrument.by_hand
+        self.charts.setVisible(by_hand)
+        if by_hand:
+            self.charts.show_view(view)
+        self._beside = by_hand or bool(rows)
+        self._scroll.setVisible(self._beside or not self._wide)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the curve beside the cue where there is room, below it elsewhere."""
@@ -134,6 +141,8 @@ class WorkPanel(QWidget):
         side = QBoxLayout.Direction.LeftToRight
         self._box.setDirection(side if wide else QBoxLayout.Direction.TopToBottom)
         self._box.setStretch(0, 1 if wide else 0)
+        self._scroll.setMinimumHeight(0 if wide else px(64))
+        self._scroll.setVisible(self._beside or not wide)
         for place, widget in enumerate((self.remarks, self.quality, self.picture)):
             if wide:
                 self._room.addWidget(widget, 1 if widget is self.picture else 0)
