@@ -14,16 +14,13 @@ from calibration.inertial.accelerometers import (
 )
 from calibration.inertial.gyros import (
     GYROS,
-    GyroScale,
     GyroZero,
-    Turn,
     gyro_certificate,
-    gyro_scale,
     gyro_zero,
     still_watch,
-    turntable_scale,
 )
 from calibration.inertial.turning import TurnReading, TurnWatch
+from calibration.inertial.turntable import GyroScale, Turn, gyro_scale, turntable_scale
 from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
 
 __all__ = [

@@ -24,6 +24,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from calibration.certificate import Certificate
+from calibration.inertial.leveling import Problem, Solution
 from calibration.inertial.verdict import FactoryFigures, Verdict, covering, factory_figures
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest import Rest
@@ -62,7 +63,6 @@ ZERO_TOLERANCE, SCALE_TOLERANCE, ALIGNMENT_TOLERANCE = 0.05, 0.03, 3.0
 _DEAD_SHARE = 0.2
 _FINEST = 2e-4
 """V: no mean is known better, for the converter's steps are not all alike."""
-_ROUNDS = 20
 _UNLIKELY = 22.5
 """Sum of squares that six degrees of freedom exceed once in a thousand times."""
 
@@ -151,12 +151,15 @@ class SixPositions:
         How far the aircraft lay from each position, as far as it can be told, deg.
     doubt : str
         What does not fit together; empty where all does.
+    factory : mapping of str to FactoryFigures
+        What they were held against.
     """
 
     fits: Mapping[str, AccelerometerFit]
     readings: tuple[PositionReading, ...]
     tilts: tuple[float, ...]
     doubt: str
+    factory: Mapping[str, FactoryFigures]
 
     def certificate(
         self, channel: str, *, who: str, stamp: datetime, temperature: float | None = None
@@ -178,7 +181,7 @@ class SixPositions:
             for reading in self.readings
         )
         residuals = np.array([p.value - (p.volts - fit.zero) / fit.sensitivity for p in points])
-        figures = factory_figures()[channel]
+        figures = self.factory[channel]
         leans = ", ".join(
             f"{fit.cross[other]:+.1f} deg toward {other} (to {fit.cross_uncertainty[other]:.1f})"
             for other in fit.cross
@@ -238,7 +241,7 @@ def six_positions(
     if not np.all(np.isfinite(volts)):
         raise CalibrationError("an accelerometer gave no volts; check that all three are recorded")
     spread = np.array([[r.rest.uncertainty[name] for name in ACCELEROMETERS] for r in readings])
-    problem = _Problem(
+    problem = Problem(
         force=np.array([_FORCE[r.position] for r in readings]) * gravity / GRAVITY,
         volts=volts,
         noise=np.hypot(0.5 * spread, _FINEST),
@@ -256,92 +259,16 @@ def six_positions(
             f"{np.max(tilts):.1f} deg, so lay the aircraft so once more."
         )
     return SixPositions(
-        fits=fits, readings=tuple(readings), tilts=tuple(tilts.tolist()), doubt=doubt
+        fits=fits,
+        readings=tuple(readings),
+        tilts=tuple(tilts.tolist()),
+        doubt=doubt,
+        factory=figures,
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Solution:
-    """Zeros (3,) and matrix (3, 3) with standard deviations; tilts (n, 2) rad; the misfit."""
-
-    zero: FloatArray
-    zero_std: FloatArray
-    matrix: FloatArray
-    matrix_std: FloatArray
-    tilts: FloatArray
-    misfit: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Problem:
-    """Forces (n, 3) in g as laid, volts (n, 3) with their noise (n, 3), and that of tilt, rad."""
-
-    force: FloatArray
-    volts: FloatArray
-    noise: FloatArray
-    tilt: float
-
-    def solve(self) -> _Solution:
-        """Solve by Gauss-Newton; the unknowns are z (3), K (9, by rows), and two tilts each."""
-        n = len(self.force)
-        level = np.column_stack([np.ones(n), self.force])
-        start = np.linalg.lstsq(level, self.volts, rcond=None)[0]
-        x = np.concatenate([start[0], start[1:].T.ravel(), np.zeros(2 * n)])
-        for _ in range(_ROUNDS):
-            residual, jacobian = self._linearized(x)
-            step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
-            x = x + step
-            if np.max(np.abs(step)) < 1e-12:
-                break
-        residual, jacobian = self._linearized(x)
-        std = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-        return _Solution(
-            zero=x[:3],
-            zero_std=std[:3],
-            matrix=x[3:12].reshape(3, 3),
-            matrix_std=std[3:12].reshape(3, 3),
-            tilts=x[12:].reshape(n, 2),
-            misfit=float(residual @ residual),
-        )
-
-    def _linearized(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what is left (3n + 2n,), each in its standard deviations, and its Jacobian."""
-        n = len(self.force)
-        matrix, tilts = x[3:12].reshape(3, 3), x[12:].reshape(n, 2)
-        residual = np.zeros(5 * n)
-        jacobian = np.zeros((5 * n, 12 + 2 * n))
-        for k, nominal in enumerate(self.force):
-            force, by_tilt = _tilted(nominal, tilts[k])
-            for i in range(3):
-                row = 3 * k + i
-                residual[row] = x[i] + matrix[i] @ force - self.volts[k, i]
-                jacobian[row, i] = 1.0
-                jacobian[row, 3 + 3 * i : 6 + 3 * i] = force
-                jacobian[row, 12 + 2 * k : 14 + 2 * k] = matrix[i] @ by_tilt
-                residual[row] /= self.noise[k, i]
-                jacobian[row] /= self.noise[k, i]
-        own = np.arange(2 * n)
-        residual[3 * n :] = x[12:] / self.tilt
-        jacobian[3 * n + own, 12 + own] = 1.0 / self.tilt
-        return residual, jacobian
-
-
-def _tilted(nominal: FloatArray, tilt: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a force leaning by two tilts (sines) toward the other axes, and its derivatives."""
-    axis = int(np.argmax(np.abs(nominal)))
-    others = [index for index in range(3) if index != axis]
-    size = float(np.linalg.norm(nominal))
-    along = math.sqrt(max(1.0 - float(tilt @ tilt), 1e-6))
-    force = nominal * along
-    force[others] = size * tilt
-    by_tilt = np.zeros((3, 2))
-    by_tilt[axis] = -nominal[axis] * tilt / along
-    by_tilt[others, [0, 1]] = size
-    return force, by_tilt
-
-
 def _fit_of(
-    index: int, solution: _Solution, factory: Mapping[str, FactoryFigures]
+    index: int, solution: Solution, factory: Mapping[str, FactoryFigures]
 ) -> AccelerometerFit:
     name = ACCELEROMETERS[index]
     figures = factory[name]

@@ -1,42 +1,26 @@
-"""Rate gyros: the zero from a period of rest, the scale from turns through a known angle.
-
-A gyro gives v = z + k w, with w the rate about its axis. Over a turn through the angle A,
-
-    integral of (v - z) dt = k A,
-
-whatever the course of the rate, so the turntable need not run evenly: only its angle must be
-known. The zero z goes straight from the rest before the turn to the rest after it. With the time
-T that the turn took, A / T is the mean rate, and z + k A / T the volts that belong to it: these are
-the points of the certificate.
-"""
+"""Rate gyros: the zero from a period of rest, and the certificate with the scale of turns."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-import numpy.typing as npt
 
 from calibration.certificate import Certificate
+from calibration.inertial.turntable import Turn, gyro_scale
 from calibration.inertial.verdict import FactoryFigures, Verdict, covering, factory_figures
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest import Rest, RestLimit, RestWatch
-from gsapp.quantities import FloatArray
 
 GYROS = ("p", "q", "r")
 _QUIET_RATE, _QUIET_STD = 0.25, 0.6
 """deg/s: how far half-second means may wander, and samples scatter, in an aircraft at rest."""
 _QUIET_TILT, _QUIET_SHAKE = 0.006, 0.03
 """The same for accelerometers, g: a third of a degree of tilt."""
-ZERO_TOLERANCE, SCALE_TOLERANCE = 3.0, 0.03
-"""What the factory's figures may be off: deg/s, and relative."""
-ANGLE_ERROR = 0.5
-"""Of a mark of the turntable set by hand, half width at 95 %, deg."""
-_DEAD_SHARE = 0.2
-"""Of the factory's sensitivity: below that the instrument does not answer."""
+ZERO_TOLERANCE = 3.0
+"""By how much the factory's zero may be off, deg/s."""
 
 
 def still_watch(
@@ -127,264 +111,6 @@ def gyro_zero(
         shift=shift,
         seconds=rest.end - rest.start,
         verdict=verdict,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Turn:
-    """One turn through a known angle, as one gyro saw it.
-
-    Attributes
-    ----------
-    channel : str
-        The gyro about whose axis the turn went.
-    angle : float
-        Known, deg; positive right-handed about the body axis (right wing down, nose up, nose
-        right).
-    start, end : float
-        Flight time, s.
-    zero : float
-        Volts at rest during the turn, V.
-    mean_volts : float
-        Mean volts over the turn, V.
-    sensitivity, uncertainty : float
-        V per deg/s, and its half width at 95 %.
-    peak_rate : float
-        Fastest, deg/s by the factory's scale.
-    cross : mapping of str to float
-        What the other gyros saw, as a share of the turn, each by its factory scale.
-    verdict : Verdict
-        Against the factory's scale.
-    """
-
-    channel: str
-    angle: float
-    start: float
-    end: float
-    zero: float
-    mean_volts: float
-    sensitivity: float
-    uncertainty: float
-    peak_rate: float
-    cross: Mapping[str, float]
-    verdict: Verdict
-
-    @property
-    def seconds(self) -> float:
-        """Return how long the turn took."""
-        return self.end - self.start
-
-    @property
-    def mean_rate(self) -> float:
-        """Return the angle over the time, deg/s."""
-        return self.angle / self.seconds
-
-    @property
-    def point(self) -> CalibrationPoint:
-        """Return the turn as a point of a certificate."""
-        return CalibrationPoint(volts=self.mean_volts, value=self.mean_rate)
-
-
-def turntable_scale(
-    channel: str,
-    times: npt.ArrayLike,
-    volts: Mapping[str, npt.ArrayLike],
-    *,
-    angle: float,
-    turning: tuple[float, float],
-    angle_error: float = ANGLE_ERROR,
-    factory: Mapping[str, FactoryFigures] | None = None,
-) -> Turn:
-    """Return what a gyro makes of a turn.
-
-    Parameters
-    ----------
-    channel : str
-        The gyro about whose axis the turn went.
-    times : array_like, shape (n,)
-        Flight time, s, increasing; from a rest before the turn to a rest after it.
-    volts : mapping of str to array_like, shape (n,)
-        Of all gyros that are recorded, V; NaN where missing.
-    angle : float
-        That was turned, deg, with its sign.
-    turning : tuple of float
-        When the turn began and ended; everything outside was rest. `TurnWatch` finds it.
-    angle_error : float
-        Half width at 95 % of each end of the turn as set by hand, deg.
-    factory : mapping of str to FactoryFigures, optional
-        As for `still_watch`.
-
-    Raises
-    ------
-    CalibrationError
-        If there is not half a second of rest before and after, or samples are missing during
-        the turn.
-    """
-    figures = factory or factory_figures()
-    t = np.asarray(times, dtype=np.float64)
-    start, end = turning
-    samples = {name: np.asarray(v, dtype=np.float64) for name, v in volts.items()}
-    moved = {
-        name: _integral(name, t, v, start, end)
-        for name, v in samples.items()
-        if name == channel or np.any(np.isfinite(v))
-    }
-    own = moved[channel]
-    k = own.area / angle
-    seconds = end - start
-    in_angle = abs(k) * math.sqrt(2.0) * angle_error / abs(angle)
-    in_zero = own.zero_uncertainty * own.seconds / abs(angle)
-    shares = {name: each.area / (figures[name].sensitivity * angle) for name, each in moved.items()}
-    return Turn(
-        channel=channel,
-        angle=angle,
-        start=start,
-        end=end,
-        zero=own.zero,
-        mean_volts=own.zero + own.area / seconds,
-        sensitivity=k,
-        uncertainty=math.hypot(in_angle, in_zero),
-        peak_rate=own.peak / abs(figures[channel].sensitivity),
-        cross={name: share for name, share in shares.items() if name != channel},
-        verdict=_judge_turn(figures[channel], own, shares),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Moved:
-    """What one gyro gave over a turn: zero (V), its uncertainty, area (V s), peak and extremes."""
-
-    zero: float
-    zero_uncertainty: float
-    area: float
-    seconds: float
-    peak: float
-    extremes: tuple[float, float]
-
-
-_SHOULDER = 0.2
-"""s of rest that are integrated at either end, so that nothing of the turn is cut off."""
-_LONGEST_GAP = 0.25
-"""s between samples during a turn."""
-
-
-def _integral(name: str, t: FloatArray, v: FloatArray, start: float, end: float) -> _Moved:
-    known = np.isfinite(v)
-    t, v = t[known], v[known]
-    before, after = t < start - 0.5 * _SHOULDER, t > end + 0.5 * _SHOULDER
-    if min(np.count_nonzero(before), np.count_nonzero(after)) < 5:
-        raise CalibrationError(
-            f"{name} has no rest before or after the turn; "
-            "let the turntable stand for two seconds at both ends"
-        )
-    inside = (t >= start - _SHOULDER) & (t <= end + _SHOULDER)
-    ti, vi = t[inside], v[inside]
-    if ti.size < 10 or np.max(np.diff(ti)) > _LONGEST_GAP:
-        raise CalibrationError(f"samples of {name} are missing during the turn; turn once more")
-    ends = [(float(np.mean(t[part])), float(np.mean(v[part]))) for part in (before, after)]
-    zero = np.interp(ti, [at for at, _ in ends], [volts for _, volts in ends])
-    spread = [_of_mean(v[before]), _of_mean(v[after])]
-    over = vi - zero
-    area = float(np.sum(0.5 * (over[1:] + over[:-1]) * np.diff(ti)))
-    return _Moved(
-        zero=float(np.mean(zero)),
-        zero_uncertainty=0.5 * math.hypot(*spread),
-        area=area,
-        seconds=float(ti[-1] - ti[0]),
-        peak=float(np.max(np.abs(over))),
-        extremes=(float(vi.min()), float(vi.max())),
-    )
-
-
-def _of_mean(v: FloatArray) -> float:
-    """Return the half width at 95 % of the mean of samples that may hang together a little."""
-    return 2.0 * float(np.std(v)) / math.sqrt(max(v.size / 4.0, 1.0))
-
-
-def _judge_turn(figures: FactoryFigures, own: _Moved, shares: Mapping[str, float]) -> Verdict:
-    name = figures.channel
-    share = shares[name]
-    others = {other: value for other, value in shares.items() if other != name}
-    loudest = max(others, key=lambda other: abs(others[other]), default="")
-    if loudest and abs(others[loudest]) > max(2.0 * abs(share), 0.5):
-        return Verdict(
-            kind="swapped",
-            sentence=f"The turn shows in {loudest} instead of {name}; check the turn, "
-            "or whether the two are swapped.",
-        )
-    if abs(share) < _DEAD_SHARE:
-        return Verdict(
-            kind="dead", sentence=f"The {name} gyro does not answer to the turn; check its wires."
-        )
-    if own.extremes[0] < figures.range[0] - 0.05 or own.extremes[1] > figures.range[1] + 0.05:
-        return Verdict(
-            kind="clipped",
-            sentence=f"The {name} gyro went past its range; turn more slowly.",
-        )
-    if share < 0.0:
-        return Verdict(
-            kind="reversed",
-            sentence=f"The {name} gyro has the wrong sign; check which way was turned.",
-        )
-    return Verdict(
-        kind="agrees" if abs(share - 1.0) <= SCALE_TOLERANCE else "differs",
-        sentence=f"The scale of the {name} gyro is {100.0 * (share - 1.0):+.1f} % "
-        "from the factory's.",
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GyroScale:
-    """The sensitivity of a gyro from one turn or several.
-
-    Attributes
-    ----------
-    channel : str
-        ``p``, ``q`` or ``r``.
-    sensitivity, uncertainty : float
-        V per deg/s, and its half width at 95 %.
-    deviation : float
-        From the factory's, relative.
-    """
-
-    channel: str
-    sensitivity: float
-    uncertainty: float
-    deviation: float
-
-
-def gyro_scale(
-    turns: Sequence[Turn], *, factory: Mapping[str, FactoryFigures] | None = None
-) -> GyroScale:
-    """Join turns of one gyro, each by its uncertainty.
-
-    Raises
-    ------
-    CalibrationError
-        If there is no turn, turns are of several gyros, or a turn cannot be used.
-    """
-    if not turns:
-        raise CalibrationError("there is no turn; turn the table once to the right and once back")
-    channel = turns[0].channel
-    if any(turn.channel != channel for turn in turns):
-        raise CalibrationError("turns of different gyros cannot be joined; calibrate one by one")
-    for turn in turns:
-        if not turn.verdict.usable:
-            raise CalibrationError(turn.verdict.sentence)
-    k = np.array([turn.sensitivity for turn in turns])
-    u = np.array([turn.uncertainty for turn in turns])
-    weight = u**-2.0 / np.sum(u**-2.0)
-    joined = float(weight @ k)
-    # Turns that disagree by more than they should say how good they really are.
-    stretch = 1.0
-    if len(turns) > 1:
-        stretch = max(1.0, 2.0 * math.sqrt(np.sum(((k - joined) / u) ** 2) / (len(turns) - 1)))
-    figures = (factory or factory_figures())[channel]
-    return GyroScale(
-        channel=channel,
-        sensitivity=joined,
-        uncertainty=stretch * float(np.sum(u**-2.0)) ** -0.5,
-        deviation=joined / figures.sensitivity - 1.0,
     )
 
 

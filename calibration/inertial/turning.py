@@ -15,7 +15,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from calibration.inertial.gyros import ANGLE_ERROR, GYROS, Turn, turntable_scale
+from calibration.inertial.gyros import GYROS
+from calibration.inertial.turntable import ANGLE_ERROR, Turn, turntable_scale
 from calibration.inertial.verdict import FactoryFigures, factory_figures
 from calibration.points import CalibrationError
 from calibration.stretches import Stretch, StretchCutter
