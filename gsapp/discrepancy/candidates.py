@@ -141,7 +141,12 @@ def _equation_maker(term: Term, aircraft: Aircraft) -> Maker:
             np.asarray(term.jacobian(reads, states, neutral).parameters[index], dtype=float),
             (len(found.record),),
         )
-        return (coefficient_entry(term.target, history, found, aircraft),)
+        entries = [coefficient_entry(term.target, history, found, aircraft)]
+        if term.target == "thrust":
+            # It acts at the engines: below the center of gravity it pitches.
+            height = float(np.mean([z for _, _, z in aircraft.propulsion.position]))
+            entries.append(coefficient_entry("M", height * history, found, aircraft))
+        return tuple(entries)
 
     return make
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value, choose
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES, reads_of
 from gsapp.dynamics.terms import (
     COEFFICIENTS,
@@ -198,6 +199,46 @@ class ThrustFadeTerm(Term):
         return TermJacobian(
             reads=(fade * (ratio - 1.0), fade * thrust / reference),
             parameters=(thrust * (ratio - 1.0), -fade * thrust * ratio / reference),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThrustErrorTerm(Term):
+    """A share of the thrust of the aircraft file: parameter * k throttle rho (1 - V/V_0).
+
+    Attributes
+    ----------
+    per_density : float
+        Thrust of all engines at rest over density, N m^3/kg.
+    zero_thrust_speed : float
+        m/s.
+    """
+
+    per_density: float
+    zero_thrust_speed: float
+
+    def _thrust(self, reads: Values) -> Value:
+        throttle, rho, V = reads
+        return self.per_density * throttle * rho * (1.0 - V / self.zero_thrust_speed)
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return what is added to the thrust."""
+        del states
+        return parameters[0] * self._thrust(reads)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        throttle, rho, V = reads
+        size = parameters[0] * self.per_density
+        left = 1.0 - V / self.zero_thrust_speed
+        return TermJacobian(
+            reads=(
+                size * rho * left,
+                size * throttle * left,
+                -size * throttle * rho / self.zero_thrust_speed,
+            ),
+            parameters=(self._thrust(reads),),
         )
 
 
@@ -621,6 +662,28 @@ def _asymmetric_thrust(aircraft: Aircraft) -> Term:
     )
 
 
+def _thrust_error(aircraft: Aircraft) -> Term:
+    propulsion = aircraft.propulsion
+    return ThrustErrorTerm(
+        id="propulsion.thrust.scale",
+        title="Engines give less (or more) thrust than the aircraft file says",
+        equation="T += error T",
+        target="thrust",
+        reads=("throttle", "rho", "V"),
+        per_density=propulsion.max_thrust / SEA_LEVEL_DENSITY,
+        zero_thrust_speed=propulsion.zero_thrust_speed,
+        parameters=(
+            Parameter(
+                name="error",
+                unit="",
+                default=-0.15,
+                bounds=(-1.0, 1.0),
+                description="share of the thrust by which it differs",
+            ),
+        ),
+    )
+
+
 def _thrust_product(
     term_id: str,
     title: str,
@@ -644,19 +707,6 @@ def _thrust_product(
 
 
 def _register_thrust() -> None:
-    _thrust_product(
-        "propulsion.thrust.scale",
-        "Engines give less (or more) thrust than the aircraft file says",
-        "X += error T",
-        "X",
-        Parameter(
-            name="error",
-            unit="",
-            default=-0.15,
-            bounds=(-1.0, 1.0),
-            description="share of the thrust by which it differs",
-        ),
-    )
     _thrust_product(
         "propulsion.CZ.throttle",
         "Thrust line points up: throttle lifts",
@@ -872,6 +922,7 @@ register("aero.CA.stall", _stall("CA", 1.6, even=True, words="the drag rises"))
 register("aero.Cm.stall", _stall("Cm", -0.6, even=False, words="the nose drops"))
 register("propulsion.Cm.throttle", _throttle_pitch)
 register("propulsion.Cn.asymmetry", _asymmetric_thrust)
+register("propulsion.thrust.scale", _thrust_error)
 _register_thrust()
 _register_mass()
 _register_places()

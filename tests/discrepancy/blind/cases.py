@@ -21,7 +21,7 @@ Recorded = Literal["position", "servo", "command"]
 Series = Literal["report", "tune"]
 
 SEEDS = 5
-FIRST_PLAN: Mapping[Series, int] = {"report": 0, "tune": 50}
+FIRST_PLAN: Mapping[Series, int] = {"report": 1, "tune": 50}
 """Plans (and all seeds) of cases that are reported, and of cases to try things on."""
 SIZES = (5.0, 10.0, 30.0)
 
