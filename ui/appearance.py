@@ -47,10 +47,12 @@ class Appearance(QObject):
     def apply(self) -> None:
         """Put style sheet and font in force, and remember."""
         application = QApplication.instance()
-        if isinstance(application, QApplication):
-            application.setFont(sans(self._look.sizes.body))
-            application.setStyleSheet(style_sheet(self._look, self._signs.paths(self._look)))
         look = self._look
+        sheet = style_sheet(look, self._signs.paths(look))
+        # Qt styles every widget anew even with the same sheet, as after a change of units.
+        if isinstance(application, QApplication) and application.styleSheet() != sheet:
+            application.setFont(sans(look.sizes.body))
+            application.setStyleSheet(sheet)
         self._store.change(theme=look.theme.name, scale=look.scale, units=look.units)
 
     def next_theme(self) -> None:
