@@ -54,6 +54,8 @@ _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
 _MUCH = 0.15
 """Share of its own gain that a name may leave to structure without one."""
+_CROWD = 3
+"""So many names for one coefficient are none."""
 _STRONG = 3.0
 """Over the threshold, times: a gain that chance does not explain."""
 _TOLD = 12
@@ -232,7 +234,10 @@ class _Search:
         return self._without_misnomers(stages)
 
     def _without_misnomers(self, stages: list[_Stage]) -> list[_Stage]:
-        """Take back a name that leaves much of its own structure unexplained."""
+        """Take back names that leave much of their own structure unexplained."""
+        crowded = self._crowded(stages)
+        if crowded:
+            return [*stages[: crowded - 1], _unexplained(stages[crowded - 1])]
         while len(stages) > 1 + len(self._settings.forced):
             before, last = stages[-2], stages[-1]
             if last.decision.kind != "unexplained" or last.decision.best is None:
@@ -241,9 +246,19 @@ class _Search:
             explained = float(before.decision.gain.max())
             if left < _MUCH * explained or not _same_place(last.added, last.decision.best.id):
                 break
-            stages.pop()
-            stages[-1] = replace(before, decision=replace(before.decision, kind="unexplained"))
+            stages = [*stages[:-2], _unexplained(before)]
         return stages
+
+    def _crowded(self, stages: list[_Stage]) -> int:
+        """Return the first of many names for one coefficient; 0 if no coefficient has many.
+
+        What takes so many terms of the catalog is something that is not in it.
+        """
+        places: dict[str, list[int]] = {}
+        for number, one in enumerate(stages):
+            if number and not one.forced and one.added.split(".")[0] != "sensor":
+                places.setdefault(one.added.split(".")[1], []).append(number)
+        return min((found[0] for found in places.values() if len(found) >= _CROWD), default=0)
 
     def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> _Stage:
         competitors = self._competitors(fit)
@@ -494,6 +509,10 @@ class _Search:
         if values:
             return "values-wrong"
         return "model-adequate"
+
+
+def _unexplained(stage: _Stage) -> _Stage:
+    return replace(stage, decision=replace(stage.decision, kind="unexplained"))
 
 
 def _same_place(effect: str, other: str) -> bool:

@@ -8,7 +8,7 @@ Comput. Graph. Stat. 28, 2019). One filter and one smoother pass serve all of th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -49,8 +49,13 @@ def choose_colors(fit: Fit, rounds: int) -> None:
     if not any(one.correlations for one in first.values()):
         return
     best, least = first, np.inf
+    tried: list[dict[str, dict[str, float]]] = []
     for shape in _SHAPES:
-        fit.noise = {name: replace(one, correlations=shape(one)) for name, one in first.items()}
+        wanted = {name: shape(one) for name, one in first.items()}
+        if any(_near(wanted, one) for one in tried):
+            continue
+        tried.append(wanted)
+        fit.noise = {name: replace(one, correlations=wanted[name]) for name, one in first.items()}
         tune(fit, rounds)
         cost = fit.cost()
         if cost < least:
@@ -60,6 +65,17 @@ def choose_colors(fit: Fit, rounds: int) -> None:
     for _ in range(_RECOLORINGS):
         _recolor(fit)
         tune(fit, 1)
+
+
+def _near(
+    wanted: Mapping[str, Mapping[str, float]], tried: Mapping[str, Mapping[str, float]]
+) -> bool:
+    """Return whether correlations are so near to others that the smoother leads from there."""
+    return all(
+        own.keys() == tried[flight].keys()
+        and all(abs(value - tried[flight][name]) < _SAME for name, value in own.items())
+        for flight, own in wanted.items()
+    )
 
 
 def _as_they_look(noise: NoiseModel) -> dict[str, float]:
@@ -87,6 +103,7 @@ _STEADY = ("p", "q", "r", "phi", "theta")
 """Channels that turbulence reaches through the motion of the aircraft only."""
 _SHAPES = (_as_they_look, _like_the_others, _steady_only, _white)
 _RECOLORINGS = 4
+_SAME = 0.12
 _LEAST_COLOR, _MOST_COLOR = 0.05, 0.97
 
 
