@@ -1,6 +1,7 @@
 """A virtual aircraft on the ground, to calibrate: volts as its box sends them, and the truth."""
 
 from gsapp.dynamics.pilot.bench.faults import KINDS, BenchFault, parse_bench_fault
+from gsapp.dynamics.pilot.bench.field_air import BenchWeather
 from gsapp.dynamics.pilot.bench.potentiometer import (
     POTENTIOMETERS,
     SURFACES,
@@ -9,7 +10,7 @@ from gsapp.dynamics.pilot.bench.potentiometer import (
     Potentiometer,
 )
 from gsapp.dynamics.pilot.bench.transducers import Transducer, Triad
-from gsapp.dynamics.pilot.bench.virtual import RATE, BenchWeather, VirtualBench
+from gsapp.dynamics.pilot.bench.virtual import RATE, VirtualBench
 
 __all__ = [
     "KINDS",

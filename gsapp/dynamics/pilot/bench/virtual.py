@@ -8,18 +8,17 @@ to go on at a time changes nothing.
 
 from __future__ import annotations
 
-import math
-from collections import deque
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from calibration import load_certificates
-from calibration.inertial import Position, specific_force
+from calibration.inertial import Position
 from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.pilot.bench.attitude import Attitude
 from gsapp.dynamics.pilot.bench.faults import BenchFault
-from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR, Breath, Laying, Setting, Tremor, Turning
+from gsapp.dynamics.pilot.bench.field_air import BenchWeather, Pitot
+from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR, Setting, Tremor
 from gsapp.dynamics.pilot.bench.harm import Harm
 from gsapp.dynamics.pilot.bench.potentiometer import POTENTIOMETERS, Linkage, Potentiometer
 from gsapp.dynamics.pilot.bench.transducers import (
@@ -36,22 +35,7 @@ from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 
 RATE = 100
 """Samples a second."""
-LAYING_ERROR = 0.8
-"""Standard deviation about either axis with which the aircraft is laid in a position, deg."""
-MARK_ERROR = 0.12
-"""Standard deviation of each end of a turn of the table, deg."""
-TURN_UPRIGHT: Mapping[str, Position] = {"p": "x_down", "q": "y_up", "r": "z_down"}
-"""How the aircraft lies on the table to turn about each axis."""
-_LAYING_SECONDS, _BEFORE_TURN = 3.0, 3.0
 _BATTERY = 8.1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BenchWeather:
-    """The air at the field: static pressure, Pa, and temperature, K."""
-
-    pressure: float
-    temperature: float
 
 
 class VirtualBench:
@@ -105,13 +89,10 @@ class VirtualBench:
         for fault in faults:
             if fault.kind == "reversed":
                 self._reverse(fault.channel)
-        self.weather = BenchWeather(
-            pressure=float(drawing.uniform(96e3, 102e3)),
-            temperature=float(drawing.uniform(278.0, 306.0)),
-        )
+        self.weather = BenchWeather.drawn(drawing)
         self._supply = float(drawing.uniform(4.85, 4.96))
         self._supply_swing = float(drawing.uniform(0.002, 0.008))
-        self._gust_phases = drawing.uniform(0.0, 2.0 * np.pi, 3)
+        self._pitot = Pitot(drawing.uniform(0.0, 2.0 * np.pi, 3))
         self._others = {
             "temperature": float(nominal["temperature"].volts(self.weather.temperature)),
             "throttle": float(nominal["throttle"].volts(0.0)),
@@ -133,10 +114,7 @@ class VirtualBench:
             play = potentiometer.play
             self._linkages[name] = Linkage(play, angle + play * float(drawing.uniform(-0.5, 0.5)))
             self._angles[name] = angle
-        self._up = _up_in("z_down")
-        self._motions: deque[Laying | Turning] = deque()
-        self._covered = False
-        self._breath: Breath | None = None
+        self._attitude = Attitude(self._hands)
 
     def _reverse(self, name: str) -> None:
         """Mount an instrument the other way round."""
@@ -175,10 +153,7 @@ class VirtualBench:
     @property
     def up(self) -> tuple[float, float, float]:
         """Return the direction that points up once the aircraft lies still, in body axes."""
-        for motion in reversed(self._motions):
-            if isinstance(motion, Laying):
-                return motion.target
-        return self._up
+        return self._attitude.up
 
     @property
     def busy(self) -> bool:
@@ -186,8 +161,8 @@ class VirtualBench:
         now = self.time + 1e-9
         return (
             any(setting.end > now for setting in self._settings.values())
-            or bool(self._motions)
-            or (self._breath is not None and self._breath.end > now)
+            or self._attitude.busy
+            or self._pitot.breathes(now)
         )
 
     # --- what hands do --------------------------------------------------------------------------
@@ -230,18 +205,7 @@ class VirtualBench:
     def lie(self, position: Position) -> float:
         """Lay the aircraft in a position; return how long that takes, s."""
         self._held = ""
-        up = _up_in(position)
-        leaning = self._hands.normal(0.0, math.radians(LAYING_ERROR), 3)
-        direction = np.array(up) + np.where(np.abs(up) > 0.5, 0.0, leaning)
-        direction /= np.linalg.norm(direction)
-        laying = Laying(
-            begin=self._free_at(),
-            seconds=_LAYING_SECONDS,
-            start=self.up,
-            target=(float(direction[0]), float(direction[1]), float(direction[2])),
-        )
-        self._motions.append(laying)
-        return laying.end - self.time
+        return self._attitude.lie(position, self.time) - self.time
 
     def turn(self, channel: str, angle: float, *, seconds: float | None = None) -> float:
         """Turn the aircraft on its table.
@@ -265,44 +229,20 @@ class VirtualBench:
         FlightError
             If it is no axis, or the turn takes no time.
         """
-        if channel not in GYROS:
-            raise FlightError(f"'{channel}' is no axis of a turn; choose p, q or r")
-        if seconds is not None and not seconds > 0.0:
-            raise FlightError(f"a turn cannot take {seconds:g} s; give it more than none")
-        axis = GYROS.index(channel)
-        if abs(self.up[axis]) < 0.9:
-            self.lie(TURN_UPRIGHT[channel])
-        marks = float(self._hands.normal(0.0, MARK_ERROR * math.sqrt(2.0)))
-        turning = Turning(
-            begin=self._free_at() + _BEFORE_TURN,
-            seconds=seconds or max(abs(angle) / 30.0, 2.0),
-            angle=angle + marks,
-            axis=axis,
-            ripple=float(self._hands.uniform(-0.2, 0.2)),
-        )
-        self._motions.append(turning)
-        return turning.end - self.time
+        self._held = ""
+        return self._attitude.turn(channel, angle, seconds, self.time) - self.time
 
     def cover(self) -> None:
         """Put the cover on the pitot."""
-        self._covered = True
+        self._pitot.covered = True
 
     def uncover(self) -> None:
         """Take the cover off: the wind is felt."""
-        self._covered = False
+        self._pitot.covered = False
 
     def blow(self) -> float:
         """Take the cover off and blow into the pitot; return how long that takes, s."""
-        self._covered = False
-        self._breath = Breath(
-            begin=self.time + 0.5,
-            seconds=float(self._hands.uniform(1.0, 1.8)),
-            peak=float(self._hands.uniform(500.0, 2200.0)),
-        )
-        return self._breath.end - self.time
-
-    def _free_at(self) -> float:
-        return self._motions[-1].end if self._motions else self.time
+        return self._pitot.blow(self._hands, self.time) - self.time
 
     # --- what the box converts ------------------------------------------------------------------
 
@@ -371,40 +311,16 @@ class VirtualBench:
         return columns
 
     def _inertial(self, times: FloatArray, white: FloatArray) -> dict[str, FloatArray]:
-        up = np.tile(self._up, (times.size, 1))
-        rates = np.zeros((times.size, 3))
-        while self._motions and times.size:
-            motion = self._motions[0]
-            # From its beginning on; after its end it stands still at what it has reached.
-            after = times >= motion.begin
-            if isinstance(motion, Laying):
-                ups, spins = motion.motion(times)
-                up[after], rates[after] = ups[after], rates[after] + spins[after]
-            else:
-                sense = math.copysign(1.0, self._up[motion.axis])
-                turning = sense * motion.rates(times)[:, None] * np.array(self._up)
-                rates += np.where(after[:, None], turning, 0.0)
-            if motion.end > times[-1]:
-                break
-            self._motions.popleft()
-            if isinstance(motion, Laying):
-                self._up = motion.target
-        force = up * np.array([1.0, 1.0, -1.0])
+        force, rates = self._attitude.motion(times)
         gyros = self.gyros.volts(rates, times, _columns(white, GYROS))
         accelerometers = self.accelerometers.volts(force, times, _columns(white, ACCELEROMETERS))
         both = np.hstack([gyros, accelerometers])
         return dict(zip((*GYROS, *ACCELEROMETERS), both.T, strict=True))
 
     def _air(self, times: FloatArray, white: FloatArray) -> dict[str, FloatArray]:
-        a, b, c = self._gust_phases
-        wind = 2.0 + 0.9 * np.sin(0.6 * times + a) + 0.6 * np.sin(1.9 * times + b)
-        wind = wind + 0.4 * np.sin(4.3 * times + c)
-        felt = np.zeros(times.size) if self._covered else 0.6 * wind * np.abs(wind)
-        if self._breath is not None:
-            felt = felt + self._breath.pressure(times)
         given = {
             "static_pressure": np.full(times.size, self.weather.pressure),
-            "dynamic_pressure": felt,
+            "dynamic_pressure": self._pitot.pressure(times),
         }
         return {
             name: self.pressures[name].volts(values, white[:, DAQ.index(name)])
@@ -425,9 +341,3 @@ def _surface(channel: str) -> str:
             f"'{channel}' cannot be set by hand; choose one of {', '.join(POTENTIOMETERS)}"
         )
     return channel
-
-
-def _up_in(position: Position) -> tuple[float, float, float]:
-    """Return the direction that points up in a position, in body axes."""
-    force = specific_force(position)
-    return force["ax"], force["ay"], -force["an"]
