@@ -167,19 +167,19 @@ class RestWatch:
         if np.any(block.std > self._std):
             self._run.clear()
             self._moving = True
-            self._why = self._moved(block, block.std, self._std)
+            self._why = self._told(block, "shook", block.std, self._std)
             return
         means = np.array([*(known.mean for known in self._run), block.mean])
         spread = np.ptp(means, axis=0)
         if np.any(spread > self._wander):
             self._run.clear()
-            self._why = self._moved(block, spread, self._wander)
+            self._why = self._told(block, "moved", spread, self._wander)
         self._run.append(block)
 
-    def _moved(self, block: Stretch, found: FloatArray, allowed: FloatArray) -> str:
+    def _told(self, block: Stretch, did: str, found: FloatArray, allowed: FloatArray) -> str:
         worst = int(np.argmax(found / allowed))
         return (
-            f"{self._channels[worst]} moved by {1e3 * found[worst]:.1f} mV "
+            f"{self._channels[worst]} {did} by {1e3 * found[worst]:.1f} mV "
             f"at {block.number * BLOCK:.1f} s"
         )
 

@@ -56,7 +56,7 @@ def test_a_bump_begins_the_rest_anew() -> None:
     watch = RestWatch(LIMITS)
     watch.feed(times[:430], {name: v[:430] for name, v in volts.items()})
     assert watch.reading.state == "moving"
-    assert watch.reading.why.startswith("q moved by")
+    assert watch.reading.why.startswith("q shook by")
     watch.feed(times[430:], {name: v[430:] for name, v in volts.items()})
     reading = watch.reading
     assert reading.state == "resting"
