@@ -29,6 +29,7 @@ from ui.frame.bar_part import BarPart
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
 from ui.recording import RunningRecorder, launch, prepare_folder, running_recorders
 from ui.settings import SettingsStore, flights_path, next_flight_path
+from ui.words import sentences
 from ui.work import Progress, Work
 
 _BUDGET = 0.006
@@ -493,7 +494,7 @@ class Desk(QObject):
             if self._back_to is not None:
                 self.seek(self._back_to)
             if session.remarks:
-                self.said.emit("note", " ".join(session.remarks))
+                self.said.emit("note", sentences(session.remarks))
         if self._aircraft is not None and (complaint := self._aircraft.complaint()):
             self.said.emit("warning", complaint)
         self.told.emit()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 from gsapp.quantities import ChannelSpec, from_si
 
@@ -150,3 +151,8 @@ def count_text(number: int, singular: str, plural: str | None = None) -> str:
     """Return ``1 alarm``, ``3 alarms``, ``no alarms``."""
     word = singular if number == 1 else plural or f"{singular}s"
     return f"{number or 'no'} {word}"
+
+
+def sentences(remarks: Iterable[str]) -> str:
+    """Return remarks as sentences, one after the other, as a banner says them."""
+    return " ".join(f"{words[:1].upper()}{words[1:].rstrip('.')}." for words in remarks if words)

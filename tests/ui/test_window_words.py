@@ -36,6 +36,7 @@ from ui.words import (
     number_text,
     parse_clock,
     percent_text,
+    sentences,
     value_text,
 )
 
@@ -83,6 +84,11 @@ def test_sizes_keep_three_digits() -> None:
     assert [bytes_text(size) for size in (0, 950, 12_400, 3_021_000, 118e9)] == [
         "0 B", "950 B", "12.4 kB", "3.02 MB", "118 GB",
     ]  # fmt: skip
+
+
+def test_remarks_become_sentences() -> None:
+    said = sentences(["no link", "", "2 frames lost."])
+    assert said == "No link. 2 frames lost."
 
 
 def test_no_key_has_two_meanings_and_every_command_can_be_found() -> None:
