@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -61,7 +62,7 @@ duration = "0.7 s"
 STANDS = 17.5
 
 TELEMETRY = (
-    "recorder_battery", "excitation", "receiver_signal", "calibrated", "gyros", "sensors",
+    "recorder_battery", "excitation", "receiver_signal", "gyros", "sensors",
     "elevator", "aileron", "rudder", "range_check", "engines_idle", "engines_mid", "engines_full",
 )  # fmt: skip
 """Items of the shipped list that a record tells."""
@@ -198,6 +199,9 @@ def test_a_sound_aircraft_is_green_after_its_run_up(ground: Path) -> None:
     }
     assert "12.6 V" in found["recorder_battery"].why or "12.5" in found["recorder_battery"].why
     assert found["link"].state == found["recorder"].state == "open"
+    # Its certificates are those of a day long ago.
+    assert found["calibrated"].state == "amber"
+    assert "years ago: check it" in found["calibrated"].why
     assert found["receiver_battery"].state == "amber"
     assert found["receiver_battery"].can_tick
     order = ["red", "amber", "open", "green"]
@@ -343,6 +347,30 @@ def test_batteries_and_sensors(measured: Block) -> None:
     (ticked,) = checklist.judge(Facts(states=states))
     assert (ticked.state, ticked.by) == ("green", "hand")
     assert ticked.why.startswith("ticked by J. Doe; yaw rate not in the telemetry")
+
+
+def test_certificates_in_force_and_their_age(ground: Path) -> None:
+    """Fresh is green, yesterday amber, a channel without one red; none at all is for eyes."""
+    row = {"kind": "calibrated", "channels": ["alpha", "rudder"], "age": "18 h"}
+    with contextlib.closing(Session.replay(ground)) as session:
+        snapshot = session.snapshot()
+
+    def state(bare: Sequence[str] = (), **hours: float) -> tuple[str, str]:
+        facts = Facts(
+            snapshot=replace(snapshot, uncalibrated=tuple(bare)),
+            certified={name: 3600.0 * age for name, age in hours.items()},
+        )
+        (item,) = rules(row).judge(facts)
+        return item.state, item.why
+
+    assert state(alpha=2.5, rudder=0.2) == (
+        "green", "2 certificates in force, angle of attack calibrated 2 hours ago",
+    )  # fmt: skip
+    assert state(alpha=0.1, rudder=30.0) == (
+        "amber", "rudder surface calibrated 1 day ago: check it against three points",
+    )  # fmt: skip
+    assert state(["rudder"], alpha=1.0) == ("red", "rudder surface not calibrated")
+    assert state()[0] == "amber"
 
 
 def test_the_flight_card_is_looked_at() -> None:

@@ -10,7 +10,7 @@ link         frames come, and no more than `loss` of them get lost; red above `l
 recorder     the recorder runs and what it writes grows
 space        the disk takes `time` more of recording, and `gigabytes`; red below `time_red`
 alive        every channel is fresh, plausible, off its end stops; not stuck, if `moving`
-calibrated   every channel has a certificate in force
+calibrated   every channel has a certificate in force; amber if one is older than `age`
 follows      a surface goes with its stick, the right way, to both sides
 engines      engine speeds stay between `low` and `high` for a while, left and right alike
 pulses       so many large pulses were seen on a surface: the range check of the radio
@@ -70,8 +70,8 @@ class _Rule(StrictModel):
 
     @field_validator("duration", "time", "time_red", "age", "patience", check_fields=False)
     @classmethod
-    def _must_not_be_negative(cls, value: float) -> float:
-        return _not_negative(value)
+    def _must_not_be_negative(cls, value: float | None) -> float | None:
+        return None if value is None else _not_negative(value)
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -178,10 +178,11 @@ class Alive(_Rule):
 
 
 class Calibrated(_Rule):
-    """Every channel has a certificate in force."""
+    """Every channel has a certificate in force; one older than `age`, s, is amber."""
 
     kind: Literal["calibrated"]
     channels: tuple[str, ...]
+    age: Time | None = None
 
 
 class Follows(_Rule):

@@ -25,7 +25,7 @@ from gsapp.session.checklist.items import (
 )
 from gsapp.session.checklist.judgment import Facts, Judge, Judgment
 from gsapp.session.checklist.moving import EnginesJudge, FollowsJudge, PulsesJudge
-from gsapp.session.checklist.words import joined, named, shown
+from gsapp.session.checklist.words import ago, joined, named, shown
 from gsapp.session.limits import Severity
 from gsapp.session.states import ChannelState
 
@@ -140,14 +140,24 @@ class CalibratedJudge(_Glance):
         """Return whether certificates are in force."""
         if facts.snapshot is None:
             return NO_FLIGHT
-        bare = [name for name in self._rule.channels if name in facts.snapshot.uncalibrated]
+        rule = self._rule
+        bare = [name for name in rule.channels if name in facts.snapshot.uncalibrated]
         if bare:
             return Judgment(
                 state="red", why=f"{joined([named(one) for one in bare])} not calibrated"
             )
-        return Judgment(
-            state="green", why=f"certificates in force for {len(self._rule.channels)} channels"
-        )
+        ages = {name: facts.certified[name] for name in rule.channels if name in facts.certified}
+        if not ages:
+            return Judgment(
+                state="amber",
+                why="these channels come without certificates: look yourself and tick",
+                by_hand=True,
+            )
+        oldest = max(ages, key=ages.__getitem__)
+        since = f"{named(oldest)} calibrated {ago(ages[oldest])}"
+        if rule.age is not None and ages[oldest] > rule.age:
+            return Judgment(state="amber", why=f"{since}: check it against three points")
+        return Judgment(state="green", why=f"{len(ages)} certificates in force, {since}")
 
 
 @_judge_for.register(Card)

@@ -31,12 +31,15 @@ class Facts:
         The flight card, where there is one.
     doubts : tuple of str
         What looks like a slip on it, in words.
+    certified : mapping of str to float
+        Age of each certificate in force, s, by channel.
     """
 
     snapshot: SessionSnapshot | None = None
     states: Mapping[str, ChannelState] = field(default_factory=dict)
     card: FlightInfo | None = None
     doubts: tuple[str, ...] = ()
+    certified: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

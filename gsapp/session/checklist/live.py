@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
 from typing import Any, Final
 
 from gsapp.flight.card_checks import check_card
@@ -73,7 +74,7 @@ class SessionChecklist:
 
     def facts(self) -> Facts:
         """Return what the rules go by now, beside the samples."""
-        session = self.session
+        session, now = self.session, datetime.now(UTC)
         card = self._card()
         carried = [
             name
@@ -84,6 +85,10 @@ class SessionChecklist:
             snapshot=session.snapshot(),
             states=session.states(carried),
             card=card,
+            certified={
+                name: (now - certificate.stamp.astimezone()).total_seconds()
+                for name, certificate in session.certificates.items()
+            },
             doubts=()
             if card is None
             else tuple(
