@@ -1,0 +1,107 @@
+"""People at the virtual bench who do what the wizard asks, and count the keys they press."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from calibration.plan import CalibrationPlan
+from calibration.wizard import Action, Wizard, WizardView
+from gsapp.dynamics.pilot.bench import VirtualBench
+
+sys.path.insert(0, str(Path(__file__).parent))
+from wizard_kit import Field
+
+
+class BenchCrew:
+    """A crew, a virtual bench, and a wizard.
+
+    Parameters
+    ----------
+    folder : Path
+        For journal and certificates.
+    plan : CalibrationPlan
+        What is calibrated.
+    bench : VirtualBench
+        The aircraft on the ground.
+    """
+
+    def __init__(self, folder: Path, plan: CalibrationPlan, bench: VirtualBench) -> None:
+        self.field = Field(folder, plan)
+        self.bench = bench
+        self.wizard: Wizard = self.field.begin().wizard
+        self.keys = 0
+        self.named: list[tuple[str, str, str]] = []
+
+    @property
+    def view(self) -> WizardView:
+        """Return what the wizard shows."""
+        return self.wizard.view
+
+    def press(self, kind: str, **details: object) -> WizardView:
+        """Press a key."""
+        self.keys += 1
+        self.wizard.act(Action(kind=kind, **details))  # type: ignore[arg-type]
+        return self.view
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass, and note what faults are named."""
+        for _ in range(max(round(seconds / 0.2), 1)):
+            self.wizard.feed(self.bench.step(0.2))
+            for fault in self.view.faults:
+                told = (fault.kind, fault.channel, fault.other)
+                if told not in self.named:
+                    self.named.append(told)
+
+    def set(self, channel: str, angle: float, hold: float = 2.0) -> None:
+        """Set an instrument to an angle and hold it."""
+        self.wait(self.bench.set_angle(channel, angle) + hold)
+
+    def obey(self) -> None:
+        """Do the next thing that is asked."""
+        view = self.view
+        channel = "" if view.instrument is None else view.instrument.channel
+        if view.phase == "sign":
+            self.set(channel, 15.0)
+        elif view.phase == "points":
+            assert view.target is not None
+            if view.remaining[0].turns:
+                past = view.target + (-4.0 if view.direction == "up" else 4.0)
+                self.set(channel, past, hold=0.6)
+            self.set(channel, view.target, hold=1.2)
+        elif view.phase == "gyro_turn":
+            assert view.target is not None
+            self.wait(2.0)
+            self.wait(self.bench.turn(channel, view.target) + 2.0)
+        elif view.phase == "accel_position":
+            assert view.position is not None
+            self.wait(self.bench.lie(view.position) + 4.5)
+        elif view.phase == "pressure_zero":
+            self.bench.cover()
+            self.press("take")
+            self.wait(4.5)
+        elif view.phase == "pressure_blow":
+            self.wait(self.bench.blow() + 1.0)
+        else:
+            self.wait(0.6)
+
+    def until(self, *phases: str, tries: int = 60) -> WizardView:
+        """Go on obeying until one of these pages comes."""
+        for _ in range(tries):
+            if self.view.phase in phases:
+                return self.view
+            self.obey()
+        raise AssertionError(self.view)
+
+    def try_out(self, channel: str) -> None:
+        """Prove the sign of an instrument, then go to both ends, until a fault is named."""
+        self.wizard.act(Action(kind="open", channel=channel))
+        self.wait(0.6)
+        self.set(channel, 15.0)
+        if not self.named and self.wizard.phase == "sign":
+            # Moved, and nothing happens: the key says that it was moved.
+            self.press("take")
+            self.wait(1.0)
+        for angle in (-24.0, -20.0, 24.0):
+            if not self.named:
+                self.set(channel, angle)
