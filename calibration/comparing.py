@@ -1,8 +1,8 @@
 """A new calibration against a former one, and a few points against the one in force.
 
-Values set are held against the former curve at the volts read: what remains is a shift of zero and
-a change of slope, d = zero + slope * value, found by least squares. Both count only beyond what the
-scatter of the points and the uncertainty of the former curve explain.
+Values set are held against what the former curve shows at the volts read: what remains is a shift
+of zero and a change of slope, d = zero + slope * shown, found by least squares. Both count only
+beyond what the scatter of the points and the uncertainty of the former curve explain.
 """
 
 from __future__ import annotations
@@ -166,29 +166,30 @@ class _Shift:
 
 
 def _shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _Shift:
-    """Fit d = zero + slope (value - pivot), and half the growth of the loop where both are met."""
+    """Fit d = zero + slope (shown - pivot), and half the growth of the loop where both are met."""
     # SciPy's special functions take a third of a second to import; no window waits for them.
     from scipy.special import fdtrc
 
     curve = _branch_fit(reference)
     readings = _within(reference, points)
-    pivot = _pivot(readings)
     volts, side = readings.volts, readings.side
     shown = from_si(reference.evaluate(volts), reference.unit, channel(reference.channel).quantity)
+    pivot = _pivot(shown)
     width = reference.hysteresis
     apart = readings.values - shown - 0.5 * side * width
-    columns = [np.ones(volts.size), readings.values - pivot]
+    columns = [np.ones(volts.size), shown - pivot]
     if readings.two_sided and len(readings) > 4:
         columns.append(0.5 * side)
     design = np.column_stack(columns)
     unknown = 0.25 * width**2 * (side == 0.0)
     scatter, freedom = _scatter(design, apart, curve, unknown)
-    noise = np.diag(np.full(volts.size, scatter**2) + unknown)
+    alone = scatter**2 + unknown
+    noise = np.diag(alone)
     if curve is not None:
         rows = curve.design(volts, side)
         noise = noise + scatter**2 * rows @ curve.covariance @ rows.T
-    weights = 1.0 / np.maximum(np.diag(noise), 1e-300)
-    solve = np.linalg.pinv(design * np.sqrt(weights)[:, None]) * np.sqrt(weights)
+    root = 1.0 / np.sqrt(np.maximum(alone, 1e-300))
+    solve = np.linalg.pinv(design * root[:, None]) * root
     found = solve @ apart
     covariance = (solve @ noise @ solve.T)[:2, :2]
     std = np.sqrt(np.diag(covariance))
@@ -243,9 +244,9 @@ def _within(reference: Certificate, points: Sequence[CalibrationPoint]) -> Readi
     return Readings.of(chosen)
 
 
-def _pivot(readings: Readings) -> float:
+def _pivot(shown: FloatArray) -> float:
     """Return where the shift is told: at zero, or in the middle where zero is not in reach."""
-    low, high = float(readings.values.min()), float(readings.values.max())
+    low, high = float(shown.min()), float(shown.max())
     return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
 
 

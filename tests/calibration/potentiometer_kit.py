@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibration.faults import InstrumentFault, find_faults
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
 from calibration.watching import VoltsWatch, WatchReading
-from gsapp.dynamics.pilot.bench import BenchFault, Potentiometer, VirtualBench
+from gsapp.dynamics.pilot.bench import POTENTIOMETERS, BenchFault, Potentiometer, VirtualBench
 from gsapp.dynamics.pilot.bench.potentiometer import Linkage
 from gsapp.dynamics.pilot.converter import STEP
 from gsapp.quantities import FloatArray
@@ -196,3 +197,34 @@ def moved_once(seed: int, channel: str, faults: Sequence[BenchFault] = ()) -> di
         name: np.concatenate([block[f"{name}_volts"] for block in blocks])
         for name in bench.potentiometers
     }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultTrial:
+    """One surface moved on an aircraft with at most one fault, and what was found."""
+
+    kind: str
+    moved: str
+    other: str
+    faults: tuple[InstrumentFault, ...]
+
+
+def fault_trial(seed: int, kind: str) -> FaultTrial:
+    """Move a surface drawn by the seed, with a fault of a kind; without one where it is empty."""
+    random = np.random.default_rng([seed, 33])
+    moved, other = (str(name) for name in random.choice(POTENTIOMETERS, 2, replace=False))
+    faults = ()
+    if kind:
+        faults = (BenchFault(channel=moved, kind=kind, other=other if kind == "swapped" else ""),)
+    volts = moved_once(seed, moved, faults)
+    # As the certificate before has it: from the time when nothing was wrong.
+    slope = VirtualBench(seed).potentiometers[moved].slope
+    found = find_faults(moved, volts, sense=1, slope_sign=int(np.sign(slope)))
+    return FaultTrial(kind=kind, moved=moved, other=other, faults=found)
+
+
+def named_right(trial: FaultTrial) -> bool:
+    """Return whether the fault was named, with its partner, and no other."""
+    if tuple(fault.kind for fault in trial.faults) != ((trial.kind,) if trial.kind else ()):
+        return False
+    return trial.kind != "swapped" or trial.faults[0].other == trial.other

@@ -1,0 +1,132 @@
+"""Drift between certificates, and the three-point check, held against known shifts."""
+
+from __future__ import annotations
+
+import datetime as dt
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
+from calibration.choosing import calibrate, certify
+from calibration.comparing import check, compare
+
+sys.path.insert(0, str(Path(__file__).parent))
+from potentiometer_kit import quick_sweep
+
+STAMP = dt.datetime(2026, 5, 12, 8, 31)  # noqa: DTZ001 - a field's local time
+SEEDS = range(6)
+
+
+@cache
+def former_of(seed: int) -> Certificate:
+    return certificate(points_of(seed))
+
+
+def certificate(points: Sequence[CalibrationPoint], **more: object) -> Certificate:
+    made = calibrate(points)
+    return certify(made, points, channel_id="rudder", unit="deg", who="crew", stamp=STAMP, **more)
+
+
+def points_of(
+    seed: int, *, zero: float = 0.0, slope: float = 0.0, again: int = 0
+) -> list[CalibrationPoint]:
+    """Return the points of one potentiometer, its body turned by `zero`, its slope grown."""
+    taken = quick_sweep(seed, "rudder")
+    drawn = taken.points(0.06, seed + 1000 * again)
+    return [replace(one, value=(1.0 + slope) * one.value + zero) for one in drawn]
+
+
+def three(points: Sequence[CalibrationPoint]) -> list[CalibrationPoint]:
+    return [points[1], points[2], points[3]]
+
+
+@pytest.mark.parametrize(("zero", "slope"), [(0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.06)])
+def test_drift_is_found_where_it_is_and_nowhere_else(zero: float, slope: float) -> None:
+    """A body turned by 0.8 deg, or a slope grown by 6 %, is significant; nothing is not."""
+    within, significant = [], []
+    for seed in SEEDS:
+        former = former_of(seed)
+        drift = compare(certificate(points_of(seed, zero=zero, slope=slope, again=1)), former)
+        significant.append(drift.significant)
+        within.append(abs(drift.zero - zero) < drift.zero_uncertainty)
+        within.append(abs(drift.slope - slope) < drift.slope_uncertainty)
+        assert "2026-05-12 08:31" in drift.sentence
+    assert np.mean(within) >= 0.85
+    assert np.mean(significant) == 1.0 if zero or slope else np.mean(significant) <= 0.1
+
+
+def test_three_points_tell_whether_the_certificate_holds() -> None:
+    """A minute's check passes where nothing moved, and fails where the zero moved by a degree."""
+    held, failed = 0, 0
+    for seed in SEEDS:
+        in_force = former_of(seed)
+        held += check(in_force, three(points_of(seed, again=1))).passed
+        moved = check(in_force, three(points_of(seed, zero=1.0, again=1)))
+        failed += not moved.passed
+        assert moved.zero == pytest.approx(1.0, abs=0.3)
+        assert moved.largest > 0.7
+        assert "calibrate again" in moved.sentence
+    assert held >= 5
+    assert failed == len(SEEDS)
+
+
+def test_the_side_from_which_a_check_was_made_is_allowed_for() -> None:
+    """Three points upward lie half a loop off the curve, and that is no shift of zero.
+
+    Where the direction was not noted the same points say less, not something else.
+    """
+    points = [
+        CalibrationPoint(volts=(value + 50.0 - side) / 20.0, value=value, direction=name)
+        for side, name in ((1.0, "up"), (-1.0, "down"))
+        for value in (-20.0, -10.0, 0.0, 10.0, 20.0)
+    ]
+    errors = np.random.default_rng(1).normal(0.0, 0.02, len(points))
+    points = [replace(p, value=p.value + float(e)) for p, e in zip(points, errors, strict=True)]
+    in_force = certificate(points)
+    upward = check(in_force, three(points))
+    assert upward.passed
+    assert abs(upward.zero) < 0.05
+    unknown = check(in_force, [replace(one, direction="single") for one in three(points)])
+    assert unknown.zero_uncertainty > 5.0 * upward.zero_uncertainty
+    assert unknown.passed
+
+
+def test_supplies_are_referred_to_each_other() -> None:
+    """The same potentiometer at 4.8 V and at 5 V has not drifted."""
+    points = points_of(2)
+    former = certificate(points, excitation_voltage=5.0, ratiometric=True)
+    sagged = [replace(one, volts=0.96 * one.volts) for one in points]
+    new = certificate(sagged, excitation_voltage=4.8, ratiometric=True)
+    drift = compare(new, former)
+    assert drift.zero == pytest.approx(0.0, abs=1e-6)
+    assert not drift.significant
+
+
+def test_certificates_without_points_can_be_compared_with() -> None:
+    """A former one that holds only its curve serves, too; the new one's points tell the chance."""
+    former = replace(certificate(points_of(4)), points=(), quality=None)
+    drift = compare(certificate(points_of(4, zero=1.0, again=1)), former)
+    assert drift.significant
+    assert drift.zero == pytest.approx(1.0, abs=0.2)
+    shipped = load_certificates("b777")["rudder"]
+    assert compare(certificate(points_of(4)), shipped).significant
+
+
+def test_what_cannot_be_compared_says_why() -> None:
+    """Other channels, too few settings, points out of reach."""
+    made = certificate(points_of(1))
+    with pytest.raises(CalibrationError, match="same channel"):
+        compare(made, load_certificates("b777")["alpha"])
+    with pytest.raises(CalibrationError, match="two settings"):
+        check(made, made.points[:1])
+    with pytest.raises(CalibrationError, match="range"):
+        check(made, [replace(one, volts=one.volts + 20.0) for one in made.points])
+    bare = replace(made, points=(), quality=None)
+    with pytest.raises(CalibrationError, match="third setting"):
+        check(bare, made.points[:2])
