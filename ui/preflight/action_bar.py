@@ -76,14 +76,14 @@ class ActionBar(QWidget):
 
     def _restyle(self) -> None:
         px = self._look.px
-        self._row.setContentsMargins(px(16), px(6), px(16), px(8))
+        self._row.setContentsMargins(px(16), px(4), px(16), px(6))
         self._row.setSpacing(px(8))
         self.updateGeometry()
         self._fit()
 
     def sizeHint(self) -> QSize:
         """Return its size: one row of controls for gloves."""
-        return QSize(self._look.px(320), self._look.sizes.control + self._look.px(14))
+        return QSize(self._look.px(320), self._look.sizes.control + self._look.px(10))
 
     def minimumSizeHint(self) -> QSize:
         """Return the least size: never lower."""

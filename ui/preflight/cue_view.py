@@ -11,7 +11,7 @@ from ui.glyphs import State, paint_state
 from ui.look import Look
 from ui.preflight.wizard_words import Cue
 
-_HIGH, _LOW = 212, 156
+_HIGH, _LOW = 212, 140
 """Points of height: with room, and at least."""
 _BIG, _PROMPT, _LEAST = 76, 22, 13
 _ALIGN = Qt.AlignmentFlag
@@ -84,7 +84,7 @@ class CueView(QWidget):
         # Where the window is low the number and the prompt share what is left.
         share = (self.height() - px(_LOW)) / max(px(_HIGH) - px(_LOW), 1)
         spare = min(max(share, 0.0), 1.0)
-        top, high = px(38), px(72 + 22 * spare)
+        top, high = px(34 + 4 * spare), px(60 + 34 * spare)
         self._paint_big(painter, QRectF(0, top, wide - side - px(12), high))
         self._paint_measured(painter, QRectF(wide - side, top, side, high))
         prompt = QRectF(0, top + high + px(4 * spare), wide, px(28 + 28 * spare))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.virtual.process import BenchProcess, free_port
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 _AIRCRAFT = "b777"
 _PAST = 4.0
 """Degrees by which a setting is passed before it is come back to."""
-_PAUSE_MS = 3500
-"""Until the hand comes back: as long as a person takes for it."""
+_WORDS = {"pressure_zero": "pitot covered", "pressure_blow": "pitot blow"}
+_UNDER_WAY = 1.2
+"""Seconds after which volts that are steady say that the hand has arrived."""
 
 
 class Practice(QObject):
@@ -42,11 +43,7 @@ class Practice(QObject):
         self._speed = speed
         self._bench: BenchProcess | None = None
         self.folder: Path | None = None
-        self._back = QTimer(self)
-        self._back.setSingleShot(True)
-        self._back.setInterval(round(_PAUSE_MS / speed))
-        self._back.timeout.connect(self._come_back)
-        self._wanted: tuple[str, float] | None = None
+        self._wanted: tuple[str, float, float] | None = None
         self._port = 0
         desk.changed.connect(self._opened)
 
@@ -92,7 +89,7 @@ class Practice(QObject):
 
     def stop(self) -> None:
         """Switch the bench off."""
-        self._back.stop()
+        self._wanted = None
         if self._bench is not None:
             self._bench.stop()
             self._bench = None
@@ -102,19 +99,32 @@ class Practice(QObject):
         instrument, bench = view.instrument, self._bench
         if instrument is None or bench is None:
             return
+        over = "wrong side" in view.message
+        self._wanted = None
         if view.phase == "sign":
             bench.set_angle(instrument.channel, max(instrument.settings))
+        elif view.phase == "gyro_turn" and view.target is not None:
+            bench.say(f"turn {instrument.channel} {view.target:g}")
+        elif view.position is not None:
+            bench.say(f"lie {view.position}")
+        elif view.phase in _WORDS:
+            bench.say(_WORDS[view.phase])
         elif view.target is not None:
-            turns = bool(view.remaining) and view.remaining[0].turns
+            turns = over or (bool(view.remaining) and view.remaining[0].turns)
             past = {"up": -_PAST, "down": _PAST}.get(view.direction, 0.0)
             if turns and past:
-                self._wanted = (instrument.channel, view.target)
+                since = view.reading.time if view.reading is not None else 0.0
+                self._wanted = (instrument.channel, view.target, since)
                 bench.set_angle(instrument.channel, view.target + past)
-                self._back.start()
             else:
                 bench.set_angle(instrument.channel, view.target)
 
-    def _come_back(self) -> None:
-        if self._wanted is not None and self._bench is not None:
-            self._bench.set_angle(*self._wanted)
+    def follow(self, view: WizardView) -> None:
+        """Come back to a setting once it was passed."""
+        reading = view.reading
+        if self._wanted is None or self._bench is None or reading is None:
+            return
+        channel, target, since = self._wanted
+        if reading.state == "steady" and reading.time - since > _UNDER_WAY:
             self._wanted = None
+            self._bench.set_angle(channel, target)

@@ -250,6 +250,7 @@ class WizardPage(QWidget):
             others = tuple(one for one in offers_of(view) if one.id in ("undo", "back"))
             self.actions_bar.show_offers((closing, *others))
             return
+        self.practice.follow(view)
         self.pages.setCurrentWidget(self.work)
         self.work.show_view(view, self._choice)
         helping = (Offer(id="help", text="Helper: set it", key="H"),)

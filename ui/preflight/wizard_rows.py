@@ -31,17 +31,19 @@ _STALE = 2.0
 
 def standings_of(plan: CalibrationPlan, shelf: Shelf) -> tuple[Standing, ...]:
     """Return of each instrument whether and since when it is calibrated."""
-    held, left = shelf.certificates(), shelf.store.skipped()
+    known, held, left = shelf.certificates(), shelf.store.in_force(), shelf.store.skipped()
     found = []
     for instrument in plan.instruments:
-        certificate = held.get(instrument.channel)
+        certificate = known.get(instrument.channel)
         words = "uncalibrated"
         if certificate is not None:
             by = f" by {certificate.who}" if certificate.who else ""
             words = f"{certificate.stamp:%d %b %Y %H:%M}{by}"
+            if instrument.channel not in held:
+                words = f"not calibrated here: that of {words} counts"
         elif instrument.channel in left:
             words = f"uncalibrated: {left[instrument.channel].reason}"
-        found.append(Standing(title=instrument.title, words=words, good=certificate is not None))
+        found.append(Standing(title=instrument.title, words=words, good=instrument.channel in held))
     return tuple(found)
 
 

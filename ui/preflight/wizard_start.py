@@ -58,7 +58,7 @@ class StartPanel(CenteredPage):
         self._card = QFrame()
         self._card.setObjectName("card")
         self._grid = QGridLayout(self._card)
-        self._grid.setColumnStretch(1, 1)
+        self._grid.setColumnStretch(2, 1)
         self.column.addWidget(self._card)
         self._shown: tuple[Standing, ...] | None = None
         look.changed.connect(self._restyle)

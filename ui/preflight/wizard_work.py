@@ -84,18 +84,10 @@ class WorkPanel(QWidget):
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._left = QVBoxLayout()
         self._left.addWidget(self.cue)
-        self._room = QVBoxLayout()
-        self._left.addLayout(self._room, 1)
+        self._below, self._room = _scrolled()
+        self._left.addWidget(self._below, 1)
         self._box.addLayout(self._left, 1)
-        self._scroll = QScrollArea()
-        self._scroll.setFrameShape(QFrame.Shape.NoFrame)
-        self._scroll.setWidgetResizable(True)
-        self._scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        page = QWidget()
-        page.setObjectName("page")
-        self._scroll.setWidget(page)
-        self._column = QVBoxLayout(page)
+        self._scroll, self._column = _scrolled()
         self._column.addWidget(self.points)
         self._column.addWidget(self.charts, 1)
         self._box.addWidget(self._scroll, 1)
@@ -115,8 +107,9 @@ class WorkPanel(QWidget):
         self.points.setVisible(bool(rows))
         self.quality.show_rows(quality_lines(view))
         by_hand = view.instrument is not None and view.instrument.by_hand
-        self.charts.setVisible(by_hand)
-        if by_hand:
+        drawn = by_hand and bool(view.points)
+        self.charts.setVisible(drawn)
+        if drawn:
             self.charts.show_view(view)
         self._beside = by_hand or bool(rows)
         self._scroll.setVisible(self._beside or not self._wide)
@@ -129,9 +122,11 @@ class WorkPanel(QWidget):
     def _fit(self) -> None:
         px = self._look.px
         margin = px(16)
-        self._box.setContentsMargins(margin, px(12), margin, 0)
-        self._box.setSpacing(px(24))
+        self._box.setContentsMargins(margin, px(8), margin, 0)
+        self._box.setSpacing(px(24 if self.width() >= px(_WIDE) else 8))
+        self._scroll.setMinimumHeight(px(40))
         self._left.setSpacing(px(8))
+        self._room.setSpacing(px(8))
         self._column.setSpacing(px(12))
         self._column.setContentsMargins(0, 0, px(8), px(8))
         wide = self.width() >= px(_WIDE)
@@ -141,7 +136,7 @@ class WorkPanel(QWidget):
         side = QBoxLayout.Direction.LeftToRight
         self._box.setDirection(side if wide else QBoxLayout.Direction.TopToBottom)
         self._box.setStretch(0, 1 if wide else 0)
-        self._scroll.setMinimumHeight(0 if wide else px(64))
+        self._below.setVisible(wide)
         self._scroll.setVisible(self._beside or not wide)
         for place, widget in enumerate((self.remarks, self.quality, self.picture)):
             if wide:
@@ -151,5 +146,21 @@ class WorkPanel(QWidget):
 
     def scroll(self, pages: float) -> None:
         """Move what is below by parts of its height."""
-        bar = self._scroll.verticalScrollBar()
-        bar.setValue(bar.value() + round(pages * self._scroll.viewport().height()))
+        for area in (self._below, self._scroll):
+            bar = area.verticalScrollBar()
+            bar.setValue(bar.value() + round(pages * area.viewport().height()))
+
+
+def _scrolled() -> tuple[QScrollArea, QVBoxLayout]:
+    """Return an area that scrolls down, and the column in it."""
+    area = QScrollArea()
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setWidgetResizable(True)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    page = QWidget()
+    page.setObjectName("page")
+    area.setWidget(page)
+    column = QVBoxLayout(page)
+    column.setContentsMargins(0, 0, 0, 0)
+    return area, column
