@@ -21,9 +21,8 @@ CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModif
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    """Return one window for all tests of the module: styling a window takes a second."""
+def opened_window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[MainWindow]:
+    """Open one window for all tests of a module: styling a window takes a second."""
     folder = tmp_path_factory.mktemp("window")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
@@ -34,9 +33,8 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
         made.deleteLater()
 
 
-@pytest.fixture
-def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
-    """Return the window as it was when it was opened, with nothing prepared."""
+def as_opened(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
+    """Bring the window back to how it was when it was opened, with nothing prepared."""
     dress(made, "daylight", 100)
     made.look.set_units("US")
     made.resize(1280, 800)

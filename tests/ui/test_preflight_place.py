@@ -1,0 +1,597 @@
+"""The place Preflight, driven by keys, with pixels read: card, checklist, test cards."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QFileDialog,
+    QLineEdit,
+)
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from preflight_kit import (
+    ALT,
+    CONTROL,
+    SHIFT,
+    as_opened,
+    count,
+    dress,
+    go,
+    in_window,
+    opened_window,
+    press,
+    type_into,
+    waiting,
+)
+from window_kit import Aircraft, free_port, until, write_flight
+
+from gsapp.flight.cards import load_cards
+from gsapp.flight.events import read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.maneuvers import FoundManeuver
+from gsapp.quantities.constants import DEGREE, FOOT
+from gsapp.telemetry.recorder_control import find_recorders
+from ui.dialogs.requests import ConnectRequest
+from ui.preflight.steps import STEPS
+from ui.window import MainWindow
+
+_PATIENCE_MS = 30_000
+"""A recorder is a process of its own, which may take a while to start."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    yield from opened_window(tmp_path_factory)
+
+
+@pytest.fixture
+def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
+    yield from as_opened(made, qtbot)
+
+
+def info(window: MainWindow) -> FlightInfo:
+    """Return the card that waits, as it stands on the disk."""
+    return FlightFolder(path=waiting(window)).info() or FlightInfo()
+
+
+# The steps
+
+
+def test_alt_and_a_number_go_to_the_step_of_the_place_on_screen(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """The same keys belong to Model gap when that is on screen; the step is remembered."""
+    for number, step in enumerate(STEPS, start=1):
+        go(window, qtbot, number)
+        assert window.preflight.step == step.id
+        assert window.preflight.steps.buttons[step.id].isChecked()
+        assert window.store.current.preflight_step == step.id
+    go(window, qtbot, 3)
+    qtbot.keyClick(window, Qt.Key.Key_F5)
+    assert not window.commands.actions["preflight_card"].isEnabled()
+    press(qtbot, Qt.Key.Key_1, ALT)
+    assert window.preflight.step == "checklist"
+    qtbot.keyClick(window, Qt.Key.Key_F1)
+    assert window.preflight.step == "checklist"
+    assert window.preflight.pages["checklist"].list.hasFocus()
+
+
+def test_no_two_commands_of_one_place_share_a_key(window: MainWindow, qtbot: QtBot) -> None:
+    """With what is enabled at each step; Qt does nothing for a key that two commands claim."""
+    for number in range(1, 5):
+        go(window, qtbot, number)
+        keys = [
+            key
+            for command in window.commands.commands
+            if window.commands.actions[command.id].isEnabled()
+            for key in command.keys
+        ]
+        assert len(keys) == len(set(keys)), STEPS[number - 1].id
+
+
+def check_states(window: MainWindow) -> None:
+    """Look for the state of two steps: words, and their color in pixels."""
+    shown = window.preflight.steps.buttons
+    assert shown["card"].shown.words == "5 missing"
+    assert "not green" in shown["checklist"].shown.words
+    for name, color in (("card", "caution"), ("checklist", "warning")):
+        assert count(shown[name], getattr(window.look.theme, color)) > 40, name
+
+
+def test_each_step_shows_its_state_in_color_and_words(window: MainWindow, qtbot: QtBot) -> None:
+    go(window, qtbot, 1)
+    check_states(window)
+    card = window.preflight.steps.buttons["card"]
+    assert "Missing: pilot" in card.toolTip()
+    assert "5 missing" in card.accessibleName()
+
+
+# The card
+
+
+def test_a_card_is_filled_by_keys_and_saved_as_it_is_typed(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """Tab goes from field to field; the file holds what was typed in the unit of the screen."""
+    page = go(window, qtbot, 1)
+    assert page.fields["name"][1].edit.hasFocus()
+    qtbot.keyClicks(QApplication.focusWidget(), "Flight 7")
+    press(qtbot, Qt.Key.Key_Tab)
+    qtbot.keyClicks(QApplication.focusWidget(), "Ann")
+    type_into(qtbot, page.fields["takeoff_weight"][1], "46,5")
+    until(qtbot, lambda: info(window).takeoff_weight is not None)
+    found = info(window)
+    assert (found.name, found.crew["pilot"]) == ("Flight 7", "Ann")
+    assert found.takeoff_weight == pytest.approx(206.84, abs=0.01)
+    assert "46.5 lb" in (waiting(window) / "flight.toml").read_text(encoding="utf-8")
+    assert page.saved.text() == "✓ Saved"
+    # The other units, and back: not a digit is lost.
+    press(qtbot, Qt.Key.Key_U, CONTROL)
+    weight = page.fields["takeoff_weight"][1]
+    assert (weight.text, weight.unit.text()) == ("21.09", "kg")
+    press(qtbot, Qt.Key.Key_U, CONTROL)
+    assert (weight.text, weight.unit.text()) == ("46.5", "lb")
+
+
+def test_a_value_in_another_unit_is_understood(window: MainWindow, qtbot: QtBot) -> None:
+    page = go(window, qtbot, 1)
+    field = page.fields["weather.temperature"][1]
+    type_into(qtbot, field, "20 degC")
+    press(qtbot, Qt.Key.Key_Tab)
+    assert (field.text, field.unit.text()) == ("68", "°F")
+    assert info(window).weather.temperature == pytest.approx(293.15)
+
+
+def test_what_will_not_do_is_told_in_words_and_is_not_on_the_card(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    page = go(window, qtbot, 1)
+    field = page.fields["fuel"][1]
+    type_into(qtbot, field, "2.7 ft")
+    assert "not a unit of mass" in field.sentence.text()
+    assert window.preflight.steps.buttons["card"].shown.words == "1 value wrong"
+    assert count(field.sentence, window.look.theme.warning) > 20
+    press(qtbot, Qt.Key.Key_Tab)
+    assert (field.text, info(window).fuel) == ("2.7 ft", None)
+    assert "marked" in page.saved.text()
+    type_into(qtbot, field, "2.7")
+    assert not field.sentence.isVisible()
+
+
+def test_a_slip_is_doubted_beside_the_value(window: MainWindow, qtbot: QtBot) -> None:
+    """Pounds of a scale that shows kilograms: the card takes them, and says what is odd."""
+    page = go(window, qtbot, 1)
+    field = page.fields["takeoff_weight"][1]
+    type_into(qtbot, field, "21.1")
+    assert field.sentence.isVisible()
+    assert "kg" in field.sentence.text()
+    assert count(field.sentence, window.look.theme.caution) > 20
+
+
+def test_undo_takes_back_field_by_field_and_redo_makes_it_again(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """Also from within a field, and on the disk."""
+    page = go(window, qtbot, 1)
+    pilot, fuel = page.fields["crew.pilot"][1], page.fields["fuel"][1]
+    type_into(qtbot, pilot, "Ann")
+    type_into(qtbot, fuel, "2.7")
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert (pilot.text, fuel.text) == ("Ann", "")
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert pilot.text == ""
+    assert not info(window).crew
+    press(qtbot, Qt.Key.Key_Y, CONTROL, times=2)
+    assert (pilot.text, fuel.text) == ("Ann", "2.7")
+    assert info(window).crew["pilot"] == "Ann"
+
+
+def test_scales_say_weight_and_center_of_gravity_as_they_are_typed(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    page = go(window, qtbot, 1)
+    form = page.weighing
+    form.way.setFocus()
+    press(qtbot, Qt.Key.Key_Down, times=2)
+    assert form.way.text == "wheels"
+    fields = {name: field for name, (_value, field) in form.fields.items()}
+    assert not fields["main"].isVisible()
+    type_into(qtbot, fields["nose"], "4.6")
+    assert "read the other scales" in fields["nose"].sentence.text()
+    type_into(qtbot, fields["left"], "20.8")
+    type_into(qtbot, fields["right"], "20.9")
+    assert form.weight.text().startswith("46.30 ± ")
+    # Nose wheel and main wheels at the places of the aircraft file.
+    ahead = (4.6 * 2.62 - 41.7 * 0.26) / 46.3 * 12.0
+    assert f"CG {ahead:.2f} ± " in form.words.text()
+    assert "ahead of" in form.words.text()
+    form.take.setFocus()
+    press(qtbot, Qt.Key.Key_Return)
+    assert page.fields["takeoff_weight"][1].text == "46.30"
+    page.flush()
+    assert info(window).weighing.loads["right"].value == pytest.approx(20.9 * 4.44822, rel=1e-4)
+    # Two axles have no use for left and right.
+    form.way.setFocus()
+    press(qtbot, Qt.Key.Key_Up)
+    assert (fields["main"].isVisible(), fields["left"].isVisible()) == (True, False)
+    type_into(qtbot, fields["main"], "41.7")
+    assert form.weight.text().startswith("46.30 ± ")
+    page.flush()
+    assert set(info(window).weighing.loads) == {"nose", "main"}
+
+
+def test_the_transmitter_is_noted_with_its_mixers(window: MainWindow, qtbot: QtBot) -> None:
+    page = go(window, qtbot, 1)
+    form = page.transmitter
+    for cell, text in zip(form.throws.cells[0], ("100", "60", "20", "4"), strict=True):
+        type_into(qtbot, cell, text)
+    source, target, share = form.mixers.cells[0]
+    source.setFocus()
+    press(qtbot, Qt.Key.Key_Down, times=2)
+    assert "needs from, to and share" in form.mixers.sentence.text()
+    target.setFocus()
+    press(qtbot, Qt.Key.Key_Down, times=3)
+    type_into(qtbot, share, "15")
+    # Another row for the next mixer.
+    assert len(form.mixers.cells) == 2
+    assert not form.mixers.sentence.isVisible()
+    page.flush()
+    set_up = info(window).transmitter
+    throw = set_up.dual_rates["elevator"]
+    assert (throw.high, throw.low, throw.expo) == pytest.approx((1.0, 0.6, 0.2))
+    assert set_up.trims["elevator"] == pytest.approx(0.04)
+    assert [(one.source, one.target, one.share) for one in set_up.mixers] == [
+        ("aileron", "rudder", pytest.approx(0.15))
+    ]
+    type_into(qtbot, form.throws.cells[0][1], "160")
+    assert "150 %" in form.throws.sentence.text()
+
+
+def test_a_flight_folder_has_its_own_card_also_after_landing(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """The debrief goes into the folder of the flight that is replayed; a plain file has no card."""
+    page = go(window, qtbot, 1)
+    type_into(qtbot, page.fields["crew.pilot"][1], "Ann")
+    csv = write_flight(tmp_path)
+    window.desk.open_flight(csv, playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    assert page.home.text().startswith("small.csv has no card")
+    assert page.fields["crew.pilot"][1].text == "Ann"
+    folder = FlightFolder.create(tmp_path / "landed", FlightInfo(name="Landed"))
+    folder.keep_onboard_log(csv)
+    window.desk.open_flight(folder.path, playing=False)
+    until(qtbot, lambda: window.desk.name == "Landed")
+    assert page.home.text().startswith("Card of Landed, ")
+    assert page.fields["crew.pilot"][1].text == ""
+    type_into(qtbot, page.fields["pilot_comments"][1], "heavy on rudder")
+    qtbot.keyClick(window, Qt.Key.Key_F2)
+    assert folder.info().pilot_comments == "heavy on rudder"
+    # What another program writes is seen.
+    qtbot.keyClick(window, Qt.Key.Key_F1)
+    folder.update_info(pilot_comments="light on rudder")
+    window.preflight.refresh()
+    assert page.fields["pilot_comments"][1].text == "light on rudder"
+
+
+def test_a_card_that_cannot_be_read_is_left_alone(window: MainWindow, qtbot: QtBot) -> None:
+    page = go(window, qtbot, 1)
+    waiting(window).mkdir(parents=True, exist_ok=True)
+    (waiting(window) / "flight.toml").write_text("notes = ", encoding="utf-8")
+    window.desk.changed.emit()
+    until(qtbot, lambda: any("not valid TOML" in text for text in window.banners.texts()))
+    assert not page.area.isEnabled()
+    assert "cannot be read" in page.home.text()
+    assert window.preflight.steps.buttons["card"].shown.state == "warning"
+    assert (waiting(window) / "flight.toml").read_text(encoding="utf-8") == "notes = "
+
+
+def check_controls(window: MainWindow) -> None:
+    """Look that every control of the card is high enough, named, inside, and overlaps no other."""
+    page, high = window.preflight.pages["card"], window.look.px(44)
+    inside = page.area.widget()
+    controls = [
+        control
+        for kind in (QLineEdit, QComboBox, QAbstractButton)
+        for control in inside.findChildren(kind)
+        if control.isVisible()
+    ]
+    assert len(controls) > 25
+    boxes = [in_window(control, inside) for control in controls]
+    width = page.area.viewport().width()
+    for place, (control, box) in enumerate(zip(controls, boxes, strict=True)):
+        # Borders and paddings are rounded one by one.
+        assert control.height() >= high - 2, control.accessibleName()
+        assert control.accessibleName()
+        assert 0 <= box.left() < box.right() <= width
+        assert not any(box.intersects(other) for other in boxes[place + 1 :])
+    for button in window.preflight.steps.buttons.values():
+        assert button.height() >= high
+    assert window.rect().contains(in_window(window.preflight.steps, window))
+
+
+def test_nothing_is_cut_and_all_is_high_enough_for_gloves(window: MainWindow, qtbot: QtBot) -> None:
+    go(window, qtbot, 1)
+    check_controls(window)
+    window.resize(2560, 1600)
+    qtbot.wait(30)
+    check_controls(window)
+    window.resize(1280, 800)
+    dress(window, "high-contrast", 200)
+    qtbot.wait(30)
+    check_controls(window)
+    check_states(window)
+    check_lines(window, qtbot, 3)
+    check_lines(window, qtbot, 4)
+
+
+def check_lines(window: MainWindow, qtbot: QtBot, step: int) -> None:
+    """Look that the lines of a list are within it, and that their words are drawn."""
+    lines = go(window, qtbot, step).list
+    shown = lines.viewport()
+    assert lines.height() >= window.look.px(120)
+    assert window.rect().contains(in_window(lines, window))
+    for row in range(2):
+        box = lines.visualRect(lines.listed.index(row))
+        assert 0 <= box.left() < box.right() <= shown.width()
+        assert count(shown, window.look.theme.text, box & shown.rect()) > 400
+
+
+def state_of(window: MainWindow, item_id: str) -> str:
+    items = window.preflight.books.checklist.items
+    return next(item.state for item in items if item.id == item_id)
+
+
+# The checklist
+
+
+def test_space_ticks_item_after_item_and_undo_takes_back(window: MainWindow, qtbot: QtBot) -> None:
+    """What is ticked goes down, the next one stands in its place; the ticks are on the disk."""
+    page = go(window, qtbot, 3)
+    book = page.book
+    begun = len(book.open_items)
+    assert page.list.hasFocus()
+    first = page.list.current_key
+    press(qtbot, Qt.Key.Key_Space, times=2)
+    assert len(book.ticks) == 2
+    assert first in book.ticks
+    assert page.summary.words == f"{begun - 2} not green"
+    assert page.list.current_key not in book.ticks
+    assert len(read_events(waiting(window) / "events.jsonl").events) == 2
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert book.ticks == {first}
+    press(qtbot, Qt.Key.Key_Y, CONTROL)
+    assert len(book.ticks) == 2
+    press(qtbot, Qt.Key.Key_Backspace, CONTROL | SHIFT)
+    assert not book.ticks
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert len(book.ticks) == 2
+
+
+def test_what_telemetry_says_cannot_be_ticked_by_hand(window: MainWindow, qtbot: QtBot) -> None:
+    page = go(window, qtbot, 3)
+    page.list.choose("link")
+    press(qtbot, Qt.Key.Key_Space)
+    assert "cannot be ticked" in page.said.text()
+    assert state_of(window, "link") == "open"
+
+
+def test_without_a_flight_there_is_nothing_to_start(window: MainWindow, qtbot: QtBot) -> None:
+    go(window, qtbot, 3)
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    assert any("connect the aircraft first" in text for text in window.banners.texts())
+    assert window.preflight.isVisible()
+
+
+def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ticks stay; a list with a mistake is told and the one before counts."""
+    opened: list[str] = []
+    monkeypatch.setattr(
+        QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()) or True
+    )
+    page = go(window, qtbot, 3)
+    page.list.choose("airframe")
+    press(qtbot, Qt.Key.Key_Space)
+    press(qtbot, Qt.Key.Key_E, CONTROL | SHIFT)
+    own = window.store.path.parent / "checklist.toml"
+    assert opened == [str(own)]
+    text = own.read_text(encoding="utf-8")
+    assert "[[items]]" in text
+    short = 'name = "Ours"\n[[items]]\nid = "airframe"\nwords = "All tight"\n'
+    own.write_text(short + '[[items]]\nid = "sky"\nwords = "Sky clear"\n', encoding="utf-8")
+    until(qtbot, lambda: len(page.book.items) == 2)
+    assert state_of(window, "airframe") == "green"
+    assert page.summary.words == "1 not green"
+    own.write_text(short + "[[items]]\nid = 3\n", encoding="utf-8")
+    until(qtbot, lambda: "items[1]" in page.said.text())
+    assert len(page.book.items) == 2
+
+
+def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """From the card that waited to the start: in the folder of the flight, with a real recorder."""
+    card = go(window, qtbot, 1)
+    type_into(qtbot, card.fields["crew.pilot"][1], "Ann")
+    page = go(window, qtbot, 3)
+    page.list.choose("airframe")
+    press(qtbot, Qt.Key.Key_Space)
+    folder, port = tmp_path / "flights" / "first", free_port()
+    request = ConnectRequest(
+        link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
+        calibration="b777",
+    )  # fmt: skip
+    try:
+        with Aircraft(port):
+            window.desk.connect_aircraft(request)
+            until(qtbot, lambda: window.desk.is_open, _PATIENCE_MS)
+            assert FlightFolder(path=folder).info().crew == {"pilot": "Ann"}
+            assert state_of(window, "airframe") == "green"
+            until(qtbot, lambda: state_of(window, "link") == "green", _PATIENCE_MS)
+            until(qtbot, lambda: state_of(window, "recorder") == "green", _PATIENCE_MS)
+            # The box's supply is simulated far too low: red, in a red band, on top.
+            until(qtbot, lambda: page.book.items[0].state == "red", _PATIENCE_MS)
+            until(qtbot, lambda: page.list.listed.lines[0].state == "warning", _PATIENCE_MS)
+            shown = page.list.viewport()
+            top = page.list.visualRect(page.list.listed.index(0))
+            theme = window.look.theme
+            assert count(shown, theme.warning_band, top) > 0.5 * top.width() * top.height()
+            last = page.list.visualRect(page.list.listed.index(5))
+            assert count(shown, theme.warning_band, last) == 0
+            assert count(page.red, theme.warning) > 100
+            page.list.setFocus()
+            press(qtbot, Qt.Key.Key_Return, CONTROL)
+            assert window.places.currentWidget() is window.flight_place
+            assert any("all the same" in text for text in window.banners.texts())
+    finally:
+        for recorder in find_recorders():
+            recorder.stop()
+    starts = [
+        event for event in read_events(folder / "events.jsonl").events
+        if event.kind == "flight-start"
+    ]  # fmt: skip
+    assert len(starts) == 1
+    assert "excitation" in starts[0].data["red"]
+    assert "airframe" in starts[0].data["green"]
+    assert "Flight started at" in page.book.started_words
+
+
+# Test cards
+
+
+def cards_file(window: MainWindow) -> Path:
+    return waiting(window) / "cards.toml"
+
+
+def test_cards_are_added_changed_moved_and_removed_by_keys(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """Each step is on the disk, and each is taken back with the same key."""
+    page = go(window, qtbot, 4)
+    assert page.list.hasFocus()
+    shipped = [card.id for card in page.book.cards.cards]
+    assert not cards_file(window).exists()
+    press(qtbot, Qt.Key.Key_Down)
+    press(qtbot, Qt.Key.Key_N, CONTROL)
+    # The name is ready to be typed over.
+    qtbot.keyClicks(QApplication.focusWidget(), "X7")
+    type_into(qtbot, page.form.fields["speed"], "110")
+    type_into(qtbot, page.form.fields["repeats"], "5")
+    press(qtbot, Qt.Key.Key_Escape)
+    assert page.list.hasFocus()
+    made = load_cards(cards_file(window)).card("X7")
+    assert made is not None
+    assert (made.speed, made.repeats) == (pytest.approx(110 * FOOT), 5)
+    press(qtbot, Qt.Key.Key_Up, ALT, times=2)
+    assert [card.id for card in load_cards(cards_file(window)).cards] == ["X7", *shipped]
+    assert page.list.current_key == "X7"
+    press(qtbot, Qt.Key.Key_Delete)
+    assert [card.id for card in load_cards(cards_file(window)).cards] == shipped
+    while page.can_undo:
+        press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert page.book.editor.file.content["cards"][1]["id"] == shipped[1]
+    assert len(page.book.cards.cards) == len(shipped)
+    press(qtbot, Qt.Key.Key_Y, CONTROL)
+    assert len(load_cards(cards_file(window)).cards) == len(shipped) + 1
+
+
+def test_a_card_says_what_will_not_do(window: MainWindow, qtbot: QtBot) -> None:
+    page = go(window, qtbot, 4)
+    fields = page.form.fields
+    for name, text, words in (
+        ("id", page.book.cards.cards[1].id, "two cards have the id"),
+        ("repeats", "two", "not a whole number"),
+        ("speed", "900", "no speed of a model"),
+    ):
+        type_into(qtbot, fields[name], text)
+        assert words in fields[name].sentence.text()
+        assert count(fields[name].sentence, window.look.theme.warning) > 20
+        press(qtbot, Qt.Key.Key_Z, CONTROL)
+        assert not fields[name].sentence.isVisible()
+    assert window.preflight.steps.buttons["cards"].shown.state != "warning"
+
+
+def test_other_surfaces_ask_for_their_own_amplitudes(window: MainWindow, qtbot: QtBot) -> None:
+    page = go(window, qtbot, 4)
+    fields = page.form.fields
+    fields["surfaces"].setFocus()
+    while page.book.cards.cards[0].surfaces != ("da", "dr"):
+        press(qtbot, Qt.Key.Key_Down)
+    assert (fields["da"].isVisible(), fields["dr"].isVisible(), fields["de"].isVisible()) == (
+        True, True, False,
+    )  # fmt: skip
+    type_into(qtbot, fields["dr"], "9")
+    amplitudes = page.book.cards.cards[0].amplitudes
+    assert amplitudes["dr"] == pytest.approx(9 * DEGREE)
+    assert amplitudes["da"] == pytest.approx(4.5 * DEGREE)
+
+
+def test_cards_are_saved_for_others_and_taken_from_a_file(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = go(window, qtbot, 4)
+    path = tmp_path / "monday.toml"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(path), ""))
+    press(qtbot, Qt.Key.Key_S, CONTROL)
+    assert load_cards(path).cards == page.book.cards.cards
+    path.write_text(
+        'name = "Monday"\n[[cards]]\nid = "Q"\nspeed = "30 m/s"\nsurfaces = ["dr"]\n'
+        'amplitude = "8 deg"\nwidth = "0.4 s"\n',
+        encoding="utf-8",
+    )
+    press(qtbot, Qt.Key.Key_O, CONTROL | ALT)
+    assert page.title.text() == "Monday: 1 maneuvers"
+    press(qtbot, Qt.Key.Key_Delete)
+    assert "last card stays" in page.said.text()
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert page.title.text().startswith("B777")
+    path.write_text("cards = 3", encoding="utf-8")
+    press(qtbot, Qt.Key.Key_O, CONTROL | ALT)
+    until(qtbot, lambda: any("monday.toml" in text for text in window.banners.texts()))
+
+
+def flown(card_surfaces: tuple[str, ...], speed: float, size: float) -> FoundManeuver:
+    """Return an elevator doublet as it would be found."""
+    return FoundManeuver(
+        id="1", t_start=10.0, t_end=16.0, inputs=card_surfaces, kind="doublet", amplitude=size,
+        grade="A", reasons=(), V=speed, alpha=0.05, t_input=11.0, t_input_end=11.9,
+        amplitudes={card_surfaces[0]: size},
+    )  # fmt: skip
+
+
+def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) -> None:
+    """In words and color; where the window is narrow the card stands in place of the list."""
+    page = go(window, qtbot, 4)
+    card = page.book.cards.cards[0]
+    good = flown(("de",), card.speed, 4.5 * DEGREE)
+    page.book.found((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
+    page._show_list()
+    lines = page.list.listed.lines
+    assert (lines[0].state, lines[0].state_words) == ("good", "3 of 3")
+    assert lines[1].state_words.startswith("0 of")
+    assert "done" in page.book.state.words
+    box = page.list.visualRect(page.list.listed.index(0))
+    assert count(page.list.viewport(), window.look.theme.good, box) > 60
+    window.resize(860, 800)
+    qtbot.wait(30)
+    assert not page.form.isVisible()
+    page.list.setFocus()
+    press(qtbot, Qt.Key.Key_Return)
+    assert (page.form.isVisible(), page.list.isVisible()) == (True, False)
+    press(qtbot, Qt.Key.Key_Escape)
+    assert page.list.hasFocus()
