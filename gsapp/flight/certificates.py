@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -99,21 +99,23 @@ def calibration_remarks(
     return tuple(words for words in (used.sentence, lacking if listed else "") if words)
 
 
-def volts_of(column: str, columns: Iterable[str]) -> str:
-    """Return the channel whose volts a column holds, where that channel itself is not among them.
+def uncalibrated_columns(columns: Sequence[str]) -> dict[str, str]:
+    """Return columns of volts whose channel is not among the columns, with that channel.
 
     A table keeps no certificates: volts without their channel are those of an instrument that was
     not calibrated.
 
     Parameters
     ----------
-    column : str
-        Its id, such as ``q_volts`` or ``q_volts.2``.
-    columns : iterable of str
-        All columns.
+    columns : sequence of str
+        Ids, such as ``q_volts`` or ``q_volts.2``.
     """
+    there = set(columns)
+    wanted = {column: _channel_of(column) for column in columns}
+    return {column: name for column, name in wanted.items() if name and name not in there}
+
+
+def _channel_of(column: str) -> str:
+    """Return ``q.2`` for ``q_volts.2``; empty for what holds no volts of an instrument."""
     base, dot, number = column.partition(".")
-    if not base.endswith(VOLTS):
-        return ""
-    name = base.removesuffix(VOLTS) + dot + number
-    return "" if name in set(columns) else name
+    return base.removesuffix(VOLTS) + dot + number if base.endswith(VOLTS) else ""

@@ -15,7 +15,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
 from gsapp.decoding.decoder import ChannelSource, Decoder
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
-from gsapp.flight.certificates import calibration_remarks, volts_of
+from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
 from gsapp.flight.events import event_of, in_order, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
@@ -304,13 +304,13 @@ def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> Dec
             remarks.append(f"the times are uneven; laid on a grid of {chosen:g} samples per second")
         block = lay_on_grid(path, block, chosen)
     units = {column.id: column.unit for column in flight.columns}
-    lacking = {name: volts_of(name, block.channels) for name in block.channels}
+    lacking = uncalibrated_columns(block.channels)
     sources = {
         name: ChannelSource(
             source=f"column {name} [{units[name]}]",
             kind="measured",
-            calibrated=not lacking[name],
-            uncalibrated=lacking[name],
+            calibrated=name not in lacking,
+            uncalibrated=lacking.get(name, ""),
         )
         for name in block.channels
     }

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -23,6 +24,7 @@ from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.summary import summarize
+from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.session.session import run_through
@@ -142,6 +144,23 @@ def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
     assert "only volts: flap" in capsys.readouterr().err
     (cut_from,) = json.loads(summary.read_text())["calibration"]
     assert cut_from["given"] == str(other)
+
+
+def test_tables_for_other_programs_name_what_is_uncalibrated(
+    flight: FlightFolder, other: Path, tmp_path: Path
+) -> None:
+    """In MATLAB a variable, in Parquet the column's metadata; read back, both are known for it."""
+    pyarrow = pytest.importorskip("pyarrow.parquet")
+    read = load_flight(flight.path, certificates=other)
+    mat, parquet = tmp_path / "out.mat", tmp_path / "out.parquet"
+    write_block(mat, read.block, "mat")
+    write_block(parquet, read.block, "parquet")
+    assert loadmat(mat)["uncalibrated"][0] == "flap"
+    columns = pyarrow.read_schema(parquet)
+    assert columns.field("flap_volts").metadata[b"uncalibrated"] == b"flap"
+    assert b"uncalibrated" not in columns.field("alpha_volts").metadata
+    for path in (mat, parquet):
+        assert load_flight(path).uncalibrated == ("flap",)
 
 
 def test_results_with_other_certificates_stay_out_of_the_catalog(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gsapp.flight.certificates import uncalibrated_columns
 from gsapp.flight.replacing import replacing
 from gsapp.flight.writers.layout import Layout
 from gsapp.foundation import FlightError
@@ -23,7 +24,8 @@ def variable_name(channel_id: str) -> str:
 def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
     """Write a block as a ``.mat`` file, atomically.
 
-    Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``.
+    Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``. Where an
+    instrument had no certificate, so that there are only its volts, ``uncalibrated`` names it.
 
     Parameters
     ----------
@@ -55,6 +57,9 @@ def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
         ]
         units[variable_name(name)] = unit
     content["units"] = units
+    lacking = uncalibrated_columns(layout.channels)
+    if lacking:
+        content["uncalibrated"] = ", ".join(lacking.values())
     with replacing(path) as temporary, temporary.open("wb") as stream:
         savemat(stream, content, long_field_names=True, do_compression=True)
     return Path(path)

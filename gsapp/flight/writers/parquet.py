@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gsapp.flight.certificates import uncalibrated_columns
 from gsapp.flight.replacing import replacing
 from gsapp.flight.writers.layout import Layout
 from gsapp.foundation import FlightError
@@ -20,7 +21,8 @@ def write_parquet(path: Path | str, block: Block, system: str = "us") -> Path:
     block : Block
         The samples.
     system : {"us", "si", "base"}
-        Units of the columns; each column's metadata states its own under ``unit``.
+        Units of the columns; each column's metadata states its own under ``unit``. Where an
+        instrument had no certificate, that of its volts names it under ``uncalibrated``.
 
     Raises
     ------
@@ -38,8 +40,11 @@ def write_parquet(path: Path | str, block: Block, system: str = "us") -> Path:
     layout = Layout.of(block.channels, system)
     fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]
     columns = [pyarrow.array(block.times)]
+    lacking = uncalibrated_columns(layout.channels)
     for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
         metadata = {"unit": unit, "description": channel(name).description}
+        if name in lacking:
+            metadata["uncalibrated"] = lacking[name]
         fields.append(pyarrow.field(name, pyarrow.float64(), metadata=metadata))
         values = layout.converted(place, block.values[:, place])
         columns.append(pyarrow.array(values, from_pandas=True))
