@@ -90,8 +90,12 @@ def rest(
     raise AssertionError(f"{channel} never came to rest: {watch.reading}")
 
 
-def sweep(seed: int, channel: str = "elevator_left", settings: Sequence[float] = SETTINGS) -> Sweep:
-    """Take every setting upward, then downward."""
+def sweep(
+    seed: int,
+    channel: str = "elevator_left",
+    settings: Sequence[float] = SETTINGS,
+) -> Sweep:
+    """Take every setting upward, then downward, as a person does it."""
     bench = VirtualBench(seed)
     watch = VoltsWatch()
     rows: list[tuple[float, float, float, float, Direction]] = []
@@ -104,7 +108,6 @@ def sweep(seed: int, channel: str = "elevator_left", settings: Sequence[float] =
         for value in values:
             watch.restart()
             bench.set_angle(channel, value)
-            bench.release()
             reading = rest(bench, channel, watch)
             volts = reading.volts * SUPPLY / reading.excitation
             rows.append((volts, reading.std, value, bench.aim(channel), direction))
