@@ -145,7 +145,8 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
     """Return what the bar tells of a session."""
     waiting = [alarm for alarm in snapshot.alarms if not alarm.acknowledged]
     replay = snapshot.mode == "replay"
-    stamps = [certificate.stamp for certificate in session.certificates.values()]
+    # Certificates written by hand give the field's time without its zone.
+    stamps = [one.stamp.astimezone() for one in session.certificates.values()]
     oldest = min(stamps, default=None)
     return BarFacts(
         name=snapshot.name,
