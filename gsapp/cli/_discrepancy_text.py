@@ -44,8 +44,8 @@ def _find(console: Console, found: Discrepancy) -> None:
 
     _say(console, "1. Find: where do simulation and flight disagree?", style="bold")
     for remark in found.instruments:
-        if not remark.consistent:
-            _say(console, f"Instrument: {remark.words}", style="yellow")
+        style = "" if remark.consistent else "yellow"
+        _say(console, f"Instruments: {remark.words}", style=style)
     _map(console, found)
     for one in found.disagreements[:_PLACES]:
         _say(console, disagreement_words(one))

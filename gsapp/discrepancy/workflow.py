@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.answering import answer_of, borne_out
 from gsapp.discrepancy.baseline import Tick, baseline_fit, settle
 from gsapp.discrepancy.belonging import check_model
 from gsapp.discrepancy.candidates import Competitor, named_competitors, unnamed_competitors
@@ -17,17 +16,11 @@ from gsapp.discrepancy.catalog import record as catalog_record
 from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
 from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.record import Record, record_of
-from gsapp.discrepancy.finding import coefficient_map, disagreements
-from gsapp.discrepancy.naming import Decision, Kind, decide, probabilities, threshold
-from gsapp.discrepancy.observing import observability
-from gsapp.discrepancy.remarks import record_remarks
+from gsapp.discrepancy.instruments import instrument_remarks
+from gsapp.discrepancy.naming import Decision, decide, threshold
 from gsapp.discrepancy.results import (
-    Candidate,
-    ChangedValue,
     Discrepancy,
-    FoundEffect,
-    Step,
-    Verdict,
+    InstrumentRemark,
 )
 from gsapp.discrepancy.screening import Screening, screen
 from gsapp.discrepancy.settings import (
@@ -36,14 +29,12 @@ from gsapp.discrepancy.settings import (
     Progress,
     SearchStoppedError,
 )
-from gsapp.discrepancy.showing import HeldOut, gap_of, views
-from gsapp.discrepancy.telling import SUREST, alternatives_of, why
-from gsapp.discrepancy.values import changed_values
+from gsapp.discrepancy.showing import HeldOut
+from gsapp.discrepancy.stages import Stage, without_misnomers
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import make_term
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
-from gsapp.quantities import FloatArray
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 _REVERSED = 0.15
@@ -52,25 +43,6 @@ _PASSES = 4
 _CONTENDERS = 3
 _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
-_MUCH = 0.15
-"""Share of its own gain that a name may leave to structure without one."""
-_CROWD = 3
-"""So many names for one coefficient are none."""
-_STRONG = 3.0
-"""Over the threshold, times: a gain that chance does not explain."""
-_TOLD = 12
-"""Candidates of a ranking that are told."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Stage:
-    """One model on the way, with the competition that it faced."""
-
-    fit: Fit
-    added: str
-    screening: Screening
-    decision: Decision
-    forced: bool = False
 
 
 class Investigation:
@@ -101,6 +73,7 @@ class Investigation:
         self._model = model
         self._records = tuple(record_of(one) for one in maneuvers)
         self._baselines: dict[tuple[str, ...], Fit] = {}
+        self._instruments: tuple[InstrumentRemark, ...] | None = None
 
     @property
     def default_held_out(self) -> tuple[str, ...]:
@@ -139,6 +112,13 @@ class Investigation:
             records = [one for one in self._records if one.id not in held_out]
             self._baselines[held_out] = baseline_fit(records, self._model, tick)
         return self._baselines[held_out]
+
+    def instruments(self, tick: Tick) -> tuple[InstrumentRemark, ...]:
+        """Return what kinematics alone say of the instruments; looked at once."""
+        if self._instruments is None:
+            tick("comparing the instruments with one another")
+            self._instruments = instrument_remarks(self._maneuvers)
+        return self._instruments
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -213,7 +193,7 @@ class _Search:
         stages = self._stages()
         return self._answer(stages)
 
-    def _stages(self) -> list[_Stage]:
+    def _stages(self) -> list[Stage]:
         fit = self._of.baseline(self._held_out, self._tick)
         stages = [self._stage(fit, added="")]
         for effect in self._settings.forced:
@@ -231,36 +211,9 @@ class _Search:
                 # A fit that runs away is no explanation; the others go on competing.
                 self._failed.add(last.decision.best.id)
                 stages[-1] = self._stage(last.fit, added=last.added, forced=last.forced)
-        return self._without_misnomers(stages)
+        return without_misnomers(stages, len(self._settings.forced))
 
-    def _without_misnomers(self, stages: list[_Stage]) -> list[_Stage]:
-        """Take back names that leave much of their own structure unexplained."""
-        crowded = self._crowded(stages)
-        if crowded:
-            return [*stages[: crowded - 1], _unexplained(stages[crowded - 1])]
-        while len(stages) > 1 + len(self._settings.forced):
-            before, last = stages[-2], stages[-1]
-            if last.decision.kind != "unexplained" or last.decision.best is None:
-                break
-            left = float(last.decision.gain.max())
-            explained = float(before.decision.gain.max())
-            if left < _MUCH * explained or not _same_place(last.added, last.decision.best.id):
-                break
-            stages = [*stages[:-2], _unexplained(before)]
-        return stages
-
-    def _crowded(self, stages: list[_Stage]) -> int:
-        """Return the first of many names for one coefficient; 0 if no coefficient has many.
-
-        What takes so many terms of the catalog is something that is not in it.
-        """
-        places: dict[str, list[int]] = {}
-        for number, one in enumerate(stages):
-            if number and not one.forced and one.added.split(".")[0] != "sensor":
-                places.setdefault(one.added.split(".")[1], []).append(number)
-        return min((found[0] for found in places.values() if len(found) >= _CROWD), default=0)
-
-    def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> _Stage:
+    def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> Stage:
         competitors = self._competitors(fit)
         self._tick("trying every effect of the catalog")
         screening = screen(fit, competitors)
@@ -269,7 +222,7 @@ class _Search:
         decision = decide(screening, screening.gain, least=least, temper=temper)
         if decision.kind in ("name", "ambiguous", "unexplained"):
             decision = self._contest(fit, screening, decision, least, temper)
-        return _Stage(fit=fit, added=added, screening=screening, decision=decision, forced=forced)
+        return Stage(fit=fit, added=added, screening=screening, decision=decision, forced=forced)
 
     @staticmethod
     def _temper(screening: Screening) -> float:
@@ -335,8 +288,8 @@ class _Search:
         return new
 
     def _with(
-        self, last: _Stage, effect: str, competitor: Competitor | None, *, forced: bool = False
-    ) -> _Stage:
+        self, last: Stage, effect: str, competitor: Competitor | None, *, forced: bool = False
+    ) -> Stage:
         one = competitor or _as_competitor(effect, self._of.aircraft)
         fit = self._trials.pop(effect, None) or self._fitted_with(
             last.fit,
@@ -360,165 +313,29 @@ class _Search:
 
     # --- the answer -----------------------------------------------------------------------------
 
-    def _answer(self, stages: list[_Stage]) -> Discrepancy:
+    def _answer(self, stages: list[Stage]) -> Discrepancy:
         of, settings = self._of, self._settings
         self._tick("looking at the maneuvers kept out")
-        held = HeldOut(of.records, self._held_out, [one.fit for one in stages])
-        while len(stages) > 1 + len(settings.forced) and (
-            held.gain(len(stages) - 2, len(stages) - 1) <= 0.0
-        ):
-            # What makes maneuvers worse that it was not fitted to is no effect.
-            stages = self._rejected(stages)
-            held = HeldOut(of.records, self._held_out, [one.fit for one in stages])
-        effects = tuple(
-            self._found(before, after, held, number)
-            for number, (before, after) in enumerate(pairwise(stages))
+        kept, held = borne_out(
+            stages,
+            lambda chosen: HeldOut(of.records, self._held_out, [one.fit for one in chosen]),
+            len(settings.forced),
+            settings.false_alarm,
         )
-        self._tick("comparing values")
-        values = changed_values(of.model, stages[-1].fit)
-        verdict = self._verdict(stages, effects, values)
+        instruments = of.instruments(self._tick)
         self._tick("drawing the maneuvers")
-        shown = views(held, COEFFICIENTS)
-        maps = coefficient_map(shown, COEFFICIENTS)
-        seen = observability(stages[0].screening, of.aircraft, {one.effect for one in effects})
-        misfits = held.misfits()
-        steps = tuple(
-            Step(
-                model=self._model_of(stage, effects[:number]),
-                added=stage.added,
-                ranking=self._ranking(stage, held, number),
-                map=maps[number],
-                gap=held.by_channel(number),
-                misfit=misfits[number],
-            )
-            for number, stage in enumerate(stages)
-        )
-        alternatives = alternatives_of(verdict, stages[-1].decision, values, of.model)
-        disturbance = _disturbance(stages[-1].fit)
-        found = Discrepancy(
-            verdict=verdict,
-            why="",
-            disagreements=disagreements(shown, COEFFICIENTS, settings.false_alarm),
-            observability=seen,
-            steps=steps,
-            effects=effects,
-            values=values,
-            alternatives=alternatives,
-            disturbance=disturbance,
-            gap=gap_of(held, len(effects)),
-            maneuvers=shown,
-            coefficients=COEFFICIENTS,
-            channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
-            warnings=(*held.warnings, *record_remarks(of.maneuvers, of.aircraft)),
+        found = answer_of(
+            kept,
+            held,
+            maneuvers=of.maneuvers,
+            aircraft=of.aircraft,
+            model=of.model,
+            instruments=instruments,
+            false_alarm=settings.false_alarm,
         )
         self._done = 1.0
         self._tell("done")
-        return replace(found, why=why(found, stages[-1].decision))
-
-    def _rejected(self, stages: list[_Stage]) -> list[_Stage]:
-        """Return the stages without the last; a strong one leaves something unexplained."""
-        before = stages[-2]
-        competitors = before.screening.competitors
-        strong = _STRONG * threshold(self._settings.false_alarm, len(competitors))
-        kind: Kind = "unexplained" if float(before.decision.gain.max()) > strong else "nothing"
-        return [*stages[:-2], replace(before, decision=replace(before.decision, kind=kind))]
-
-    def _model_of(self, stage: _Stage, effects: Sequence[FoundEffect]) -> Model:
-        model = stage.fit.revised_model()
-        if not effects:
-            return model
-        words = "; ".join(
-            f"{one.effect} ({one.title}): "
-            + ("put in by hand" if one.forced else f"confidence {min(one.confidence, SUREST):.0%}")
-            for one in effects
-        )
-        return model.model_copy(update={"evidence": words})
-
-    def _found(self, before: _Stage, after: _Stage, held: HeldOut, number: int) -> FoundEffect:
-        effect = after.added
-        term = make_term(effect, self._of.aircraft)
-        information = after.fit.information().with_priors(after.fit.priors())
-        names = (*after.fit.free, *after.fit.bias_names())
-        _, covariance = information.solution(names)
-        stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
-        prefix = f"{effect}."
-        parameters = {
-            name.removeprefix(prefix): (after.fit.values[name], float(stds[name]))
-            for name in after.fit.free
-            if name.startswith(prefix)
-        }
-        evidence = before.decision.evidence
-        competitors = before.screening.competitors
-        stood_for = effect.replace(".reversed", ".scale")
-        own = next((k for k, one in enumerate(competitors) if one.id in (effect, stood_for)), None)
-        order = [k for k in np.argsort(-before.decision.gain) if k != own]
-        runner = competitors[order[0]] if order else None
-        margin = (
-            0.5 * float(before.decision.gain[own] - before.decision.gain[order[0]])
-            if own is not None and order
-            else 0.0
-        )
-        return FoundEffect(
-            effect=effect,
-            title=term.title,
-            equation=term.equation,
-            parameters=parameters,
-            confidence=float(evidence[own]) if own is not None and not after.forced else 0.0,
-            runner_up="" if runner is None else runner.id,
-            margin=margin,
-            held_out=held.gain(number, number + 1),
-            forced=after.forced,
-        )
-
-    def _ranking(self, stage: _Stage, held: HeldOut, number: int) -> tuple[Candidate, ...]:
-        screening, decision = stage.screening, stage.decision
-        evidence = (
-            decision.evidence
-            if decision.kind != "nothing"
-            else probabilities(screening.competitors, screening.gain)
-        )
-        order = np.argsort(-decision.gain, kind="stable")[:_TOLD]
-        outside = held.gains_of(number, screening, [int(place) for place in order])
-        return tuple(
-            Candidate(
-                effect=screening.competitors[place].id,
-                title=screening.competitors[place].title,
-                score=0.5 * float(decision.gain[place]),
-                evidence=float(evidence[place]),
-                held_out=gain,
-                sigma=float(np.sqrt(max(decision.gain[place], 0.0))),
-            )
-            for place, gain in zip(order, outside, strict=True)
-        )
-
-    def _verdict(
-        self,
-        stages: Sequence[_Stage],
-        effects: Sequence[FoundEffect],
-        values: dict[str, ChangedValue],
-    ) -> Verdict:
-        last = stages[-1].decision.kind
-        if effects and not all(one.forced for one in effects):
-            return "effects-found"
-        if last == "ambiguous":
-            return "ambiguous"
-        if last == "unexplained":
-            return "unexplained"
-        if effects:
-            return "effects-found"
-        if values:
-            return "values-wrong"
-        return "model-adequate"
-
-
-def _unexplained(stage: _Stage) -> _Stage:
-    return replace(stage, decision=replace(stage.decision, kind="unexplained"))
-
-
-def _same_place(effect: str, other: str) -> bool:
-    """Return whether structure without a name may be what an effect stood for."""
-    group, target = effect.split(".")[:2]
-    return group != "aero" or target == other.split(".")[1]
+        return found
 
 
 def _root(model: Model) -> str:
@@ -538,21 +355,3 @@ def _as_competitor(effect: str, aircraft: Aircraft) -> Competitor:
         neutral=free[0].neutral if free else 0.0,
         make=lambda _: None,
     )
-
-
-def _disturbance(fit: Fit) -> dict[str, float]:
-    """Return the rms of turbulence where it is more than the filter needs in still air."""
-    found = []
-    for one in fit.maneuvers:
-        V = float(np.mean(one.motion.states[0]))
-        rms = fit.noise[one.record.flight].gust_rms(V)
-        found.append(np.sqrt(np.mean([size**2 for size in rms.values()])))
-    gust: FloatArray = np.array(found)
-    mean = float(np.sqrt(np.mean(gust**2)))
-    if mean < _CALM:
-        return {}
-    return {"gust": mean, "gust_std": float(np.std(gust) / np.sqrt(len(gust)))}
-
-
-_CALM = 0.05
-"""Turbulence below this (m/s) is still air."""

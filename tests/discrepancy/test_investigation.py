@@ -7,6 +7,7 @@ given that model without the curve.
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from core_kit import AIRCRAFT, TRUTH, maneuver
 
+from gsapp.discrepancy.instruments import instrument_remarks
 from gsapp.discrepancy.results import Discrepancy
 from gsapp.discrepancy.settings import DiscrepancySettings, Progress, SearchStoppedError
 from gsapp.discrepancy.workflow import Investigation
@@ -89,6 +91,20 @@ def test_the_hidden_effect_is_found(answer: Discrepancy) -> None:
     assert answer.gap.on == HELD_OUT
     assert answer.steps[0].misfit > answer.steps[1].misfit
     assert EFFECT in answer.why or one.title in answer.why
+
+
+def test_instruments_are_judged_apart(answer: Discrepancy) -> None:
+    """An effect in the model: the instruments agree. A reversed a_y: it is named by kinematics."""
+    (agree,) = answer.instruments
+    assert agree.consistent
+    turned = []
+    for one in flown(TRUTH):
+        block = one.block
+        values = block.values.copy()
+        values[:, block.channels.index("ay")] *= -1.0
+        turned.append(replace(one, block=replace(block, values=values)))
+    remarks = instrument_remarks(turned)
+    assert any("a_y" in one.words and not one.consistent for one in remarks)
 
 
 def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Investigation) -> None:

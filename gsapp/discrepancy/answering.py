@@ -1,0 +1,243 @@
+"""Stages made an answer: what was found, how sure, what else, and the gap before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.filtering.fitting import Fit
+from gsapp.discrepancy.finding import coefficient_map, disagreements
+from gsapp.discrepancy.naming import Kind, probabilities, threshold
+from gsapp.discrepancy.observing import observability
+from gsapp.discrepancy.remarks import record_remarks
+from gsapp.discrepancy.results import (
+    Candidate,
+    ChangedValue,
+    Discrepancy,
+    FoundEffect,
+    InstrumentRemark,
+    Step,
+    Verdict,
+)
+from gsapp.discrepancy.showing import HeldOut, gap_of, views
+from gsapp.discrepancy.stages import Stage
+from gsapp.discrepancy.telling import SUREST, alternatives_of, why
+from gsapp.discrepancy.values import changed_values
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.terms import make_term
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import FloatArray
+
+COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
+_STRONG = 3.0
+"""Over the threshold, times: a gain that chance does not explain."""
+_TOLD = 12
+"""Candidates of a ranking that are told."""
+_CALM = 0.05
+"""Turbulence below this (m/s) is still air."""
+
+
+def borne_out(
+    stages: Sequence[Stage],
+    against: Callable[[Sequence[Stage]], HeldOut],
+    forced: int,
+    false_alarm: float,
+) -> tuple[list[Stage], HeldOut]:
+    """Return the stages that maneuvers kept out bear out, and those maneuvers under them.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        The baseline first.
+    against : callable
+        Computes the maneuvers kept out under the models of stages.
+    forced : int
+        So many after the baseline stay.
+    false_alarm : float
+    """
+    kept = list(stages)
+    held = against(kept)
+    while len(kept) > 1 + forced and held.gain(len(kept) - 2, len(kept) - 1) <= 0.0:
+        # What makes maneuvers worse that it was not fitted to is no effect.
+        before = kept[-2]
+        strong = _STRONG * threshold(false_alarm, len(before.screening.competitors))
+        kind: Kind = "unexplained" if float(before.decision.gain.max()) > strong else "nothing"
+        kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
+        held = against(kept)
+    return kept, held
+
+
+def answer_of(
+    stages: Sequence[Stage],
+    held: HeldOut,
+    *,
+    maneuvers: Sequence[Maneuver],
+    aircraft: Aircraft,
+    model: Model | None,
+    instruments: tuple[InstrumentRemark, ...],
+    false_alarm: float,
+) -> Discrepancy:
+    """Return the answer.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        The baseline first.
+    held : HeldOut
+        Maneuvers kept out, under the models of the stages.
+    maneuvers : sequence of Maneuver
+        All.
+    aircraft : Aircraft
+    model : Model, optional
+        The one that was given.
+    instruments : tuple of InstrumentRemark
+    false_alarm : float
+    """
+    effects = tuple(
+        _found(before, after, held, number, aircraft)
+        for number, (before, after) in enumerate(pairwise(stages))
+    )
+    last = stages[-1]
+    values = changed_values(model, last.fit)
+    verdict = _verdict(last.decision.kind, effects, values)
+    shown = views(held, COEFFICIENTS)
+    maps = coefficient_map(shown, COEFFICIENTS)
+    misfits = held.misfits()
+    steps = tuple(
+        Step(
+            model=_model_of(stage, effects[:number]),
+            added=stage.added,
+            ranking=_ranking(stage, held, number),
+            map=maps[number],
+            gap=held.by_channel(number),
+            misfit=misfits[number],
+        )
+        for number, stage in enumerate(stages)
+    )
+    found = Discrepancy(
+        verdict=verdict,
+        why="",
+        disagreements=disagreements(shown, COEFFICIENTS, false_alarm),
+        observability=observability(stages[0].screening, aircraft, {one.effect for one in effects}),
+        steps=steps,
+        effects=effects,
+        values=values,
+        alternatives=alternatives_of(verdict, last.decision, values, model),
+        disturbance=_disturbance(last.fit),
+        gap=gap_of(held, len(effects)),
+        maneuvers=shown,
+        coefficients=COEFFICIENTS,
+        channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
+        warnings=(*held.warnings, *record_remarks(maneuvers, aircraft)),
+        instruments=instruments,
+    )
+    return replace(found, why=why(found, last.decision))
+
+
+def _model_of(stage: Stage, effects: Sequence[FoundEffect]) -> Model:
+    model = stage.fit.revised_model()
+    if not effects:
+        return model
+    words = "; ".join(
+        f"{one.effect} ({one.title}): "
+        + ("put in by hand" if one.forced else f"confidence {min(one.confidence, SUREST):.0%}")
+        for one in effects
+    )
+    return model.model_copy(update={"evidence": words})
+
+
+def _found(
+    before: Stage, after: Stage, held: HeldOut, number: int, aircraft: Aircraft
+) -> FoundEffect:
+    effect = after.added
+    term = make_term(effect, aircraft)
+    information = after.fit.information().with_priors(after.fit.priors())
+    names = (*after.fit.free, *after.fit.bias_names())
+    _, covariance = information.solution(names)
+    stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
+    prefix = f"{effect}."
+    parameters = {
+        name.removeprefix(prefix): (after.fit.values[name], float(stds[name]))
+        for name in after.fit.free
+        if name.startswith(prefix)
+    }
+    evidence = before.decision.evidence
+    competitors = before.screening.competitors
+    stood_for = effect.replace(".reversed", ".scale")
+    own = next((k for k, one in enumerate(competitors) if one.id in (effect, stood_for)), None)
+    order = [k for k in np.argsort(-before.decision.gain) if k != own]
+    runner = competitors[order[0]] if order else None
+    margin = (
+        0.5 * float(before.decision.gain[own] - before.decision.gain[order[0]])
+        if own is not None and order
+        else 0.0
+    )
+    return FoundEffect(
+        effect=effect,
+        title=term.title,
+        equation=term.equation,
+        parameters=parameters,
+        confidence=float(evidence[own]) if own is not None and not after.forced else 0.0,
+        runner_up="" if runner is None else runner.id,
+        margin=margin,
+        held_out=held.gain(number, number + 1),
+        forced=after.forced,
+    )
+
+
+def _ranking(stage: Stage, held: HeldOut, number: int) -> tuple[Candidate, ...]:
+    screening, decision = stage.screening, stage.decision
+    evidence = (
+        decision.evidence
+        if decision.kind != "nothing"
+        else probabilities(screening.competitors, screening.gain)
+    )
+    order = np.argsort(-decision.gain, kind="stable")[:_TOLD]
+    outside = held.gains_of(number, screening, [int(place) for place in order])
+    return tuple(
+        Candidate(
+            effect=screening.competitors[place].id,
+            title=screening.competitors[place].title,
+            score=0.5 * float(decision.gain[place]),
+            evidence=float(evidence[place]),
+            held_out=gain,
+            sigma=float(np.sqrt(max(decision.gain[place], 0.0))),
+        )
+        for place, gain in zip(order, outside, strict=True)
+    )
+
+
+def _verdict(
+    last: Kind,
+    effects: Sequence[FoundEffect],
+    values: Mapping[str, ChangedValue],
+) -> Verdict:
+    if effects and not all(one.forced for one in effects):
+        return "effects-found"
+    if last == "ambiguous":
+        return "ambiguous"
+    if last == "unexplained":
+        return "unexplained"
+    if effects:
+        return "effects-found"
+    if values:
+        return "values-wrong"
+    return "model-adequate"
+
+
+def _disturbance(fit: Fit) -> dict[str, float]:
+    """Return the rms of turbulence where it is more than the filter needs in still air."""
+    found = []
+    for one in fit.maneuvers:
+        V = float(np.mean(one.motion.states[0]))
+        rms = fit.noise[one.record.flight].gust_rms(V)
+        found.append(np.sqrt(np.mean([size**2 for size in rms.values()])))
+    gust: FloatArray = np.array(found)
+    mean = float(np.sqrt(np.mean(gust**2)))
+    if mean < _CALM:
+        return {}
+    return {"gust": mean, "gust_std": float(np.std(gust) / np.sqrt(len(gust)))}
