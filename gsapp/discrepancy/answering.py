@@ -12,7 +12,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.finding import coefficient_map, disagreements
 from gsapp.discrepancy.naming import Kind, probabilities, threshold
-from gsapp.discrepancy.observing import observability
+from gsapp.discrepancy.observing import VISIBLE, observability
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.discrepancy.results import (
     Candidate,
@@ -20,6 +20,7 @@ from gsapp.discrepancy.results import (
     Discrepancy,
     FoundEffect,
     InstrumentRemark,
+    Observability,
     Step,
     Verdict,
 )
@@ -37,6 +38,8 @@ _STRONG = 3.0
 """Over the threshold, times: a gain that chance does not explain."""
 _TOLD = 12
 """Candidates of a ranking that are told."""
+_ENOUGH = 0.1
+"""Share of the catalog that flights must be able to show before a model is called adequate."""
 _CALM = 0.05
 """Turbulence below this (m/s) is still air."""
 
@@ -103,7 +106,8 @@ def answer_of(
     )
     last = stages[-1]
     values = changed_values(model, last.fit)
-    verdict = _verdict(last.decision.kind, effects, values)
+    seen = observability(stages[0].screening, aircraft, {one.effect for one in effects})
+    verdict = _verdict(last.decision.kind, effects, values, seen)
     shown = views(held, COEFFICIENTS)
     maps = coefficient_map(shown, COEFFICIENTS)
     misfits = held.misfits()
@@ -122,7 +126,7 @@ def answer_of(
         verdict=verdict,
         why="",
         disagreements=disagreements(shown, COEFFICIENTS, false_alarm),
-        observability=observability(stages[0].screening, aircraft, {one.effect for one in effects}),
+        observability=seen,
         steps=steps,
         effects=effects,
         values=values,
@@ -215,6 +219,7 @@ def _verdict(
     last: Kind,
     effects: Sequence[FoundEffect],
     values: Mapping[str, ChangedValue],
+    seen: Sequence[Observability],
 ) -> Verdict:
     if effects and not all(one.forced for one in effects):
         return "effects-found"
@@ -226,7 +231,8 @@ def _verdict(
         return "effects-found"
     if values:
         return "values-wrong"
-    return "model-adequate"
+    able = [one.sigma >= VISIBLE for one in seen if one.effect_class != "C"]
+    return "model-adequate" if sum(able) >= _ENOUGH * len(able) else "not-observable"
 
 
 def _disturbance(fit: Fit) -> dict[str, float]:

@@ -13,7 +13,8 @@ from gsapp.discrepancy.screening import Screening
 
 _ALIKE = 0.7
 _MOST_ALIASES = 4
-_VISIBLE = 5.0
+VISIBLE = 5.0
+"""Deviations from which an effect of a usual size counts as one that can be seen."""
 
 
 def observability(
@@ -45,7 +46,7 @@ def observability(
             )
             aliases = tuple(alike[:_MOST_ALIASES])
         lore = record(one.id)
-        fly = lore.separated_by if aliases or sigma < _VISIBLE else ""
+        fly = lore.separated_by if aliases or sigma < VISIBLE else ""
         rows.append(
             Observability(
                 effect=one.id,

@@ -113,6 +113,12 @@ def why(found: Discrepancy, decision: Decision) -> str:
         )
     if found.verdict == "model-adequate":
         sentences.append("The model explains these flights down to the noise.")
+    if found.verdict == "not-observable":
+        sentences.append(
+            "Nothing was found, but these maneuvers could not have shown it: hardly any effect of "
+            "a usual size would stand out of the noise. Fly larger doublets on every surface, at "
+            "two speeds at least."
+        )
     if found.disturbance:
         sentences.append(
             f"Turbulence of about {found.disturbance['gust']:.1f} m/s disturbed the flights; it "

@@ -270,3 +270,15 @@ def test_nothing_hidden_is_adequate() -> None:
     assert found.disturbance == {}
     assert found.disagreements == ()
     assert found.steps[0].misfit == pytest.approx(1.0, abs=0.1)
+
+
+def test_flights_that_show_nothing_do_not_make_a_model_adequate() -> None:
+    """Noise thirty times as large: nothing is named, and nothing could have been."""
+    noisy = [
+        maneuver(seed, ("lon", "lat")[seed % 2], duration=3.0, model=TRUTH, noise=30.0)
+        for seed in range(1, 5)
+    ]
+    found = Investigation(noisy, AIRCRAFT, TRUTH).run(DiscrepancySettings(model=TRUTH))
+    assert found.verdict == "not-observable"
+    assert not found.effects
+    assert "larger doublets" in found.why
