@@ -18,6 +18,7 @@ import typer
 from calibration import load_certificate, load_certificates
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.swings import inertia_of, load_swings
+from gsapp.cli import calibrate
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
@@ -52,7 +53,7 @@ _BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTA
 _CHECKED = {
     "flight", "events", "flight-csv", "aircraft", "channel-map", "text-map", "lines", "table-map",
     "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
-    "linear-model", "cards", "checklist",
+    "linear-model", "cards", "checklist", "points",
 }  # fmt: skip
 
 
@@ -135,11 +136,11 @@ def test_the_certificate_is_read_and_agrees_with_its_points(example: Example) ->
     assert np.abs(certificate.evaluate(volts) - values).max() <= worst
 
 
-def test_the_script_that_writes_a_certificate_works(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    exec(compile(BLOCKS["python", "certificate"], "files.md", "exec"), {})  # noqa: S102
+def test_points_become_a_certificate(example: Example, tmp_path: Path) -> None:
+    calibrate.run(
+        points=example("csv", "points"), channel="rudder", out=tmp_path / "rudder.toml",
+        travel="-30:30",
+    )  # fmt: skip
     made = load_certificate(tmp_path / "rudder.toml")
     assert np.degrees(made.evaluate([2.5])) == pytest.approx([0.0], abs=0.05)
     assert made.hysteresis == pytest.approx(0.4, abs=0.05)
