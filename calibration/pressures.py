@@ -13,11 +13,15 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+import numpy as np
 import numpy.typing as npt
 
 from calibration.certificate import Certificate
+from calibration.fit import polynomial
 from calibration.points import CalibrationError, CalibrationPoint
+from calibration.quality import Quality
 from calibration.rest import Rest, RestLimit, RestWatch
+from calibration.straight import STEP
 from calibration.stretches import Stretch, StretchCutter
 from gsapp.quantities import channel, from_si, to_si
 
@@ -31,6 +35,8 @@ ZERO_TOLERANCE = 50.0
 """Pa: a covered pitot that reads more than that is named."""
 STATIC_TOLERANCE = 600.0
 """Pa: half a percent of an atmosphere; about 50 m of altitude."""
+LINEARITY = 0.01
+"""Of the transducers, relative: what the source says of them."""
 BREATH = 150.0
 """Pa above zero that count as a breath; lungs give several thousand."""
 _SUCK = 60.0
@@ -40,6 +46,7 @@ _STATIC_MOVES = 500.0
 """Pa of static pressure that a breath into the pitot must not move."""
 _LAST, _BLOCKED_AFTER = 0.3, 10.0
 """s for which a breath must last, and after which pressure that stays is shut in."""
+_PLACES = 9
 _LENGTH = 0.05
 """s: means over that are judged."""
 
@@ -169,12 +176,17 @@ def _moved(
     by = value - from_si(pressure + shift, former.unit, key)
     passed = abs(shift) <= tolerance
     words = "within" if passed else "more than"
-    sentence = f"{name} was {shift:+.0f} Pa off, {words} the {tolerance:.0f} Pa that it may drift."
+    title = channel(name).title
+    sentence = f"{title} was {shift:+.0f} Pa off, {words} the {tolerance:.0f} Pa that it may drift."
+    coefficients = (former.coefficients[0] + by, *former.coefficients[1:])
+    # At no pressure the transducer is at the end of its range, and its noise goes beyond.
+    margin = max(10.0 * rest.std[name], 5.0 * STEP)
+    covered = (min(former.range[0], volts - margin), max(former.range[1], volts + margin))
     certificate = Certificate(
         channel=name,
         unit=former.unit,
-        coefficients=(former.coefficients[0] + by, *former.coefficients[1:]),
-        range=(min(former.range[0], volts), max(former.range[1], volts)),
+        coefficients=coefficients,
+        range=covered,
         who=who,
         stamp=stamp.replace(microsecond=0),
         points=(CalibrationPoint(volts=volts, value=value),),
@@ -183,6 +195,7 @@ def _moved(
         temperature=temperature,
         instrument=former.instrument,
         notes=f"Moved through one point; slope of {former.stamp:%Y-%m-%d}. {sentence}",
+        quality=_quality(coefficients, covered, rest, name),
     )
     return PressureZero(
         certificate=certificate,
@@ -191,6 +204,37 @@ def _moved(
         shift=shift,
         passed=passed,
         sentence=sentence,
+    )
+
+
+def _quality(
+    coefficients: tuple[float, ...], covered: tuple[float, float], rest: Rest, name: str
+) -> Quality:
+    """Return what a curve through one point is worth: its slope is the factory's to a percent."""
+    places = np.linspace(*covered, _PLACES)
+    values = polynomial(coefficients, places)
+    slope = np.abs(polynomial([n * c for n, c in enumerate(coefficients)][1:], places))
+    here = polynomial(coefficients, np.array([rest.volts[name]]))[0]
+    parts = [
+        rest.uncertainty[name] * slope,
+        LINEARITY * np.abs(values - here),
+        1.96 * rest.std[name] * slope,
+        0.5 * STEP * slope,
+    ]
+    line = np.polynomial.Polynomial.fit(places, values, 1)
+    return Quality(
+        degree=len(coefficients) - 1,
+        rms=0.0,
+        maximum=0.0,
+        linearity=float(np.max(np.abs(values - line(places)))),
+        scatter=None,
+        hysteresis=None,
+        hysteresis_uncertainty=None,
+        return_to_zero=None,
+        resolution=STEP * float(slope.max()),
+        covered=(float(here), float(here)),
+        places=tuple(places.tolist()),
+        half_widths=tuple(np.linalg.norm(parts, axis=0).tolist()),
     )
 
 

@@ -67,7 +67,8 @@ def read_quality(
             read_in_unit(text, unit, key, f"quality.{name}[{index}]", problems)
             for index, text in enumerate(texts)
         )
-        if low >= high:
+        # A single reading covers a single value; a travel without length is none.
+        if low > high or (low == high and name == "travel"):
             problems.append(
                 FileProblem(
                     where=f"quality.{name}", what="ends before it begins", remedy="swap the two"

@@ -25,9 +25,10 @@ import numpy as np
 
 from calibration.certificate import Certificate
 from calibration.inertial.leveling import Problem, Solution
-from calibration.inertial.verdict import FactoryFigures, Verdict, covering, factory_figures
+from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest import Rest
+from calibration.straight import StraightLine
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -151,6 +152,8 @@ class SixPositions:
         How far the aircraft lay from each position, as far as it can be told, deg.
     doubt : str
         What does not fit together; empty where all does.
+    gravity : float
+        At the field, m/s^2.
     factory : mapping of str to FactoryFigures
         What they were held against.
     """
@@ -159,6 +162,7 @@ class SixPositions:
     readings: tuple[PositionReading, ...]
     tilts: tuple[float, ...]
     doubt: str
+    gravity: float
     factory: Mapping[str, FactoryFigures]
 
     def certificate(
@@ -176,32 +180,37 @@ class SixPositions:
             raise CalibrationError(fit.verdict.sentence)
         points = tuple(
             CalibrationPoint(
-                volts=reading.rest.volts[channel], value=specific_force(reading.position)[channel]
+                volts=reading.rest.volts[channel],
+                value=specific_force(reading.position)[channel] * self.gravity / GRAVITY,
             )
             for reading in self.readings
         )
-        residuals = np.array([p.value - (p.volts - fit.zero) / fit.sensitivity for p in points])
-        figures = self.factory[channel]
         leans = ", ".join(
             f"{fit.cross[other]:+.1f} deg toward {other} (to {fit.cross_uncertainty[other]:.1f})"
             for other in fit.cross
         )
-        return Certificate(
-            channel=channel,
-            unit=figures.unit,
-            coefficients=(-fit.zero / fit.sensitivity, 1.0 / fit.sensitivity),
-            range=covering(figures, *(point.volts for point in points)),
+        per_unit = abs(fit.sensitivity)
+        noise = max(reading.rest.std[channel] for reading in self.readings)
+        line = StraightLine(
+            zero=fit.zero,
+            zero_uncertainty=fit.zero_uncertainty,
+            sensitivity=fit.sensitivity,
+            sensitivity_uncertainty=fit.sensitivity_uncertainty,
+            noise=noise,
+            range=self.factory[channel].range,
+        )
+        return line.certificate(
+            channel,
+            self.factory[channel].unit,
+            points,
             who=who,
-            stamp=stamp.replace(microsecond=0),
-            points=points,
-            rms_residual=float(np.sqrt(np.mean(residuals**2))),
-            max_residual=float(np.max(np.abs(residuals))),
+            stamp=stamp,
             temperature=temperature,
             instrument="Accelerometer",
             notes=(
-                f"Six positions. Zero to {1e3 * fit.zero_uncertainty / abs(fit.sensitivity):.1f} "
-                f"mg, scale to {100.0 * fit.sensitivity_uncertainty / abs(fit.sensitivity):.2f} %. "
-                f"Leans {leans}. {fit.verdict.sentence} "
+                f"Six positions. Zero to {1e3 * fit.zero_uncertainty / per_unit:.1f} mg, "
+                f"scale to {100.0 * fit.sensitivity_uncertainty / per_unit:.2f} %. "
+                f"Leans {leans}. {fit.verdict.sentence} Residuals are how the aircraft lay. "
                 "Straight to the ends of the range by the factory's word."
             ),
         )
@@ -263,6 +272,7 @@ def six_positions(
         readings=tuple(readings),
         tilts=tuple(tilts.tolist()),
         doubt=doubt,
+        gravity=gravity,
         factory=figures,
     )
 

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-import numpy as np
-
 from calibration.certificate import Certificate
-from calibration.inertial.turntable import Turn, gyro_scale
-from calibration.inertial.verdict import FactoryFigures, Verdict, covering, factory_figures
+from calibration.inertial.turntable import SCALE_TOLERANCE, Turn, gyro_scale
+from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest import Rest, RestLimit, RestWatch
+from calibration.straight import StraightLine
 
 GYROS = ("p", "q", "r")
 _QUIET_RATE, _QUIET_STD = 0.25, 0.6
@@ -150,7 +149,6 @@ def gyro_certificate(
         CalibrationPoint(volts=zero.volts, value=0.0),
         *(turn.point for turn in turns),
     )
-    residuals = np.array([p.value - (p.volts - zero.volts) / sensitivity for p in points])
     notes = f"Zero of {zero.seconds:.0f} s at rest, to {zero.uncertainty / abs(sensitivity):.2g}"
     notes += " deg/s; "
     if scale is None:
@@ -162,16 +160,22 @@ def gyro_certificate(
             f"{100.0 * scale.deviation:+.1f} % from the factory's. "
             "Straight to the ends of the range by the factory's word."
         )
-    return Certificate(
-        channel=zero.channel,
-        unit=figures.unit,
-        coefficients=(-zero.volts / sensitivity, 1.0 / sensitivity),
-        range=covering(figures, *(point.volts for point in points)),
+    line = StraightLine(
+        zero=zero.volts,
+        zero_uncertainty=zero.uncertainty,
+        sensitivity=sensitivity,
+        sensitivity_uncertainty=(
+            scale.uncertainty if scale else SCALE_TOLERANCE * abs(figures.sensitivity)
+        ),
+        noise=zero.noise * abs(figures.sensitivity),
+        range=figures.range,
+    )
+    return line.certificate(
+        zero.channel,
+        figures.unit,
+        points,
         who=who,
-        stamp=stamp.replace(microsecond=0),
-        points=points,
-        rms_residual=float(np.sqrt(np.mean(residuals**2))),
-        max_residual=float(np.max(np.abs(residuals))),
+        stamp=stamp,
         temperature=temperature,
         instrument="Rate gyro",
         notes=notes,

@@ -86,8 +86,3 @@ def factory_figures() -> Mapping[str, FactoryFigures]:
     names = ("p", "q", "r", "ax", "ay", "an")
     certificates = load_certificates("b777")
     return MappingProxyType({name: FactoryFigures.of(certificates[name]) for name in names})
-
-
-def covering(factory: FactoryFigures, *volts: float) -> tuple[float, float]:
-    """Return the factory's range of volts, widened where a point lies outside."""
-    return min(factory.range[0], *volts), max(factory.range[1], *volts)

@@ -45,6 +45,9 @@ def test_zero_and_scale_come_out_within_twice_their_uncertainty(seed: int, tmp_p
     rates = np.array([-60.0, 0.0, 60.0])
     found = np.degrees(read.evaluate(truth + true_scale * rates))
     np.testing.assert_allclose(found, rates, atol=0.3)
+    bounds = np.degrees(read.uncertainty(truth + true_scale * rates))
+    assert np.all(np.abs(found - rates) < bounds)
+    assert np.all(bounds < 0.4), "0.1 deg/s of noise, 0.15 % of scale"
     assert read.points[0].value == 0.0
     assert len(read.points) == 3
 
@@ -55,6 +58,8 @@ def test_without_a_turn_the_scale_is_the_factorys_and_says_so() -> None:
     certificate = gyro_certificate(zero, who="crew", stamp=STAMP)
     assert certificate.coefficients[1] == pytest.approx(45.0)
     assert "not checked" in certificate.notes
+    far, near = certificate.uncertainty([4.0, zero.volts])
+    assert far > 5.0 * near, "a scale on trust is worth less far from zero"
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,11 @@ def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
     again, before = load_certificate(path).evaluate(volts), DYNAMIC.evaluate(volts)
     np.testing.assert_allclose(again, found.certificate.evaluate(volts), atol=1e-9)
     np.testing.assert_allclose(np.diff(again), np.diff(before), rtol=1e-9)
+    pressures = np.array([0.0, 600.0, 2000.0])
+    true_volts = truth.zero + truth.slope * pressures
+    errors = np.abs(found.certificate.evaluate(true_volts) - pressures)
+    assert np.all(errors < found.certificate.uncertainty(true_volts))
+    assert np.all(found.certificate.uncertainty(true_volts) < 25.0)
 
 
 def test_wind_is_no_zero() -> None:
