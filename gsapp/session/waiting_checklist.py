@@ -29,6 +29,11 @@ class WaitingChecklist:
         Gives the card of the next flight as it stands.
     aircraft : Aircraft, optional
         What the card is held against.
+
+    Attributes
+    ----------
+    system : {"US", "SI"}
+        Units of the sentences.
     """
 
     def __init__(
@@ -40,6 +45,7 @@ class WaitingChecklist:
         aircraft: Aircraft | None = None,
     ) -> None:
         self.checklist = Checklist(file)
+        self.system = "US"
         self._log = log
         self._card = card
         self._aircraft = aircraft
@@ -48,7 +54,7 @@ class WaitingChecklist:
         """Return how the items stand, red first."""
         self._follow()
         card = self._card()
-        doubts = () if card is None else check_card(card, self._aircraft)
+        doubts = () if card is None else check_card(card, self._aircraft, system=self.system)
         facts = Facts(card=card, doubts=tuple(doubt.words for doubt in doubts))
         return self.checklist.judge(facts)
 

@@ -555,7 +555,7 @@ def test_cards_are_saved_for_others_and_taken_from_a_file(
         encoding="utf-8",
     )
     press(qtbot, Qt.Key.Key_O, CONTROL | ALT)
-    assert page.title.text() == "Monday: 1 maneuvers"
+    assert page.title.text() == "Monday: 1 maneuver"
     press(qtbot, Qt.Key.Key_Delete)
     assert "last card stays" in page.said.text()
     press(qtbot, Qt.Key.Key_Z, CONTROL)

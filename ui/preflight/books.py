@@ -116,7 +116,7 @@ class Books:
         now = time.monotonic()
         if now - self._looked >= _LOOK_SECONDS:
             self._looked = now
-            self.checklist.look()
+            self.checklist.look(self._store.current.units)
 
     def states(self) -> Mapping[str, StepState]:
         """Return how the steps stand."""
@@ -158,4 +158,8 @@ class Books:
         if card is None:
             return StepState(state="warning", words="cannot be read", detail=self.home)
         info = card.file.model
-        return card_state(info, tuple(card.problems.values()), check_card(info, self.aircraft))
+        return card_state(
+            info,
+            tuple(card.problems.values()),
+            check_card(info, self.aircraft, system=self._store.current.units),
+        )

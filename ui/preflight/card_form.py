@@ -129,21 +129,34 @@ def throw_value(stick: str, column: str) -> CardValue:
     )  # fmt: skip
 
 
+def loading_mass() -> CardValue:
+    """Return the mass of something on board."""
+    return _number("loading", "Mass", "mass", "lb", "kg", 2)
+
+
+def loading_place() -> CardValue:
+    """Return how far ahead of the CG something lies."""
+    return _number("loading", "Ahead of the CG", "length", "in", "mm", 1)
+
+
 def mixer_share() -> CardValue:
     """Return the share of a mixer, in percent."""
     return _number("transmitter.mixers", "Share", "ratio", "%", "%", 0)
 
 
-SUPPORTS = {
-    "": (),
-    "axles": (("nose", "Scale, nose axle"), ("main", "Scale, main axle")),
-    "wheels": (
-        ("nose", "Scale, nose wheel"),
-        ("left", "Scale, left wheel"),
-        ("right", "Scale, right wheel"),
-    ),
+_SCALES = {
+    "nose": "Scale, nose wheel",
+    "main": "Scale, main axle",
+    "left": "Scale, left wheel",
+    "right": "Scale, right wheel",
+    "tail": "Scale, tail wheel",
 }
-"""Readings of each way of weighing: name in the file and on screen."""
+
+
+def scales(way: str, third: str) -> tuple[str, ...]:
+    """Return which supports stand on scales; `third` is ``nose`` or ``tail``."""
+    return {"axles": (third, "main"), "wheels": (third, "left", "right")}.get(way, ())
+
 
 WEIGHING_WAYS = (
     ("", "Not weighed on wheels"),
@@ -152,9 +165,12 @@ WEIGHING_WAYS = (
 )
 
 
-def load_value(support: str, name: str) -> CardValue:
-    """Return the reading of a scale."""
-    return _number(f"weighing.loads.{support}", name, "weight", "lb", "kg", 2, group="weighing")
+def load_values() -> tuple[CardValue, ...]:
+    """Return the readings of all scales there can be."""
+    return tuple(
+        _number(f"weighing.loads.{support}", name, "weight", "lb", "kg", 2, group="weighing")
+        for support, name in _SCALES.items()
+    )
 
 
 WEIGHED_WITH = (

@@ -24,6 +24,7 @@ from ui.preflight.card_form import (
     WEIGHTS,
     CardValue,
 )
+from ui.preflight.card_loading import LoadingForm
 from ui.preflight.card_transmitter import TransmitterForm
 from ui.preflight.card_weighing import WeighingForm
 from ui.preflight.columns import Columns, Section
@@ -59,12 +60,13 @@ class CardPage(StepPage):
         self._head()
         self.weighing = WeighingForm(look)
         self.transmitter = TransmitterForm(look)
+        self.loading = LoadingForm(look)
         self._sections()
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.setInterval(_SAVE_MS)
         self._later.timeout.connect(self.flush)
-        for form in (self.weighing, self.transmitter):
+        for form in (self.weighing, self.transmitter, self.loading):
             form.typed.connect(self._typed_below)
             form.left.connect(self._left)
         look.changed.connect(self.show_card)
@@ -83,12 +85,22 @@ class CardPage(StepPage):
         weights = self._section("Weight and fuel", WEIGHTS)
         wheels = Section(self.look, "On the scales")
         wheels.add(self.weighing)
+        board = Section(self.look, "On board beside the aircraft file")
+        board.add(self.loading)
         weather = self._section("Weather at the field", WEATHER)
         sticks = self._section("Transmitter", TRANSMITTER)
         sticks.add(self.transmitter, self._field(TRANSMITTER_REMARKS))
         debrief = self._section("Debrief", DEBRIEF)
         self.area.show_sections(
-            [(flight, 0), (weights, 1), (wheels, 1), (weather, 2), (sticks, 2), (debrief, 0)]
+            [
+                (flight, 0),
+                (weights, 1),
+                (wheels, 1),
+                (board, 1),
+                (weather, 2),
+                (sticks, 2),
+                (debrief, 0),
+            ]
         )
 
     def _section(self, title: str, values: Sequence[CardValue]) -> Section:
@@ -134,6 +146,7 @@ class CardPage(StepPage):
             field.show_unit(value.unit_shown(units) if value.kind == "number" else "")
         self.weighing.show_card(editor, self._aircraft)
         self.transmitter.show_card(editor)
+        self.loading.show_card(editor)
         self._judge()
 
     def _judge(self) -> None:
@@ -142,13 +155,14 @@ class CardPage(StepPage):
         if editor is None:
             return
         doubts: dict[str, list[str]] = {}
-        for doubt in check_card(editor.file.model, self._aircraft):
+        for doubt in check_card(editor.file.model, self._aircraft, system=self.look.units):
             doubts.setdefault(doubt.field, []).append(doubt.words)
         for name, (value, field) in self.fields.items():
             if value.key in editor.problems:
                 field.say(f"Not on the card: {editor.problems[value.key]}", "warning")
             else:
                 field.say(" ".join(doubts.get(name, ())), "caution")
+        self.weighing.doubt(" ".join(doubts.get("weighing", ())))
         self._tell_saved()
 
     def _tell_saved(self) -> None:

@@ -7,14 +7,15 @@ from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.info import FlightInfo
+from ui.dialogs.form import Sentence
 from ui.look import Look
 from ui.pages import label
 from ui.preflight.card_form import (
-    SUPPORTS,
     WEIGHED_WITH,
     WEIGHING_WAYS,
     CardValue,
-    load_value,
+    load_values,
+    scales,
     weighing_way,
 )
 from ui.preflight.card_words import takeoff_weight, weighing_words
@@ -51,10 +52,7 @@ class WeighingForm(QWidget):
         self.way.typed.connect(self._choose)
         self._column.addWidget(self.way)
         self.fields: dict[str, tuple[CardValue, Field]] = {}
-        loads = dict(pair for pairs in SUPPORTS.values() for pair in pairs)
-        for name in ("nose", "main", "left", "right"):
-            self._add(name, load_value(name, loads[name]))
-        for value in WEIGHED_WITH:
+        for value in (*load_values(), *WEIGHED_WITH):
             self._add(value.key[-1], value)
         self.weight = label("", "title")
         self.words = label("", wrap=True)
@@ -62,7 +60,8 @@ class WeighingForm(QWidget):
         self.take.setAccessibleName("Take the weighed weight as take-off weight")
         tall(self.take)
         self.take.clicked.connect(self._take)
-        for widget in (self.weight, self.words, self.take):
+        self.doubts = Sentence()
+        for widget in (self.weight, self.words, self.doubts, self.take):
             self._column.addWidget(widget)
         look.changed.connect(self._fit)
         self._fit()
@@ -76,6 +75,11 @@ class WeighingForm(QWidget):
 
     def _fit(self) -> None:
         self._column.setSpacing(self._look.px(8))
+
+    def _scales(self, way: str) -> tuple[str, ...]:
+        """Return the supports that are asked for; an aircraft on a tail wheel has no nose wheel."""
+        axles = () if self._aircraft is None else self._aircraft.axles.keys()
+        return scales(way, "tail" if "tail" in axles and "nose" not in axles else "nose")
 
     # Showing
 
@@ -97,7 +101,7 @@ class WeighingForm(QWidget):
         editor = self._editor
         if editor is None:
             return
-        asked = [name for name, _words in SUPPORTS[self._way]]
+        asked = self._scales(self._way)
         more = [value.key[-1] for value in WEIGHED_WITH] if self._way else []
         for name, (value, field) in self.fields.items():
             field.setVisible(name in (*asked, *more))
@@ -115,10 +119,15 @@ class WeighingForm(QWidget):
         problem = editor.problems.get(value.key, "") if editor is not None else ""
         if not problem:
             return "", ""
-        asked = [self.fields[name][1] for name, _words in SUPPORTS[self._way]]
+        asked = [self.fields[name][1] for name in self._scales(self._way)]
         if any(not one.text.strip() for one in asked):
             return "Not on the card yet: read the other scales too.", "caution"
         return problem, "warning"
+
+    def doubt(self, words: str) -> None:
+        """Say what is odd about the weighing, or nothing."""
+        self.doubts.say(words, "caution")
+        self.doubts.setVisible(bool(words))
 
     # Typing
 
@@ -128,7 +137,7 @@ class WeighingForm(QWidget):
         if editor is None:
             return
         self._way = way
-        kept = [name for name, _words in SUPPORTS[way]]
+        kept = self._scales(way)
         loads = editor.written(_LOADS) or {}
         if set(loads) - set(kept):
             # What is left of another way is no weighing: it waits until it is one again.
@@ -154,5 +163,6 @@ class WeighingForm(QWidget):
             return
         said = weighing_words(editor.file.model, self._aircraft, self._look.units)
         if said.weighed is not None:
-            editor.put({("takeoff_weight",): takeoff_weight(said.weighed, self._look.units)})
+            weight = takeoff_weight(said.weighed, editor.file.model, self._look.units)
+            editor.put({("takeoff_weight",): weight})
             self.typed.emit()

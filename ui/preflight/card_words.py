@@ -83,10 +83,13 @@ def _place(weighed: Weighing, axis: int, aircraft: Aircraft | None, system: str)
     return words
 
 
-def takeoff_weight(weighed: Weighing, system: str) -> str:
-    """Return a weighed weight as it is written on the card."""
+def takeoff_weight(weighed: Weighing, info: FlightInfo, system: str) -> str:
+    """Return a weighed weight as it is written on the card, with the fuel that came in since."""
     unit = _WEIGHT[system]
-    return f"{from_si(weighed.mass.value, unit, 'mass'):.2f} {unit}"
+    mass = weighed.mass.value
+    if info.weighing is not None and info.weighing.fuel is not None and info.fuel is not None:
+        mass += info.fuel - info.weighing.fuel
+    return f"{from_si(mass, unit, 'mass'):.2f} {unit}"
 
 
 def home_words(info: FlightInfo, name: str, *, next_flight: bool, file_name: str = "") -> str:
@@ -126,6 +129,6 @@ def card_state(info: FlightInfo, problems: Sequence[str], doubts: Sequence[CardD
         return StepState(
             state="caution",
             words=count_text(len(doubts), "doubt"),
-            detail=". ".join(doubt.words for doubt in doubts),
+            detail="\n".join(doubt.words for doubt in doubts),
         )
     return StepState(state="good", words="complete")

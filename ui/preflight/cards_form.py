@@ -133,5 +133,5 @@ def cards_state(
     return StepState(
         state="good" if flown.done else "caution",
         words=f"{done} of {count} done",
-        detail=f"{len(flown.unplanned)} maneuvers beside the cards",
+        detail=f"{count_text(len(flown.unplanned), 'maneuver')} beside the cards",
     )

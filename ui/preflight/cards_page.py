@@ -25,6 +25,7 @@ from ui.preflight.cards_form import card_line
 from ui.preflight.fields import tall
 from ui.preflight.page import StepPage
 from ui.settings import SettingsStore
+from ui.words import count_text
 from ui.work import Progress, Work
 
 _FILES = "Test cards (*.toml)"
@@ -178,7 +179,7 @@ class CardsPage(StepPage):
             self.list.show_lines(())
             return
         total = sum(card.repeats for card in cards.cards)
-        self.title.setText(f"{cards.name or 'Test cards'}: {total} maneuvers")
+        self.title.setText(f"{cards.name or 'Test cards'}: {count_text(total, 'maneuver')}")
         units = self.look.units
         self.list.show_lines(
             [card_line(card, book.progress(card.id), units) for card in cards.cards]
@@ -206,7 +207,8 @@ class CardsPage(StepPage):
         elif not book.editor.file.path.exists():
             self.said.say("The cards that come with the program; a change makes them yours.")
         elif book.flown is not None and book.flown.unplanned:
-            self.said.say(f"Flown beside the cards: {len(book.flown.unplanned)} maneuvers.")
+            beside = count_text(len(book.flown.unplanned), "maneuver")
+            self.said.say(f"Flown beside the cards: {beside}.")
         else:
             self.said.say("Saved", "good")
 

@@ -56,6 +56,7 @@ class ChecklistBook:
         self._going: SessionChecklist | WaitingChecklist | None = None
         self._changes: Changes[Ticks] = Changes(frozenset())
         self._read_stamp: tuple[int, int] | None = None
+        self._system = "US"
 
     # Which list
 
@@ -130,9 +131,11 @@ class ChecklistBook:
 
     # How it stands
 
-    def look(self) -> None:
-        """See how the items stand now."""
+    def look(self, system: str = "") -> None:
+        """See how the items stand now; `system` are the units of the sentences from here on."""
         if self._going is not None:
+            self._system = system or self._system
+            self._going.system = self._system
             self.items = self._going.look()
 
     @property
