@@ -133,6 +133,8 @@ class SessionChecklist:
             If the event cannot be written.
         """
         # What is recorded is what holds now, not at the last look.
+        while self._take_in():
+            pass
         items = self.look()
         lists = {
             state: [item.id for item in items if item.state == state]
@@ -178,7 +180,7 @@ class SessionChecklist:
                 self._start = event
             elif event.kind == RESTART:
                 self.checklist.restart()
-                self._next = None if self.session.now is None else self._index(self.session.now)
+                self._next = None if event.time is None else self._index(event.time)
                 self._start = None
             elif event.kind in (TICK, UNTICK):
                 # A list that was edited since may lack the item.
@@ -189,21 +191,24 @@ class SessionChecklist:
                     else:
                         self.checklist.untick(name)
 
-    def _take_in(self) -> None:
-        """Feed the rules with the samples that came since."""
+    def _take_in(self) -> bool:
+        """Feed the rules with samples that came since; return whether there were any."""
         history = self.session.history
         end = history.end
-        if end is None or self._start is not None:
-            return
+        if end is None:
+            return False
         names = [name for name in self.checklist.watched if history.has(name)]
         stop = self._index(end - _HELD_BACK)
-        if self._next is None or self._next > stop + self._index(_AT_ONCE):
-            # The first look, or a replay that jumped back.
+        if self._start is not None and self._start.time is not None:
+            stop = min(stop, self._index(self._start.time))
+        if self._next is None:
             self._next = self._first(names, stop)
         last = min(stop, self._next + self._index(_AT_ONCE))
-        if names and last > self._next:
-            self.checklist.feed(history.rows(self._next, last, names))
-            self._next = last
+        if not names or last <= self._next:
+            return False
+        self.checklist.feed(history.rows(self._next, last, names))
+        self._next = last
+        return True
 
     def _first(self, names: Sequence[str], stop: int) -> int:
         spans = [self.session.history.span(name) for name in names]
