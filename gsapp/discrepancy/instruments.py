@@ -6,19 +6,31 @@ from collections.abc import Sequence
 
 from gsapp.discrepancy.results import InstrumentRemark
 from gsapp.foundation import FlightError
-from gsapp.identification.compatibility import check
+from gsapp.identification.compatibility import CompatibilitySettings, check
 from gsapp.identification.maneuver import Maneuver
 
 _ENOUGH = 6
 """Maneuvers that the check takes: errors of instruments are common to all."""
+_STEPS = 8
 
 
-def instrument_remarks(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentRemark, ...]:
-    """Return what the data compatibility check says, of maneuvers from all over the flights."""
+def instrument_remarks(
+    maneuvers: Sequence[Maneuver], *, try_signs: bool = True
+) -> tuple[InstrumentRemark, ...]:
+    """Return what the data compatibility check says, of maneuvers from all over the flights.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    try_signs : bool
+        Whether reversed and exchanged axes are looked for: most of the work, and of no use where a
+        model explains the flights down to the noise.
+    """
+    settings = CompatibilitySettings(try_signs=try_signs, iterations=_STEPS)
     flown = sorted(maneuvers, key=lambda one: (one.flight, one.block.times[0]))
     every = -(-len(flown) // _ENOUGH)
     try:
-        found = check(flown[::every])
+        found = check(flown[::every], settings=settings)
     except FlightError as error:
         return (InstrumentRemark(channel="", words=str(error), consistent=False),)
     if not found.verdicts:

@@ -73,7 +73,7 @@ class Investigation:
         self._model = model
         self._records = tuple(record_of(one) for one in maneuvers)
         self._baselines: dict[tuple[str, ...], Fit] = {}
-        self._instruments: tuple[InstrumentRemark, ...] | None = None
+        self._instruments: dict[bool, tuple[InstrumentRemark, ...]] = {}
 
     @property
     def default_held_out(self) -> tuple[str, ...]:
@@ -113,12 +113,12 @@ class Investigation:
             self._baselines[held_out] = baseline_fit(records, self._model, tick)
         return self._baselines[held_out]
 
-    def instruments(self, tick: Tick) -> tuple[InstrumentRemark, ...]:
+    def instruments(self, tick: Tick, *, try_signs: bool) -> tuple[InstrumentRemark, ...]:
         """Return what kinematics alone say of the instruments; looked at once."""
-        if self._instruments is None:
+        if try_signs not in self._instruments:
             tick("comparing the instruments with one another")
-            self._instruments = instrument_remarks(self._maneuvers)
-        return self._instruments
+            self._instruments[try_signs] = instrument_remarks(self._maneuvers, try_signs=try_signs)
+        return self._instruments[try_signs]
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -322,7 +322,8 @@ class _Search:
             len(settings.forced),
             settings.false_alarm,
         )
-        instruments = of.instruments(self._tick)
+        lacking = len(kept) > 1 or kept[0].decision.kind != "nothing"
+        instruments = of.instruments(self._tick, try_signs=lacking)
         self._tick("drawing the maneuvers")
         found = answer_of(
             kept,

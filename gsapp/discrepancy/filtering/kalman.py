@@ -19,14 +19,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import LinAlgError, solve_discrete_lyapunov
+from scipy.linalg import LinAlgError
 from scipy.linalg.lapack import dtbtrs
 
 from gsapp.discrepancy.filtering.blocks import Blocks
 from gsapp.discrepancy.filtering.colors import Colors
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
 from gsapp.discrepancy.filtering.noise import NoiseModel
-from gsapp.discrepancy.filtering.riccati import steady_covariance
+from gsapp.discrepancy.filtering.riccati import steady_covariance, steady_sum
 from gsapp.foundation import FlightError
 from gsapp.quantities import BoolArray, FloatArray
 
@@ -190,7 +190,7 @@ class Filter:
         C = self.by_state.mean(axis=0)
         scales = np.concatenate((self.blocks.scales, self.colors.sizes))
         C_s, M_s = C * scales, M * scales / scales[:, None]
-        state = solve_discrete_lyapunov(M_s.T, C_s.T @ precision @ C_s, method="direct")
+        state = steady_sum(M_s, C_s.T @ precision @ C_s)
         return state / scales[:, None] / scales, precision
 
     def kept_colors(self, z: FloatArray, b: FloatArray) -> FloatArray:

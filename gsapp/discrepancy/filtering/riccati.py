@@ -53,6 +53,30 @@ def steady_covariance(
     return found
 
 
+def steady_sum(A: FloatArray, first: FloatArray) -> FloatArray:
+    """Return X = A' X A + first, for A whose powers die out: twice as many terms each round.
+
+    Parameters
+    ----------
+    A, first : ndarray, shape (n_x, n_x)
+
+    Raises
+    ------
+    scipy.linalg.LinAlgError
+        If the powers grow.
+    """
+    total, power = first, A
+    for _ in range(_ROUNDS):
+        change = power.T @ total @ power
+        total = total + change
+        if not np.isfinite(total).all():
+            break
+        if np.abs(change).max() <= _SETTLED * np.abs(total).max():
+            return total
+        power = power @ power
+    raise LinAlgError("the sum has no limit: the system does not forget")
+
+
 def _doubled(
     A: FloatArray, C: FloatArray, process: FloatArray, measurement: FloatArray, shared: FloatArray
 ) -> FloatArray | None:
