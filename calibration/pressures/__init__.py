@@ -1,0 +1,16 @@
+"""Pressures: zero with the pitot covered, a breath into it, and the air on the ground."""
+
+from calibration.pressures.breath import BlowDetector, BlowReading, BlowState
+from calibration.pressures.ground import GroundAir
+from calibration.pressures.known import PressureZero, covered_watch, dynamic_zero, static_check
+
+__all__ = [
+    "BlowDetector",
+    "BlowReading",
+    "BlowState",
+    "GroundAir",
+    "PressureZero",
+    "covered_watch",
+    "dynamic_zero",
+    "static_check",
+]

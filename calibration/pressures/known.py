@@ -1,0 +1,220 @@
+"""Pressure transducers at a pressure that is known.
+
+The slope of a pressure transducer cannot be checked at a field without a manometer; it stays as it
+was certified, and the curve is moved so that it passes through what is known today: no dynamic
+pressure with the pitot covered, and the pressure that the field's barometer reads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+
+from calibration.certificate import Certificate
+from calibration.fit import polynomial
+from calibration.points import CalibrationError, CalibrationPoint
+from calibration.quality import Quality
+from calibration.rest import Rest, RestLimit, RestWatch
+from calibration.straight import STEP
+from gsapp.quantities import channel, from_si
+
+_QUIET, _QUIET_STD = 2.5, 6.0
+"""Pa: how far half-second means of the dynamic pressure may wander, and its samples scatter."""
+_STATIC_QUIET, _STATIC_STD = 60.0, 150.0
+"""The same for the static pressure, Pa."""
+ZERO_TOLERANCE = 50.0
+"""Pa: a covered pitot that reads more than that is named."""
+STATIC_TOLERANCE = 600.0
+"""Pa: half a percent of an atmosphere; about 50 m of altitude."""
+LINEARITY = 0.01
+"""Of the transducers, relative: what the source says of them."""
+_PLACES = 9
+
+
+def covered_watch(
+    dynamic: Certificate, static: Certificate | None = None, *, seconds: float = 3.0
+) -> RestWatch:
+    """Return a watch for steady pressures, the pitot being covered against wind.
+
+    An uncovered pitot in a light wind may still pass in a lull, some pascals off: the cover is
+    what keeps the wind away, the watch only finds that it was forgotten in any other wind.
+
+    Parameters
+    ----------
+    dynamic, static : Certificate
+        In force, or shipped; their slopes say what steady means in volts.
+    seconds : float
+        For how long.
+    """
+    limits = {dynamic.channel: _limit(dynamic, _QUIET_STD, _QUIET)}
+    if static is not None:
+        limits[static.channel] = _limit(static, _STATIC_STD, _STATIC_QUIET)
+    return RestWatch(limits, seconds=seconds)
+
+
+def _limit(certificate: Certificate, std: float, wander: float) -> RestLimit:
+    slope = abs(certificate.end_slopes[0])
+    return RestLimit(std=std / slope, wander=wander / slope)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PressureZero:
+    """A transducer at a known pressure.
+
+    Attributes
+    ----------
+    certificate : Certificate
+        The former curve, moved through today's point.
+    volts, uncertainty : float
+        Mean, and its half width at 95 %, V.
+    shift : float
+        Pressure that the former certificate showed above the known one, Pa.
+    passed : bool
+        Whether the shift is within what such a transducer drifts.
+    sentence : str
+        For the crew.
+    """
+
+    certificate: Certificate
+    volts: float
+    uncertainty: float
+    shift: float
+    passed: bool
+    sentence: str
+
+
+def dynamic_zero(
+    rest: Rest,
+    former: Certificate,
+    *,
+    who: str,
+    stamp: datetime,
+    temperature: float | None = None,
+) -> PressureZero:
+    """Return the zero of the dynamic pressure with the pitot covered.
+
+    Parameters
+    ----------
+    rest : Rest
+        Found by `covered_watch`.
+    former : Certificate
+        Whose slope is kept.
+    who, stamp, temperature
+        As in `Certificate`.
+
+    Raises
+    ------
+    CalibrationError
+        If the transducer reads at an end of the converter, so that nothing can be told.
+    """
+    return _moved(rest, former, 0.0, ZERO_TOLERANCE, who, stamp, temperature)
+
+
+def static_check(
+    rest: Rest,
+    former: Certificate,
+    pressure: float,
+    *,
+    who: str,
+    stamp: datetime,
+    temperature: float | None = None,
+) -> PressureZero:
+    """Return the static pressure held against the field's barometer.
+
+    Parameters
+    ----------
+    rest, former, who, stamp, temperature
+        As for `dynamic_zero`.
+    pressure : float
+        At the field, not reduced to sea level, Pa.
+
+    Raises
+    ------
+    CalibrationError
+        As for `dynamic_zero`.
+    """
+    return _moved(rest, former, pressure, STATIC_TOLERANCE, who, stamp, temperature)
+
+
+def _moved(
+    rest: Rest,
+    former: Certificate,
+    pressure: float,
+    tolerance: float,
+    who: str,
+    stamp: datetime,
+    temperature: float | None,
+) -> PressureZero:
+    name, key = former.channel, channel(former.channel).quantity
+    volts = rest.volts[name]
+    if not 0.01 < volts < 4.98:
+        raise CalibrationError(
+            f"{name} reads {volts:.3f} V, an end of the converter; check its wires and its supply"
+        )
+    value = from_si(pressure, former.unit, key)
+    shift = float(former.evaluate(volts)) - pressure
+    by = value - from_si(pressure + shift, former.unit, key)
+    passed = abs(shift) <= tolerance
+    words = "within" if passed else "more than"
+    title = channel(name).title
+    sentence = f"{title} was {shift:+.0f} Pa off, {words} the {tolerance:.0f} Pa that it may drift."
+    coefficients = (former.coefficients[0] + by, *former.coefficients[1:])
+    # At no pressure the transducer is at the end of its range, and its noise goes beyond.
+    margin = max(10.0 * rest.std[name], 5.0 * STEP)
+    covered = (min(former.range[0], volts - margin), max(former.range[1], volts + margin))
+    certificate = Certificate(
+        channel=name,
+        unit=former.unit,
+        coefficients=coefficients,
+        range=covered,
+        who=who,
+        stamp=stamp.replace(microsecond=0),
+        points=(CalibrationPoint(volts=volts, value=value),),
+        excitation_voltage=former.excitation_voltage,
+        ratiometric=former.ratiometric,
+        temperature=temperature,
+        instrument=former.instrument,
+        notes=f"Moved through one point; slope of {former.stamp:%Y-%m-%d}. {sentence}",
+        quality=_quality(coefficients, covered, rest, name),
+    )
+    return PressureZero(
+        certificate=certificate,
+        volts=volts,
+        uncertainty=rest.uncertainty[name],
+        shift=shift,
+        passed=passed,
+        sentence=sentence,
+    )
+
+
+def _quality(
+    coefficients: tuple[float, ...], covered: tuple[float, float], rest: Rest, name: str
+) -> Quality:
+    """Return what a curve through one point is worth: its slope is the factory's to a percent."""
+    places = np.linspace(*covered, _PLACES)
+    values = polynomial(coefficients, places)
+    slope = np.abs(polynomial([n * c for n, c in enumerate(coefficients)][1:], places))
+    here = polynomial(coefficients, np.array([rest.volts[name]]))[0]
+    parts = [
+        rest.uncertainty[name] * slope,
+        LINEARITY * np.abs(values - here),
+        1.96 * rest.std[name] * slope,
+        0.5 * STEP * slope,
+    ]
+    line = np.polynomial.Polynomial.fit(places, values, 1)
+    return Quality(
+        degree=len(coefficients) - 1,
+        rms=0.0,
+        maximum=0.0,
+        linearity=float(np.max(np.abs(values - line(places)))),
+        scatter=None,
+        hysteresis=None,
+        hysteresis_uncertainty=None,
+        return_to_zero=None,
+        resolution=STEP * float(slope.max()),
+        covered=(float(here), float(here)),
+        places=tuple(places.tolist()),
+        half_widths=tuple(np.linalg.norm(parts, axis=0).tolist()),
+    )
