@@ -98,6 +98,9 @@ class InstrumentPlan:
         From where the aircraft is drawn so that the movement is seen.
     turn : float or None
         Of a gyro: angle of the turntable, there and back, deg. None leaves the scale unchecked.
+    setting_error : float or None
+        Standard deviation of one setting as known beforehand, `unit`: a protractor read to half a
+        degree is off by 0.15 deg. None leaves it to the points.
     """
 
     channel: str
@@ -114,6 +117,7 @@ class InstrumentPlan:
     ratiometric: bool = False
     view: PlaneView = "side"
     turn: float | None = None
+    setting_error: float | None = None
 
     @property
     def by_hand(self) -> bool:
@@ -203,6 +207,7 @@ class _InstrumentTable(StrictModel):
     ratiometric: bool = False
     view: PlaneView = "side"
     turn: Angle | None = None
+    setting_error: str | None = None
 
 
 class _PlanFile(StrictModel):
@@ -248,9 +253,10 @@ class _Reader:
                 ("settings", enumerate(table.settings)),
                 ("check_settings", enumerate(table.check_settings)),
                 ("travel", enumerate(table.travel or ())),
+                ("setting_error", enumerate((table.setting_error,) if table.setting_error else ())),
             )
         ]
-        settings, check_settings, travel = values
+        settings, check_settings, travel, setting_error = values
         self._check_partner(at)
         self._check_ascending(at, "settings", settings)
         self._check_ascending(at, "check_settings", check_settings)
@@ -271,6 +277,7 @@ class _Reader:
             sign_with_partner=table.sign_with_partner,
             ratiometric=table.ratiometric,
             view=table.view,
+            setting_error=setting_error[0] if setting_error else None,
             turn=None if table.turn is None else float(f"{table.turn / DEGREE:.12g}"),
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,7 +13,7 @@ from calibration.plan import InstrumentPlan
 from calibration.points import Direction
 from calibration.watching import VoltsWatch, WatchReading
 from calibration.wizard.arrival import Arrival, Side
-from calibration.wizard.hand_work import HandWork
+from calibration.wizard.hand_work import HandWork, Taken
 from calibration.wizard.schedule import Slot
 from gsapp.quantities import FloatArray, channel, from_si
 
@@ -30,9 +31,9 @@ SIGN_HOLD = 1.0
 """Seconds that it must be held."""
 _UNSURE_HOLD = 1.5
 """Seconds more that a rest must last where nothing tells whether it is the setting asked for."""
-_NEAR, _AT = 0.3, 0.1
-"""Of the distance between settings: a rest nearer than that to the setting is meant to be it; one
-farther than that beyond it has passed it."""
+_NEAR, _NEAR_ONE, _AT = 0.3, 0.45, 0.1
+"""Of the distance between settings: a rest nearer than that to the setting is meant to be it, by
+two points or more, or by one and the reference; one farther than that beyond it has passed it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,11 +186,11 @@ class HandWatch:
         wrong_side = slot.direction not in ("single", direction)
         if wrong_side and slot.turns and _beyond(slot, value, _AT * spacing):
             return "past"
-        if value is not None and abs(value - slot.value) > _NEAR * spacing:
+        if value is not None and abs(value - slot.value) > self._tolerance(work):
             return "elsewhere"
         if wrong_side:
             return "wrong_side"
-        if value is None and not self._as_before(slot, reading, work):
+        if value is None and not self._as_expected(slot, reading, work):
             return "wait" if reading.steady_for < _UNSURE_HOLD else ""
         return ""
 
@@ -201,33 +202,47 @@ class HandWatch:
         """Return the least distance between two settings."""
         return float(np.diff(np.unique([slot.value for slot in work.slots])).min())
 
+    def _tolerance(self, work: HandWork) -> float:
+        """Return how far from a setting a rest may seem to be that is meant to be it."""
+        settings = {taken.value for taken in work.points}
+        return (_NEAR if len(settings) > 1 else _NEAR_ONE) * self._spacing(work)
+
     def _standing(self, work: HandWork, reading: WatchReading) -> float | None:
         """Return where the instrument stands by the points taken; None before they can tell."""
-        points = [(taken.volts, taken.value) for taken in work.points]
-        volts, values = np.array(points).reshape(-1, 2).T
-        if np.unique(values).size < 2 or np.ptp(volts) < _APART:
+        # The nearest point, and the nearest of another setting: a line through them follows a
+        # curve well enough.
+        points = sorted(work.points, key=lambda taken: abs(taken.volts - reading.volts))
+        if not points:
             return None
-        # The two settings nearest to it: a line through them follows a curve well enough.
-        order = np.argsort(np.abs(volts - reading.volts), kind="stable")
-        first = order[0]
-        second = next(at for at in order if values[at] != values[first])
-        rise = volts[second] - volts[first]
-        if abs(rise) < _APART:
-            return None
-        slope = (values[second] - values[first]) / rise
-        return float(values[first] + slope * (reading.volts - volts[first]))
+        first = points[0]
+        slope = self._slope(first, points[1:])
+        return None if slope is None else first.value + slope * (reading.volts - first.volts)
 
-    def _as_before(self, slot: Slot, reading: WatchReading, work: HandWork) -> bool:
-        """Return whether the certificate in force says that this is the setting."""
+    def _slope(self, first: Taken, others: Sequence[Taken]) -> float | None:
+        """Return the value per volt about a point: by another point, else by the reference."""
+        second = next((taken for taken in others if taken.value != first.value), None)
+        if second is not None and abs(second.volts - first.volts) > _APART:
+            return (second.value - first.value) / (second.volts - first.volts)
+        if second is not None or self._reference is None:
+            return None
+        low, high = self._reference.range
+        values = self._in_unit(self._reference.evaluate(np.array((low, high))))
+        return float(values[1] - values[0]) / (high - low)
+
+    def _as_expected(self, slot: Slot, reading: WatchReading, work: HandWork) -> bool:
+        """Return whether the reference says that this is the setting."""
         if self._reference is None:
             return False
-        assert self._reference is not None  # noqa: S101 - asked by the callers
         return abs(self._by(self._reference, reading) - slot.value) < _NEAR * self._spacing(work)
 
     def _by(self, certificate: Certificate, reading: WatchReading) -> float:
-        si = float(certificate.evaluate(reading.volts, reading.excitation))
-        quantity = channel(self._instrument.channel).quantity
-        return float(from_si(si, self._instrument.unit, quantity))
+        """Return what the volts stand for by a certificate, in the unit of the instrument."""
+        supply = None if reading.excitation is None else np.array([reading.excitation])
+        return float(self._in_unit(certificate.evaluate(np.array([reading.volts]), supply))[0])
+
+    def _in_unit(self, values: FloatArray) -> FloatArray:
+        """Return SI values in the unit of the instrument."""
+        return from_si(values, self._instrument.unit, channel(self._instrument.channel).quantity)
 
 
 def _beyond(slot: Slot, value: float | None, apart: float) -> bool:

@@ -59,7 +59,12 @@ def judge(
     supply = supply_of(work.points) if instrument.ratiometric else None
     points = [referred(taken, supply) for taken in work.points]
     try:
-        calibration = calibrate(points, degree=work.degree, travel=instrument.travel)
+        calibration = calibrate(
+            points,
+            degree=work.degree,
+            travel=instrument.travel,
+            setting_error=instrument.setting_error,
+        )
         certificate = certify(
             calibration,
             points,

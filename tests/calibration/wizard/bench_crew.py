@@ -68,7 +68,12 @@ class BenchCrew:
             if view.remaining[0].turns:
                 past = view.target + (-4.0 if view.direction == "up" else 4.0)
                 self.set(channel, past, hold=0.6)
-            self.set(channel, view.target, hold=1.2)
+            self.set(channel, view.target, hold=0.6)
+            # Held until the wizard says that it was taken, or something else.
+            for _ in range(10):
+                if len(self.view.points) > len(view.points):
+                    break
+                self.wait(0.2)
         elif view.phase == "gyro_turn":
             assert view.target is not None
             self.wait(2.0)
