@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
-from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.catalog import EffectRecord
@@ -29,6 +28,7 @@ from gsapp.dynamics.signals import (
     Scale,
     SignalTerm,
     channels_of,
+    lagged,
 )
 from gsapp.dynamics.terms import COEFFICIENTS, Term, make_term
 from gsapp.quantities import FloatArray
@@ -134,7 +134,7 @@ def _equation_maker(term: Term, aircraft: Aircraft) -> Maker:
         if term.states:
             taus = [item.default for item in term.parameters if item.name in ("tau", "lag")]
             states = tuple(
-                _lagged(reads[0], taus[0] if taus else _MEMORY, found.record.dt)
+                lagged(reads[0], taus[0] if taus else _MEMORY, found.record.dt)
                 for _ in term.states
             )
         history = np.broadcast_to(
@@ -165,12 +165,6 @@ def coefficient_entry(
     size = found.variables["qbar"] * geometry.wing_area
     length = geometry.span if arm == "span" else geometry.chord if arm == "chord" else 1.0
     return Entry(place=place, history=sign * history / (size * length))
-
-
-def _lagged(signal: FloatArray, tau: float, dt: float) -> FloatArray:
-    decay = float(np.exp(-dt / max(tau, dt)))
-    out, _ = lfilter([1.0 - decay], [1.0, -decay], signal, zi=[decay * signal[0]])
-    return np.asarray(out)
 
 
 def _control_maker(term: Term) -> Maker | None:
@@ -348,7 +342,7 @@ def _unnamed(target: str, name: str, factors: tuple[str, ...]) -> Competitor:
 def _memory(target: str, variable: str) -> Competitor:
     def make(found: Linearization) -> Column:
         signal = found.variables[variable]
-        late = signal - _lagged(signal, _MEMORY, found.record.dt)
+        late = signal - lagged(signal, _MEMORY, found.record.dt)
         return (Entry(place=target, history=late),)
 
     return Competitor(
