@@ -130,6 +130,25 @@ def test_turns_that_disagree_widen_the_uncertainty() -> None:
         gyro_scale([good[0], turned(bench, "r", 360.0)])
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_thin_radio_that_loses_samples_is_enough(seed: int) -> None:
+    """Twenty samples a second, one in ten lost: rest and turn are found, the scale holds."""
+    bench = VirtualBench(40 + seed)
+    block = bench.step(bench.turn("r", 360.0) + 9.0)
+    random = np.random.default_rng(seed)
+    kept = np.flatnonzero(np.arange(len(block)) % 5 == 0)
+    kept = kept[random.random(kept.size) > 0.1]
+    volts = {name: block[f"{name}_volts"][kept] for name in GYROS}
+    watch = TurnWatch(GYROS)
+    watch.feed(block.times[kept], volts)
+    turn = watch.turn("r", 360.0)
+    assert abs(turn.sensitivity - bench.gyros.matrix[2, 2]) < 2.0 * turn.uncertainty
+    after = block.times[kept] > turn.end + 0.5
+    still = still_watch()
+    still.feed(block.times[kept][after], {name: v[after] for name, v in volts.items()})
+    assert still.reading.state == "rested"
+
+
 def test_a_rest_is_needed_at_both_ends() -> None:
     figures = factory_figures()["r"]
     times = np.arange(0.0, 10.0, 0.01)
