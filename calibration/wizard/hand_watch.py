@@ -25,6 +25,8 @@ Hint = Literal[
 _APART = 0.02
 """Volts from a rest that count as elsewhere: half a degree on most instruments."""
 _APART_STDS = 6.0
+_SAME = 0.06
+"""Volts from a point within which no other setting lies."""
 SIGN_MOVE = 0.15
 """Volts that a movement must have so that it proves a sign: about four degrees."""
 SIGN_HOLD = 1.0
@@ -216,7 +218,9 @@ class HandWatch:
             return None
         first = points[0]
         slope = self._slope(first, points[1:])
-        return None if slope is None else first.value + slope * (reading.volts - first.volts)
+        if slope is not None:
+            return first.value + slope * (reading.volts - first.volts)
+        return first.value if abs(reading.volts - first.volts) < _SAME else None
 
     def _slope(self, first: Taken, others: Sequence[Taken]) -> float | None:
         """Return the value per volt about a point: by another point, else by the reference."""

@@ -33,6 +33,7 @@ BENCHMARKS = {
     "linear_models": "three linear models beside the published table",
     "discrepancy_speed": "CPU of a search for a missing effect, by phase",
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",
+    "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",
     "calibrations": "angles and hysteresis against the truth, faults named, drift found",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }

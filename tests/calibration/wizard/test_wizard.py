@@ -91,6 +91,16 @@ def test_a_rest_on_the_way_is_not_the_setting(tmp_path: Path) -> None:
     assert crew.wait(3.0, lambda now: len(now.points) == 3)
 
 
+def test_a_crew_that_lingers_is_not_a_setting_ahead(tmp_path: Path) -> None:
+    """A setting come to a second time is not taken for the next one, whatever is known so far."""
+    crew = Field(tmp_path).begin()
+    crew.until(lambda now: len(now.points) == 1)
+    crew.see(crew.bench.move("elevator_left", -24.0))
+    crew.see(crew.bench.move("elevator_left", -20.0))
+    assert not crew.wait(4.0, lambda now: len(now.points) == 2)
+    assert "rests at about 20 deg trailing edge up: go on to 0 deg" in crew.wizard.view.prompt
+
+
 def test_the_same_rest_is_not_taken_twice(tmp_path: Path) -> None:
     """The top setting is asked for twice; the second time it must have been left in between."""
     crew = Field(tmp_path).begin()
