@@ -170,8 +170,13 @@ def fly(
     if bench:
         if to is None or out is not None:
             raise typer.BadParameter("the bench sends over a link; give --to LINK, no --out")
-        if hide or onboard or truth:
-            raise typer.BadParameter("the bench does not fly: no --hide, --onboard or --truth")
+        given = {
+            "--plan": plan != "default", "--hide": hide, "--model": model != "b777",
+            "--turbulence": turbulence is not None, "--position": position,
+            "--onboard": onboard is not None, "--truth": truth is not None,
+        }  # fmt: skip
+        if needless := [option for option, is_given in given.items() if is_given]:
+            raise typer.BadParameter(f"the bench does not fly; leave out {', '.join(needless)}")
         from gsapp.cli import bench as on_the_ground
 
         on_the_ground.run(

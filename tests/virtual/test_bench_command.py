@@ -189,7 +189,11 @@ def test_what_was_typed_before_the_end_is_heard() -> None:
     [
         (["--bench"], "give --to LINK"),
         (["--bench", "--to", "udpout:127.0.0.1:1", "--out", "x"], "no --out"),
-        (["--bench", "--to", "udpout:127.0.0.1:1", "--truth", "x"], "does not fly"),
+        (["--bench", "--to", "udpout:127.0.0.1:1", "--truth", "x"], "leave out --truth"),
+        (
+            ["--bench", "--to", "udpout:127.0.0.1:1", "--plan", "short", "--turbulence", "1"],
+            "leave out --plan, --turbulence",
+        ),
         (["--out", "x", "--control", "-"], "belongs to --bench"),
     ],
 )
