@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 
+from calibration.plan import PLANS
 from calibration.wizard import WizardView
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.pilot.bench import VirtualBench
@@ -17,6 +18,7 @@ from gsapp.session.history import History
 from ui.appearance import Appearance
 from ui.faults import FaultDesk
 from ui.look import Look
+from ui.preflight.shelf import calibrations_path
 from ui.preflight.wizard_page import WizardPage
 from ui.settings import SettingsStore
 
@@ -38,7 +40,7 @@ class BenchDesk(QObject):
         self.faults = FaultDesk()
         self.said: list[str] = []
         self.faults.raised.connect(lambda fault: self.said.append(fault.sentence))
-        self.history = History((), 100.0, folder=folder)
+        self.history = History((), 100.0)
         self.session: object | None = SimpleNamespace(
             history=self.history,
             feed=SimpleNamespace(caught_up=True),
@@ -46,6 +48,10 @@ class BenchDesk(QObject):
             replaying=None,
             path=folder / "none",
         )
+
+    def close(self) -> None:
+        """Give the samples' file back."""
+        self.history.close()
 
     def pass_time(self, seconds: float) -> None:
         """Let the box send for some time."""
@@ -68,6 +74,22 @@ class Voice:
 
     def tone(self, name: str) -> None:
         self.tones.append(name)
+
+
+def leave_only(folder: Path, *channels: str) -> None:
+    """Give the aircraft a plan of its own: the shipped one reduced to some instruments."""
+    head, *tables = PLANS.find("b777").read_text(encoding="utf-8").split("[[instruments]]")
+    kept = [table for table in tables if any(f'channel = "{name}"' in table for name in channels)]
+    own = calibrations_path(folder / "settings" / "window.toml") / "plans" / "B777.toml"
+    own.parent.mkdir(parents=True, exist_ok=True)
+    text = "[[instruments]]".join([head, *kept])
+    # A partner that is not calibrated is none.
+    lines = [
+        line
+        for line in text.splitlines()
+        if not line.startswith("partner") or line.partition('"')[2].rstrip('"') in channels
+    ]
+    own.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 class BenchWindow(QMainWindow):
@@ -105,6 +127,13 @@ class BenchWindow(QMainWindow):
         focus = QApplication.focusWidget()
         assert focus is not None
         QTest.keyClick(focus, key, modifier)
+
+    def leave(self) -> None:
+        """Close the window as a kill would leave it: nothing is ended."""
+        self.page.close_run()
+        self.desk.close()
+        self.close()
+        self.deleteLater()
 
     def type(self, text: str) -> None:
         """Type into the field that has the keyboard."""

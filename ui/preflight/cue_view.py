@@ -50,6 +50,7 @@ class CueView(QWidget):
         super().__init__()
         self._look = look
         self.cue = Cue()
+        self._low = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         look.changed.connect(self._restyle)
 
@@ -59,11 +60,17 @@ class CueView(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return its size; the height is the same whatever it shows."""
-        return QSize(self._look.px(480), self._look.px(_HIGH))
+        return QSize(self._look.px(480), self._look.px(_LOW if self._low else _HIGH))
 
     def minimumSizeHint(self) -> QSize:
         """Return the least size."""
         return QSize(self._look.px(240), self._look.px(_LOW))
+
+    def set_low(self, *, low: bool) -> None:
+        """Take the least height, or all that it would like."""
+        if low != self._low:
+            self._low = low
+            self.updateGeometry()
 
     def show_cue(self, cue: Cue) -> None:
         """Show another cue."""

@@ -34,13 +34,18 @@ class Practice(QObject):
         Which aircraft it is.
     speed : float
         Of the bench, times real time.
+
+    Attributes
+    ----------
+    seed, speed : int, float
+        As given; they count when the bench is switched on.
     """
 
     def __init__(self, desk: Desk, *, seed: int = 0, speed: float = 1.0) -> None:
         super().__init__()
         self._desk = desk
-        self._seed = seed
-        self._speed = speed
+        self.seed = seed
+        self.speed = speed
         self._bench: BenchProcess | None = None
         self.folder: Path | None = None
         self._wanted: tuple[str, float, float] | None = None
@@ -82,7 +87,7 @@ class Practice(QObject):
         elif self._bench is None:
             try:
                 self._bench = BenchProcess(
-                    self.folder, self._port, seed=self._seed, speed=self._speed
+                    self.folder, self._port, seed=self.seed, speed=self.speed
                 )
             except LinkError as error:
                 self._desk.faults.report(error)

@@ -11,7 +11,7 @@ from calibration import Certificate, load_certificates, write_certificate
 from calibration.plan import CalibrationPlan, load_plan
 from calibration.store import CertificateStore
 from gsapp.flight.folder import FlightFolder
-from gsapp.foundation import GroundStationError, UnknownNameError
+from gsapp.foundation import GroundStationError, UnknownNameError, write_atomically
 
 log = logging.getLogger(__name__)
 
@@ -110,11 +110,17 @@ class Shelf:
             for certificate in self._usual_ones().values():
                 write_certificate(certificate, self._kept / f"{certificate.channel}.toml")
         folder = self._root / "flights"
-        wanted = self.certificates()
-        for name, certificate in wanted.items():
-            write_certificate(certificate, folder / f"{name}.toml")
+        wanted = {path.name: path.read_bytes() for path in self._kept.glob("*.toml")}
+        for name in self.store.skipped():
+            wanted.pop(f"{name}.toml", None)
+        for path in self.store.in_force_folder.glob("*.toml"):
+            wanted[path.name] = path.read_bytes()
+        for name, content in wanted.items():
+            target = folder / name
+            if not target.is_file() or target.read_bytes() != content:
+                write_atomically(target, content)
         for old in folder.glob("*.toml"):
-            if old.stem not in wanted:
+            if old.name not in wanted:
                 old.unlink()
         return folder
 

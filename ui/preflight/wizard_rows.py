@@ -140,7 +140,12 @@ def outcomes_of(view: WizardView, plan: CalibrationPlan) -> tuple[Outcome, ...]:
     for instrument in plan.instruments:
         name = instrument.channel
         certificate = view.certificates.get(name)
-        if name in view.skipped:
+        check = view.checks.get(name)
+        if check is not None:
+            verdict = "holds" if check.passed else "has moved"
+            words = f"{verdict}: zero {signed_text(check.zero, instrument)}"
+            found.append(Outcome(title=instrument.title, words=words, good=check.passed))
+        elif name in view.skipped:
             words = f"uncalibrated: {view.skipped[name]}"
             found.append(Outcome(title=instrument.title, words=words, good=False))
         elif certificate is not None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from PySide6.QtCore import QObject, Signal
 
@@ -14,6 +17,8 @@ from ui.faults import FaultDesk
 from ui.preflight.prompter import Prompter
 
 _VOLTS = tuple(f"{name}_volts" for name in INSTRUMENTS)
+_SILENT = 1.5
+"""Seconds without volts after which none are shown."""
 _LATE = 2.0
 """Seconds after which a channel that does not come is not waited for."""
 
@@ -52,6 +57,7 @@ class WizardRun(QObject):
         self._next: int | None = None
         self._listens = False
         self._said = ""
+        self._heard = -math.inf
         self.view: WizardView = wizard.view
         desk.told.connect(self._tell)
         desk.changed.connect(self._begin_anew)
@@ -92,8 +98,8 @@ class WizardRun(QObject):
 
     def _feed(self) -> None:
         session = self._desk.session
-        if session is None or not session.feed.caught_up:
-            self._next = None
+        if session is None or (self._next is None and not session.feed.caught_up):
+            # What was recorded before is no movement of now.
             return
         history = session.history
         names = [name for name in (*_VOLTS, "excitation") if history.has(name)]
@@ -107,12 +113,21 @@ class WizardRun(QObject):
         first = self._next
         if first is None or first > stop:
             self._next = stop
+            self._heard = time.monotonic()
             return
         if stop > first:
             self._next = stop
+            self._heard = time.monotonic()
             self._wizard.feed(history.rows(first, stop, names))
 
+    @property
+    def silent(self) -> bool:
+        """Return whether no volts have come for a while: what they were is not what they are."""
+        return time.monotonic() - self._heard > _SILENT
+
     def _show(self, view: WizardView) -> None:
+        if self.silent:
+            view = replace(view, reading=None, value_now=None, amount=None)
         before, self.view = self.view, view
         if view.event != before.event and view.tone:
             self._prompter.tone(view.tone)

@@ -60,7 +60,7 @@ class StartPanel(CenteredPage):
         self._grid = QGridLayout(self._card)
         self._grid.setColumnStretch(2, 1)
         self.column.addWidget(self._card)
-        self._shown: tuple[Standing, ...] | None = None
+        self.standings: tuple[Standing, ...] | None = None
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -106,9 +106,9 @@ class StartPanel(CenteredPage):
 
     def show_standings(self, standings: Sequence[Standing]) -> None:
         """Show how every instrument stands."""
-        if tuple(standings) == self._shown:
+        if tuple(standings) == self.standings:
             return
-        self._shown = tuple(standings)
+        self.standings = tuple(standings)
         while (item := self._grid.takeAt(0)) is not None:
             item.widget().hide()
             item.widget().deleteLater()

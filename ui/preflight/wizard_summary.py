@@ -57,6 +57,11 @@ class SummaryPanel(CenteredPage):
     ----------
     look : Look
         Sizes.
+
+    Attributes
+    ----------
+    outcomes : tuple of Outcome
+        As shown.
     """
 
     def __init__(self, look: Look) -> None:
@@ -66,6 +71,7 @@ class SummaryPanel(CenteredPage):
         self.column.addWidget(self.title)
         self.sentence = label("", wrap=True)
         self.column.addWidget(self.sentence)
+        self.outcomes: tuple[Outcome, ...] = ()
         self._outcomes = _Card(look)
         self.column.addWidget(self._outcomes)
         self._live_title = label("Move the stick: left and right together", "heading")
@@ -75,6 +81,7 @@ class SummaryPanel(CenteredPage):
 
     def show_outcomes(self, title: str, sentence: str, outcomes: Sequence[Outcome]) -> None:
         """Show what came of the instruments."""
+        self.outcomes = tuple(outcomes)
         self.title.setText(title)
         self.sentence.setText(sentence)
         self._outcomes.show_rows(

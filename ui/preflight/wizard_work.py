@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 _SIGNS = {"warning": "■", "caution": "▲", "plain": "·"}
 _ROLES = {"warning": "strong", "caution": "strong", "plain": "muted"}
+_LEAST = 216
+"""Points of height from which the cue stays in sight while what is below it is scrolled."""
 _WIDE = 860
 """Points of width from which the curve stands beside the cue."""
 
@@ -90,8 +92,11 @@ class WorkPanel(QWidget):
         self._scroll, self._column = _scrolled()
         self._column.addWidget(self.points)
         self._column.addWidget(self.charts, 1)
+        # Takes the room only where the charts are not there.
+        self._column.addStretch(0)
         self._box.addWidget(self._scroll, 1)
-        self._wide: bool | None = None
+        self._wide = self._low = False
+        self._arranged: tuple[bool, bool] | None = None
         self._beside = True
         look.changed.connect(self._fit)
         self._fit()
@@ -129,20 +134,30 @@ class WorkPanel(QWidget):
         self._room.setSpacing(px(8))
         self._column.setSpacing(px(12))
         self._column.setContentsMargins(0, 0, px(8), px(8))
-        wide = self.width() >= px(_WIDE)
-        if wide == self._wide:
-            return
-        self._wide = wide
+        self._wide = self.width() >= px(_WIDE)
+        self._low = not self._wide and self.height() < px(_LEAST)
+        if (self._wide, self._low) != self._arranged:
+            self._arranged = (self._wide, self._low)
+            self._arrange()
+
+    def _arrange(self) -> None:
+        """Put everything where there is room for it; where there is least, in one column."""
+        wide, low = self._wide, self._low
         side = QBoxLayout.Direction.LeftToRight
         self._box.setDirection(side if wide else QBoxLayout.Direction.TopToBottom)
         self._box.setStretch(0, 1 if wide else 0)
         self._below.setVisible(wide)
         self._scroll.setVisible(self._beside or not wide)
+        self.cue.set_low(low=low)
+        if low:
+            self._column.insertWidget(0, self.cue)
+        else:
+            self._left.insertWidget(0, self.cue)
         for place, widget in enumerate((self.remarks, self.quality, self.picture)):
             if wide:
                 self._room.addWidget(widget, 1 if widget is self.picture else 0)
             else:
-                self._column.insertWidget(place, widget)
+                self._column.insertWidget(place + low, widget)
 
     def scroll(self, pages: float) -> None:
         """Move what is below by parts of its height."""

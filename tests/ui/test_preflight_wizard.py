@@ -1,0 +1,354 @@
+"""The calibration wizard in the window: a crew at a virtual bench, by keys, pixels read."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from bench_kit import BenchWindow, leave_only, work_through
+from window_kit import open_window, until
+
+import ui.window
+from calibration import load_certificates
+from gsapp.dynamics.pilot.bench import BenchFault, VirtualBench
+from gsapp.quantities import from_si
+from ui.preflight.wizard_page import WizardPage
+
+KEY = Qt.Key
+Open = Callable[..., BenchWindow]
+
+
+@pytest.fixture
+def at_bench(tmp_path: Path, qapp: QApplication) -> Iterator[Open]:
+    """Return a maker of windows at a bench, all on the same settings."""
+    made: list[BenchWindow] = []
+
+    def make(
+        *channels: str, seed: int = 3, fault: BenchFault | None = None, bench: object = None
+    ) -> BenchWindow:
+        if channels:
+            leave_only(tmp_path, *channels)
+        known = bench if isinstance(bench, VirtualBench) else None
+        faults = () if fault is None else (fault,)
+        made.append(BenchWindow(tmp_path, known or VirtualBench(seed, faults=faults)))
+        return made[-1]
+
+    yield make
+    for window in made:
+        window.leave()
+
+
+def pixels(widget: QWidget) -> np.ndarray:
+    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
+    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
+
+
+def count(widget: QWidget, color: str) -> int:
+    return int((pixels(widget) == int(color[1:], 16)).sum())
+
+
+def begin(window: BenchWindow, key: Qt.Key = KEY.Key_Space) -> None:
+    window.press(key)
+    window.desk.pass_time(3.0)
+
+
+# Surfaces
+
+
+def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
+    """From the first page to certificates in force; the surface is then read within bounds."""
+    window = at_bench("elevator_left", "rudder")
+    begin(window)
+    assert window.view.phase == "sign"
+    work_through(window, "rudder")
+    # Ten points and a sign cost the press that began it.
+    assert window.keys == 1
+    assert window.desk.said == []
+    assert window.voice.tones.count("taken") >= 12
+    assert "Left elevator, trailing edge down" in window.voice.words
+
+    made = load_certificates(window.store.current.calibration)
+    certificate = made["elevator_left"]
+    potentiometer = window.bench.potentiometers["elevator_left"]
+    assert len(certificate.points) == 10
+    angles = np.linspace(-19.0, 19.0, 77)
+    for side in (-0.5, 0.5):
+        volts = potentiometer.volts(angles + side * potentiometer.play, 4.9)
+        found = from_si(certificate.evaluate(volts, 4.9), "deg", "angle")
+        bound = from_si(certificate.uncertainty(volts, 4.9), "deg", "angle")
+        assert np.mean(np.abs(found - angles) <= bound) >= 0.95
+    assert certificate.hysteresis == pytest.approx(potentiometer.play, abs=0.1)
+    # What was not calibrated counts as before: the next flight still has its throttle.
+    assert made["throttle"].who == "shipped example"
+
+    # Skipping takes out of force, everywhere.
+    window.press(KEY.Key_X)
+    assert window.page.actions_bar.isHidden()
+    window.type("wire broken")
+    window.press(KEY.Key_Return)
+    assert window.view.phase == "done"
+    assert [one.words for one in window.page.summary.outcomes][1] == "uncalibrated: wire broken"
+    assert "rudder" not in load_certificates(window.store.current.calibration)
+    window.press(KEY.Key_Space)
+    standings = {one.title: one for one in window.page.start.standings or ()}
+    assert standings["Left elevator"].good
+    assert standings["Rudder"].words == "uncalibrated: wire broken"
+
+    # The check of a minute: the zero has not moved.
+    began = window.bench.time
+    begin(window, KEY.Key_C)
+    work_through(window, "fit")
+    assert window.bench.time - began < 60.0
+    assert window.view.check is not None
+    assert window.view.check.passed
+    cue = window.page.work.cue.cue
+    assert (cue.lead, cue.beside) == ("The zero has moved by", "the certificate holds")
+
+    # Broken off: what was in force stays in force.
+    window.press(KEY.Key_Escape)
+    window.press(KEY.Key_Return)
+    assert window.view.phase == "aborted"
+    window.press(KEY.Key_Space)
+    assert window.page.pages.currentWidget() is window.page.start
+    kept = load_certificates(window.store.current.calibration)
+    assert kept["elevator_left"].points == certificate.points
+
+
+def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> None:
+    window = at_bench("elevator_left")
+    begin(window)
+    work, look = window.page.work, window.look
+    assert count(work.cue, look.theme.target) > 300  # what is wanted
+    assert count(work.cue, look.theme.good_fill) > 2000
+    assert work.cue.cue.state_words == "Steady"
+
+    def ink_row() -> float:
+        """Return the mean row of the ink of the close-up's right half: the moving part."""
+        shown = pixels(work.picture)[: work.picture.height() // 2]
+        rows = np.nonzero(shown == int(look.theme.text[1:], 16))[0]
+        return float(rows.mean())
+
+    neutral = ink_row()
+    window.desk.pass_time(0.6 * window.bench.set_angle("elevator_left", 20.0))
+    assert work.cue.cue.state_words == "Moving"
+    assert count(work.cue, look.theme.caution_fill) > 2000
+    window.desk.pass_time(2.0)
+    assert ink_row() > neutral + 5.0, "trailing edge down is down on the screen"
+    assert work.picture.accessibleName() == "Left elevator: trailing edge down"
+
+
+def test_points_are_repeated_deleted_added_and_taken_back_by_keys(at_bench: Open) -> None:
+    window = at_bench("rudder")
+    begin(window)
+    with pytest.raises(AssertionError):
+        work_through(window, most=5)
+    assert len(window.view.points) == 4
+    rows = window.page.work.points.rows
+    assert [row.index for row in rows[:5]] == [0, 1, 2, 3, None]
+    assert rows[4].current
+    assert rows[0].way == "left"  # towards positive angles the rudder's edge moves left
+
+    window.press(KEY.Key_Up)
+    window.press(KEY.Key_Up)
+    assert window.page.work.points.choice == 2
+    window.press(KEY.Key_Delete)
+    assert len(window.view.points) == 3
+    window.press(KEY.Key_Backspace)
+    assert len(window.view.points) == 4
+    window.press(KEY.Key_R)  # the last one
+    assert len(window.view.points) == 3
+    assert window.view.target == 12.0
+    window.press(KEY.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert len(window.view.points) == 4
+
+    window.press(KEY.Key_A)
+    window.type("6")
+    window.press(KEY.Key_Return)
+    assert any(slot.value == 6.0 for slot in window.view.remaining)
+    window.press(KEY.Key_A)
+    window.press(KEY.Key_Escape)  # a question taken back changes nothing
+    assert sum(slot.value == 6.0 for slot in window.view.remaining) == 1
+    assert QApplication.focusWidget() is window.page
+
+
+def test_a_window_that_was_killed_goes_on_at_the_same_point(at_bench: Open) -> None:
+    window = at_bench("alpha")
+    window.page.start.who.setText("E. Meyer")
+    begin(window)
+    with pytest.raises(AssertionError):
+        work_through(window, most=6)
+    before = window.view.points
+    assert len(before) == 5
+    window.leave()
+    again = at_bench(bench=window.bench)
+    assert not again.page.start.resume.isHidden()
+    begin(again)
+    assert again.view.points == before
+    work_through(again)
+    assert again.view.certificates["alpha"].who == "E. Meyer"
+    again.press(KEY.Key_Space)
+    assert again.page.start.resume.isHidden()
+
+
+def test_a_dead_potentiometer_is_named(at_bench: Open) -> None:
+    window = at_bench(
+        "elevator_left", "rudder", fault=BenchFault(channel="elevator_left", kind="dead")
+    )
+    begin(window)
+    window.set_surface("elevator_left", 20.0)
+    window.desk.pass_time(3.0)
+    window.press(KEY.Key_Space)
+    window.desk.pass_time(1.0)
+    remarks = window.page.work.remarks
+    assert [fault.kind for fault in window.view.faults] == ["dead"]
+    assert any("stayed" in one.sentence and one.state == "warning" for one in remarks.shown)
+    assert remarks.isVisible()
+    assert count(remarks, window.look.theme.warning) > 50
+
+
+def test_volts_that_stop_are_not_left_standing(
+    at_bench: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = at_bench("elevator_left")
+    begin(window)
+    assert window.page.work.cue.cue.volts != "– V"
+    monkeypatch.setattr("ui.preflight.wizard_run._SILENT", -1.0)
+    window.desk.told.emit()
+    cue = window.page.work.cue.cue
+    assert (cue.state, cue.state_words) == ("warning", "No signal")
+    assert not cue.now
+    assert not cue.volts
+    assert window.page.work.picture.figure.angle is None
+
+
+# Gyros, accelerometers, pressures
+
+
+def test_the_others_are_led_through_with_a_picture_for_each(at_bench: Open) -> None:
+    window = at_bench("p", "ax", "ay", "an", "dynamic_pressure", "static_pressure")
+    begin(window, KEY.Key_G)
+    bench, desk = window.bench, window.desk
+    figure = window.page.work.picture
+    assert window.view.phase == "gyro_still"
+    desk.pass_time(7.0)
+    assert window.view.phase == "gyro_turn"
+    assert (figure.figure.kind, figure.figure.axis) == ("turn", "p")
+    while window.view.phase == "gyro_turn":
+        window.press(KEY.Key_PageDown)
+    desk.pass_time(4.0)
+    seen = []
+    while window.view.phase == "accel_position":
+        seen.append(figure.figure.position)
+        desk.pass_time(bench.lie(window.view.position) + 5.0)
+    assert seen == ["z_down", "z_up", "x_up", "x_down", "y_up", "y_down"]
+    until_phase(window, "pressure_zero")
+    assert figure.figure.kind == "cover"
+    bench.cover()
+    window.press(KEY.Key_Space)
+    desk.pass_time(6.0)
+    assert window.view.phase == "pressure_blow"
+    assert figure.figure.kind == "blow"
+    desk.pass_time(bench.blow() + 4.0)  # goes green by itself
+    until_phase(window, "done")
+    assert {"p", "ax", "ay", "an", "dynamic_pressure"} <= set(window.view.certificates)
+
+
+def until_phase(window: BenchWindow, phase: str) -> None:
+    for _ in range(20):
+        if window.view.phase == phase:
+            return
+        if window.view.phase == "fit" and window.view.sentences:
+            window.press(KEY.Key_Space)
+        window.desk.pass_time(1.0)
+    raise AssertionError(f"{window.view.phase}: {window.view.prompt} {window.view.sentences}")
+
+
+# For gloves, and at every size
+
+
+@pytest.mark.parametrize(("scale", "size"), [(100, (1190, 600)), (200, (1180, 430))])
+def test_controls_are_for_gloves_and_the_cue_is_never_cut(
+    at_bench: Open, scale: int, size: tuple[int, int]
+) -> None:
+    window = at_bench("elevator_left")
+    begin(window)
+    window.look.set_scale(scale)
+    window.resize(*size)
+    QApplication.processEvents()
+    assert (window.width(), window.height()) == size, "the page asks for more room than there is"
+    bar, cue = window.page.actions_bar, window.page.work.cue
+    buttons = [one for one in bar.findChildren(QPushButton) if one.isVisible()]
+    assert buttons[0].text().startswith("It did move so")
+    for button in buttons:
+        assert button.height() >= 44 * scale // 100
+        assert button.width() >= button.sizeHint().width()
+        assert button.accessibleName()
+    # Number and prompt above the actions, whole.
+    top = cue.mapTo(window, cue.rect().topLeft()).y()
+    assert cue.height() >= cue.minimumSizeHint().height()
+    assert top + cue.height() <= bar.mapTo(window, bar.rect().topLeft()).y()
+    window.look.set_scale(100)
+
+
+# In the window itself
+
+
+def test_practice_runs_over_a_real_link_and_comes_in_force_live(
+    tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """F1, Alt+2, P: the bench's process, recorder and decoder; the helper moves what is asked."""
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "stop")
+    window = open_window(tmp_path)
+    window.activateWindow()
+    qtbot.waitActive(window)
+    desk = window.desk
+
+    def press(key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
+        qtbot.keyClick(QApplication.focusWidget() or window, key, modifier)
+
+    def calibrated() -> bool:
+        return desk.session is not None and "elevator_left" in desk.session.certificates
+
+    try:
+        press(KEY.Key_F1)
+        press(KEY.Key_2, Qt.KeyboardModifier.AltModifier)
+        page = window.findChild(WizardPage)
+        assert page is not None
+        page.practice.speed = 3.0
+        press(KEY.Key_P)
+        until(qtbot, lambda: page.practice.running and desk.time is not None, 30_000)
+        press(KEY.Key_Space)
+        until(qtbot, lambda: page.run.view.phase == "sign", 20_000)
+        press(KEY.Key_H)
+        until(qtbot, lambda: page.run.view.phase == "points", 20_000)
+        assert calibrated()
+        press(KEY.Key_X)
+        press(KEY.Key_Return)
+        folder = desk.session.path
+        assert not (folder / "calibration" / "elevator_left.toml").exists()
+        assert (folder / "calibration" / "throttle.toml").exists()
+        # The open flight is read anew, live, as soon as one looks elsewhere.
+        press(KEY.Key_F2)
+        until(qtbot, lambda: desk.session is not None and not calibrated(), 20_000)
+        # Practice never counts for an aircraft.
+        assert window.store.current.calibration == "b777"
+    finally:
+        page = window.findChild(WizardPage)
+        if page is not None:
+            page.close_run()
+            page.practice.stop()
+        window.close()
+        window.deleteLater()
