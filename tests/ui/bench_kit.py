@@ -107,6 +107,7 @@ class BenchWindow(QMainWindow):
         self.page = WizardPage(self.look, self.store, self.desk, self.voice)
         self.setCentralWidget(self.page)
         self.keys = 0
+        self.left = False
         self.resize(1190, 660)
         self.show()
         self.activateWindow()
@@ -129,7 +130,10 @@ class BenchWindow(QMainWindow):
         QTest.keyClick(focus, key, modifier)
 
     def leave(self) -> None:
-        """Close the window as a kill would leave it: nothing is ended."""
+        """Close the window as a kill would leave it: nothing is ended. Once is enough."""
+        if self.left:
+            return
+        self.left = True
         self.page.close_run()
         self.desk.close()
         self.close()

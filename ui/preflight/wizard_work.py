@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QFrame, QScrollArea, QVBoxLayout, QWidget
 
@@ -118,6 +118,10 @@ class WorkPanel(QWidget):
             self.charts.show_view(view)
         self._beside = by_hand or bool(rows)
         self._scroll.setVisible(self._beside or not self._wide)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size: in the lowest window everything scrolls."""
+        return QSize(self._look.px(240), self._look.px(120))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the curve beside the cue where there is room, below it elsewhere."""
