@@ -180,12 +180,16 @@ def _found(
         if own is not None and order
         else 0.0
     )
+    if after.proven:
+        confidence = SUREST
+    else:
+        confidence = float(evidence[own]) if own is not None and not after.forced else 0.0
     return FoundEffect(
         effect=effect,
         title=term.title,
         equation=term.equation,
         parameters=parameters,
-        confidence=float(evidence[own]) if own is not None and not after.forced else 0.0,
+        confidence=confidence,
         runner_up="" if runner is None else runner.id,
         margin=margin,
         held_out=held.gain(number, number + 1),

@@ -134,8 +134,7 @@ def _equation_maker(term: Term, aircraft: Aircraft) -> Maker:
         if term.states:
             taus = [item.default for item in term.parameters if item.name in ("tau", "lag")]
             states = tuple(
-                lagged(reads[0], taus[0] if taus else _MEMORY, found.record.dt)
-                for _ in term.states
+                lagged(reads[0], taus[0] if taus else _MEMORY, found.record.dt) for _ in term.states
             )
         history = np.broadcast_to(
             np.asarray(term.jacobian(reads, states, neutral).parameters[index], dtype=float),

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gsapp.discrepancy.catalog import catalog
 from gsapp.discrepancy.results import InstrumentRemark
 from gsapp.foundation import FlightError
-from gsapp.identification.compatibility import CompatibilitySettings, check
+from gsapp.identification.compatibility import (
+    CompatibilitySettings,
+    InstrumentVerdict,
+    check,
+)
 from gsapp.identification.maneuver import Maneuver
 
 _ENOUGH = 6
@@ -36,6 +41,26 @@ def instrument_remarks(
     if not found.verdicts:
         return (InstrumentRemark(channel="", words=found.summary, consistent=True),)
     return tuple(
-        InstrumentRemark(channel=", ".join(one.channels), words=one.sentence, consistent=False)
+        InstrumentRemark(
+            channel=", ".join(one.channels),
+            words=one.sentence,
+            consistent=False,
+            effect=_effect(one),
+        )
         for one in found.verdicts
     )
+
+
+def _effect(verdict: InstrumentVerdict) -> str:
+    """Return the effect of the catalog that a verdict proves; empty if none."""
+    known = {one.id for one in catalog()}
+    if verdict.kind == "reversed":
+        names = [f"sensor.{verdict.channels[0]}.reversed"]
+    elif verdict.kind == "exchanged":
+        names = [
+            f"sensor.{'_'.join(pair)}.swapped"
+            for pair in (verdict.channels, verdict.channels[::-1])
+        ]
+    else:
+        names = []
+    return next((name for name in names if name in known), "")

@@ -301,11 +301,22 @@ class ManeuverView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentRemark:
-    """What the data compatibility check says of one instrument."""
+    """What the data compatibility check says of one instrument.
+
+    Attributes
+    ----------
+    channel : str
+        Or several, with commas.
+    words : str
+    consistent : bool
+    effect : str
+        Of the catalog, where kinematics alone prove it: a turned axis, two that are swapped.
+    """
 
     channel: str
     words: str
     consistent: bool
+    effect: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -17,13 +17,27 @@ _CROWD = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Stage:
-    """One model on the way, with the competition that it faced."""
+    """One model on the way, with the competition that it faced.
+
+    Attributes
+    ----------
+    fit : Fit
+    added : str
+        The effect that it has and the stage before has not; empty for the baseline.
+    screening : Screening
+    decision : Decision
+    forced : bool
+        Whether the effect was put in by hand.
+    proven : bool
+        Whether kinematics alone prove it.
+    """
 
     fit: Fit
     added: str
     screening: Screening
     decision: Decision
     forced: bool = False
+    proven: bool = False
 
     def left_unexplained(self) -> Stage:
         """Return the stage with the answer that its best explanation is none."""
@@ -46,7 +60,7 @@ def without_misnomers(stages: Sequence[Stage], forced: int) -> list[Stage]:
         return [*kept[: crowded - 1], kept[crowded - 1].left_unexplained()]
     while len(kept) > 1 + forced:
         before, last = kept[-2], kept[-1]
-        if last.decision.kind != "unexplained" or last.decision.best is None:
+        if last.proven or last.decision.kind != "unexplained" or last.decision.best is None:
             break
         left = float(last.decision.gain.max())
         explained = float(before.decision.gain.max())

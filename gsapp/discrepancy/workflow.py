@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,6 +42,8 @@ _REVERSED = 0.15
 """A scale this near to -1 is a reversed axis."""
 _PASSES = 4
 _CONTENDERS = 3
+_FOREIGN = 1.2
+"""Mean square of the innovations from which turned and swapped instruments are looked for first."""
 _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
 
@@ -196,6 +199,7 @@ class _Search:
     def _stages(self) -> list[Stage]:
         fit = self._of.baseline(self._held_out, self._tick)
         stages = [self._stage(fit, added="")]
+        stages += self._proven(stages[0])
         for effect in self._settings.forced:
             competitor = next(
                 (one for one in stages[-1].screening.competitors if one.id == effect), None
@@ -213,6 +217,21 @@ class _Search:
                 stages[-1] = self._stage(last.fit, added=last.added, forced=last.forced)
         return without_misnomers(stages, len(self._settings.forced))
 
+    def _proven(self, baseline: Stage) -> list[Stage]:
+        """Return stages with turned and swapped instruments that kinematics alone prove.
+
+        No model explains flights that were recorded so; named later, others would come first.
+        """
+        if _misfit(baseline.screening) < _FOREIGN:
+            return []
+        stages = [baseline]
+        for remark in self._of.instruments(self._tick, try_signs=True):
+            known = {one.id for one in stages[-1].fit.model.effects}
+            if remark.effect and remark.effect not in (*known, *self._settings.refused):
+                new = self._with(stages[-1], remark.effect, None)
+                stages.append(replace(new, proven=True))
+        return stages[1:]
+
     def _stage(self, fit: Fit, *, added: str, forced: bool = False) -> Stage:
         competitors = self._competitors(fit)
         self._tick("trying every effect of the catalog")
@@ -227,8 +246,7 @@ class _Search:
     @staticmethod
     def _temper(screening: Screening) -> float:
         """Return by how much gains count: less where the innovations are larger than believed."""
-        misfit = float(screening.left.matrix[-1, -1]) / max(screening.left.samples, 1.0)
-        return 1.0 / max(1.0, misfit)
+        return 1.0 / max(1.0, _misfit(screening))
 
     def _contest(
         self, fit: Fit, screening: Screening, decision: Decision, least: float, temper: float
@@ -337,6 +355,11 @@ class _Search:
         self._done = 1.0
         self._tell("done")
         return found
+
+
+def _misfit(screening: Screening) -> float:
+    """Return the mean square of the innovations, in units of what is believed."""
+    return float(screening.left.matrix[-1, -1]) / max(screening.left.samples, 1.0)
 
 
 def _root(model: Model) -> str:

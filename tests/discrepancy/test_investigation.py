@@ -105,6 +105,7 @@ def test_instruments_are_judged_apart(answer: Discrepancy) -> None:
         turned.append(replace(one, block=replace(block, values=values)))
     remarks = instrument_remarks(turned)
     assert any("a_y" in one.words and not one.consistent for one in remarks)
+    assert "sensor.ay.reversed" in [one.effect for one in remarks]
 
 
 def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Investigation) -> None:
