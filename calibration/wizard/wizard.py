@@ -159,16 +159,21 @@ class Wizard:
     # Steps.
 
     def _step(self, kind: str, key: str = "", data: Mapping[str, Any] | None = None) -> None:
-        before = self.state.key
+        before = self.state
         step = Step(kind=kind, channel=key, stamp=self._now(), data=data or {})
         try:
             self._ledger.make(step)
         finally:
-            self._since = None
-            if self.state.key != before:
-                self._turn_to_group()
-            elif self._station is not None:
-                self._station.restart()
+            if self.state is not before:
+                self._since = None
+                self._go_on(before.key)
+
+    def _go_on(self, before: str) -> None:
+        """Watch the same group anew, or the next."""
+        if self._station is None or self.state.key != before:
+            self._turn_to_group()
+        else:
+            self._station.restart()
 
     def _turn_to_group(self) -> None:
         group = self.state.group

@@ -133,3 +133,16 @@ def test_an_unknown_plan_names_those_that_there_are() -> None:
     """A typing slip."""
     with pytest.raises(UnknownNameError, match="did you mean 'b777'"):
         load_plan("b77")
+
+
+def test_the_example_in_the_documentation_loads(tmp_path: Path) -> None:
+    """The section of the page on files holds a complete plan."""
+    page = Path(__file__).parents[3] / "docs" / "files.md"
+    section = page.read_text(encoding="utf-8").split("### Calibration plan")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("    ") or not line]
+    path = tmp_path / "plan.toml"
+    path.write_text("\n".join(line.removeprefix("    ") for line in lines), encoding="utf-8")
+    plan = load_plan(path)
+    assert plan.channels == ("rudder", "r")
+    assert plan["rudder"].setting_error == pytest.approx(0.15)
+    assert plan["r"].turn == pytest.approx(360.0)
