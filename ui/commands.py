@@ -89,18 +89,18 @@ _PREFLIGHT_COMMANDS = (
     _command("Preflight", "preflight_checklist", "3 Checklist", "Alt+3", needs="preflight"),
     _command("Preflight", "preflight_cards", "4 Test cards", "Alt+4", needs="preflight"),
     _command(
-        "Preflight", "preflight_start", "Start the flight", "Ctrl+Return", needs="preflight",
-        rule=True,
-    ),
-    _command(
         "Preflight", "preflight_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
-        needs="preflight_future",
+        needs="preflight_future", rule=True,
     ),
     _command(
         "Preflight", "checklist_tick", "Tick the item", "Space", needs="checklist", rule=True
     ),
     _command(
         "Preflight", "checklist_reset", "Begin the checklist anew", "Ctrl+Shift+Backspace",
+        needs="checklist",
+    ),
+    _command(
+        "Preflight", "preflight_start", "Start the flight, green or not", "Ctrl+Return",
         needs="checklist",
     ),
     _command(

@@ -104,7 +104,7 @@ def card_line(card: TestCard, progress: CardProgress | None, system: str) -> Big
     state, words, note = "plain", count_text(card.repeats, "time"), ""
     if progress is not None:
         words = f"{progress.good} of {card.repeats}"
-        state = {"done": "good", "begun": "caution", "open": "unknown"}[progress.state]
+        state = "good" if progress.state == "done" else "unknown"
         note = {"done": "done", "begun": "begun", "open": "not yet"}[progress.state]
         misses = [attempt for attempt in progress.attempts if attempt.reasons]
         if misses and progress.state != "done":
@@ -131,7 +131,7 @@ def cards_state(
         )
     done = sum(one.state == "done" for one in flown.cards)
     return StepState(
-        state="good" if flown.done else "caution",
+        state="good" if flown.done else "plain",
         words=f"{done} of {count} done",
         detail=f"{count_text(len(flown.unplanned), 'maneuver')} beside the cards",
     )

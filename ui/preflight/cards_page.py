@@ -63,7 +63,8 @@ class CardsPage(StepPage):
         self._fail = fail
         self.book: CardsBook | None = None
         self._work: Work | None = None
-        self._searched = 0.0
+        self._searched: float | None = None
+        self._looked = 0.0
         self._editing = False
         self._row = QHBoxLayout(self)
         self._beside = QWidget()
@@ -155,7 +156,8 @@ class CardsPage(StepPage):
         self.flush()
         self.book = books.cards
         self.setEnabled(self.book.editor is not None)
-        self._searched = 0.0
+        self._searched = None
+        self._looked = 0.0
         self._show_list()
         self.list.choose_row(0)
         self._show_card()
@@ -168,7 +170,7 @@ class CardsPage(StepPage):
             return
         if not self._later.isActive() and book.editor.look_again():
             self._after()
-        if time.monotonic() - self._searched >= _SEARCH_SECONDS:
+        if time.monotonic() - self._looked >= _SEARCH_SECONDS:
             self._search()
 
     def _show_list(self) -> None:
@@ -225,11 +227,13 @@ class CardsPage(StepPage):
         book = self.book
         if book is None or (self._work is not None and self._work.running):
             return
-        self._searched = time.monotonic()
-        flight = book.flight()
+        self._looked = time.monotonic()
+        session = book.session
+        now = None if session is None else session.now
+        flight = None if now == self._searched else book.flight()
         if flight is None:
             return
-        session = book.session
+        self._searched = now
 
         def run(_progress: Progress) -> object:
             return book.search(flight)

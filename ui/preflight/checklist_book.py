@@ -171,6 +171,10 @@ class ChecklistBook:
     def state(self) -> StepState:
         """Return how the step stands."""
         left = self.open_items
+        if not self.live:
+            return StepState(
+                state="plain", words="a replay", detail=f"{len(left)} not green in this replay"
+            )
         if not left:
             return StepState(state="good", words="all green")
         detail = f"Not green: {', '.join(item.words for item in left)}"

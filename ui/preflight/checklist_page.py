@@ -189,12 +189,13 @@ class ChecklistPage(StepPage):
             return
         self.list.show_lines([_line(item) for item in book.items])
         left = book.open_items
-        self.summary.show_words(summary_words(book.items), "warning" if left else "good")
+        state: State = "warning" if left else "good"
+        self.summary.show_words(summary_words(book.items), state if book.live else "unknown")
         names = [item.words for item in left[:_NAMED]]
         if len(left) > _NAMED:
             names.append(f"{len(left) - _NAMED} more")
         self.red.setText("; ".join(names))
-        self.red.setVisible(bool(left))
+        self.red.setVisible(bool(left) and book.live)
         if book.complaint:
             self.said.say(f"The list from before counts: {book.complaint}", "warning")
         elif book.started_words:
