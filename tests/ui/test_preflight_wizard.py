@@ -286,11 +286,12 @@ def test_controls_are_for_gloves_and_the_cue_is_never_cut(
     begin(window)
     window.look.set_scale(scale)
     window.resize(*size)
-    QApplication.processEvents()
+    for _ in range(3):  # layouts settle one after the other
+        QApplication.processEvents()
     assert (window.width(), window.height()) == size, "the page asks for more room than there is"
     bar, cue = window.page.actions_bar, window.page.work.cue
     buttons = [one for one in bar.findChildren(QPushButton) if one.isVisible()]
-    assert buttons[0].text().startswith("It did move so")
+    assert any(one.text().startswith("It did move so") for one in buttons)
     for button in buttons:
         assert button.height() >= 44 * scale // 100
         assert button.width() >= button.sizeHint().width()
