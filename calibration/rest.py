@@ -115,6 +115,7 @@ class RestWatch:
         self._step = step
         self._cutter = StretchCutter(self._channels, BLOCK)
         self._run: deque[Stretch] = deque(maxlen=_LONGEST)
+        self._found: Rest | None = None
         self._why = ""
         self._moving = False
 
@@ -127,6 +128,7 @@ class RestWatch:
         """Forget what was: a new rest must be seen from its beginning."""
         self._run.clear()
         self._cutter.restart()
+        self._found = None
         self._why = ""
         self._moving = False
 
@@ -150,11 +152,13 @@ class RestWatch:
             state: RestState = "moving" if self._moving else "absent"
             return RestReading(state=state, why=self._why)
         progress = min(len(self._run) / self._needed, 1.0)
-        rest = self._rest() if len(self._run) > 1 else None
+        if self._found is None and len(self._run) > 1:
+            self._found = self._rest()
         state = "rested" if progress >= 1.0 else "resting"
-        return RestReading(state=state, progress=progress, rest=rest, why=self._why)
+        return RestReading(state=state, progress=progress, rest=self._found, why=self._why)
 
     def _judge(self, block: Stretch) -> None:
+        self._found = None
         if self._run and block.number != self._run[-1].number + 1:
             self._run.clear()
             self._why = "there was a gap in the samples"

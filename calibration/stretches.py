@@ -26,29 +26,27 @@ class Stretch:
         s.
     volts : ndarray, shape (n, n_channels)
         V; NaN where missing.
+    count, mean, std : ndarray, shape (n_channels,)
+        Of each channel's samples; the mean is NaN where there are none.
     """
 
     number: int
     times: FloatArray
     volts: FloatArray
+    count: FloatArray
+    mean: FloatArray
+    std: FloatArray
 
-    @property
-    def count(self) -> FloatArray:
-        """Return how many samples there are of each channel, shape (n_channels,)."""
-        return np.asarray(np.sum(np.isfinite(self.volts), axis=0), dtype=np.float64)
-
-    @property
-    def mean(self) -> FloatArray:
-        """Return the mean of each channel, shape (n_channels,); NaN where there is no sample."""
-        count = self.count
-        total = np.nansum(self.volts, axis=0)
-        return np.asarray(np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan))
-
-    @property
-    def std(self) -> FloatArray:
-        """Return the standard deviation of each channel's samples, shape (n_channels,)."""
-        square = np.nansum((self.volts - self.mean) ** 2, axis=0)
-        return np.asarray(np.sqrt(square / np.maximum(self.count - 1.0, 1.0)))
+    @classmethod
+    def of(cls, number: int, times: FloatArray, volts: FloatArray) -> Stretch:
+        """Return a stretch with its statistics."""
+        present = np.isfinite(volts)
+        count = present.sum(axis=0).astype(np.float64)
+        divisor = np.maximum(count, 1.0)
+        mean = np.where(present, volts, 0.0).sum(axis=0) / divisor
+        off = np.where(present, volts - mean, 0.0)
+        std = np.sqrt((off * off).sum(axis=0) / np.maximum(count - 1.0, 1.0))
+        return cls(number, times, volts, count, np.where(count > 0.0, mean, np.nan), std)
 
 
 class StretchCutter:
@@ -96,4 +94,4 @@ class StretchCutter:
         self._times, self._volts = self._times[whole:], self._volts[whole:]
         for number in np.unique(numbers[:whole]):
             low, high = np.searchsorted(numbers, (number, number + 1))
-            yield Stretch(int(number), first_times[low:high], first_volts[low:high])
+            yield Stretch.of(int(number), first_times[low:high], first_volts[low:high])

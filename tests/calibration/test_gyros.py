@@ -100,7 +100,7 @@ def test_a_turn_that_is_too_fast_is_clipped() -> None:
 def test_laying_the_aircraft_on_the_table_is_no_turn() -> None:
     """A quarter turn by hand, then the turn: the turn is what is seen, however it is cut."""
     results = []
-    for length in (0.07, 3.0):
+    for length in (0.23, 3.0):
         bench = VirtualBench(3)
         watch = TurnWatch(GYROS)
         bench.step(2.0)

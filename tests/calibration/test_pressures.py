@@ -110,7 +110,7 @@ def test_the_static_pressure_follows_the_barometer() -> None:
 def test_a_breath_turns_green_by_itself(seed: int) -> None:
     """In a light wind, and however the samples are cut."""
     seen = []
-    for cut in (0.07, 5.0):
+    for cut in (0.13, 5.0):
         bench = VirtualBench(20 + seed)
         detector = BlowDetector(zeroed(bench), STATIC)
         bench.uncover()

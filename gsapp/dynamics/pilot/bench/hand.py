@@ -62,6 +62,11 @@ class Setting:
         """Return when it is over, s."""
         return self.begin + self.seconds
 
+    @property
+    def settled(self) -> float:
+        """Return where the surface is from the end on, to the last bit of `angles`, deg."""
+        return self.start + (self.target - self.start)
+
     def angles(self, times: FloatArray) -> FloatArray:
         """Return where the surface is, deg, shape (n,)."""
         share = (times - self.begin) / self.seconds

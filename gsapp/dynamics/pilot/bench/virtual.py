@@ -301,12 +301,16 @@ class VirtualBench:
     ) -> dict[str, FloatArray]:
         columns = {}
         for name, potentiometer in self.potentiometers.items():
-            setting = self._settings[name]
-            grip = np.ones(times.size) if name == self._held else setting.grip(times)
-            angles = setting.angles(times) + grip * tremor
-            shaft = self._linkages[name].follow(angles)
-            if times.size:
-                self._angles[name] = float(angles[-1])
+            setting, linkage = self._settings[name], self._linkages[name]
+            if name != self._held and times.size and times[0] >= setting.end:
+                # At rest, as nearly all are nearly always.
+                self._angles[name] = setting.settled
+                shaft = linkage.follow(np.array([setting.settled]))
+            else:
+                grip = np.ones(times.size) if name == self._held else setting.grip(times)
+                angles = setting.angles(times) + grip * tremor
+                shaft = linkage.follow(angles)
+                self._angles[name] = float(angles[-1]) if times.size else self._angles[name]
             columns[name] = potentiometer.volts(shaft, supply)
         return columns
 
