@@ -109,7 +109,10 @@ def start_recorder(
     """
     parse_link(link)
     place = Path(folder).absolute()
-    command = [sys.executable, "-m", "gsapp.telemetry.recorder_process", link, str(place)]
+    command = [
+        # Nothing is imported from where the crew happens to work.
+        sys.executable, "-P", "-m", "gsapp.telemetry.recorder_process", link, str(place),
+    ]  # fmt: skip
     if heartbeat is not None:
         command.append("--heartbeat" if heartbeat else "--no-heartbeat")
     if speed is not None:

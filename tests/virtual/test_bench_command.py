@@ -79,6 +79,8 @@ def test_a_process_is_told_what_to_do_and_ends_with_who_started_it(
 ) -> None:
     """Down the ordinary road the volts of the surface become those of its true curve."""
     seed = 12
+    # It works in a flight's folder, which holds a folder called as a part of the program is.
+    (tmp_path / "calibration").mkdir()
     bench = BenchProcess(tmp_path, ground.port, seed=seed, faults=["alpha:dead"], speed=8.0)
     try:
         truth = VirtualBench(seed).potentiometers["rudder"]

@@ -41,7 +41,7 @@ def fly_trial(folder: Path, tell: Tell) -> Path:
     GroundStationError
         If the flight is not written.
     """
-    command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(folder),
+    command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(folder),
                "--plan", _PLAN, "--hide", EFFECT, "--seed", "1"]  # fmt: skip
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile() as words:

@@ -57,7 +57,9 @@ class _Background:
             folder.mkdir(parents=True, exist_ok=True)
             with self._words.open("wb") as log:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-m", "gsapp.cli", *arguments],
+                    # Nothing is imported from where it works: a flight's folder holds one called
+                    # calibration, too.
+                    [sys.executable, "-P", "-m", "gsapp.cli", *arguments],
                     cwd=folder,
                     stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
