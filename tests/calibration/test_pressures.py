@@ -53,7 +53,7 @@ def watch_on(bench: VirtualBench, detector: BlowDetector, seconds: float, cut: f
     return states
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
     """To 1 Pa, with the slope kept; the file is read back the same."""
     bench = VirtualBench(seed)
@@ -106,12 +106,11 @@ def test_the_static_pressure_follows_the_barometer() -> None:
     assert not far.passed
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_breath_turns_green_by_itself(seed: int) -> None:
+def test_a_breath_turns_green_by_itself() -> None:
     """In a light wind, and however the samples are cut."""
     seen = []
     for cut in (0.13, 5.0):
-        bench = VirtualBench(20 + seed)
+        bench = VirtualBench(20)
         detector = BlowDetector(zeroed(bench), STATIC)
         bench.uncover()
         assert watch_on(bench, detector, 5.0, cut) == ["waiting"], "wind is no breath"

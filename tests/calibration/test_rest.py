@@ -22,9 +22,9 @@ def record(seconds: float, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndar
 
 
 def test_the_mean_lies_within_its_uncertainty() -> None:
-    """19 times out of 20, over 60 periods of rest of two instruments."""
+    """19 times out of 20, over 40 periods of rest of two instruments."""
     inside = []
-    for seed in range(60):
+    for seed in range(40):
         rest = find_rest(*record(6.0, seed), LIMITS)
         assert rest.end - rest.start >= 5.0
         for name, truth in (("q", 2.512), ("an", 3.031)):

@@ -28,7 +28,7 @@ from gsapp.telemetry.virtual.bench import BenchDownlink, LinkControl, TypedContr
 from gsapp.telemetry.virtual.process import BenchProcess, free_port
 from gsapp.telemetry.virtual.transmit import Transmitter
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 
 
 class Ground:
