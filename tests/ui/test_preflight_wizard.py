@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -314,7 +314,7 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
     monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "stop")
     window = open_window(tmp_path)
     window.activateWindow()
-    qtbot.waitActive(window)
+    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
     desk = window.desk
 
     def press(key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
@@ -324,15 +324,18 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
         return desk.session is not None and "elevator_left" in desk.session.certificates
 
     try:
-        press(KEY.Key_F1)
+        qtbot.keyClick(window, KEY.Key_F1)
+        there = window.commands.actions["preflight_calibration"]
+        until(qtbot, there.isEnabled)
         press(KEY.Key_2, Qt.KeyboardModifier.AltModifier)
+        until(qtbot, lambda: window.findChild(WizardPage) is not None)
         page = window.findChild(WizardPage)
-        assert page is not None
         page.practice.speed = 3.0
         press(KEY.Key_P)
         until(qtbot, lambda: page.practice.running and desk.time is not None, 30_000)
+        until(qtbot, page.hasFocus)
         press(KEY.Key_Space)
-        until(qtbot, lambda: page.run.view.phase == "sign", 20_000)
+        until(qtbot, lambda: page.run is not None and page.run.view.phase == "sign", 20_000)
         press(KEY.Key_H)
         until(qtbot, lambda: page.run.view.phase == "points", 20_000)
         assert calibrated()

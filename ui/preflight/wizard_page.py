@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
-from PySide6.QtWidgets import QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
 from calibration.plan import Kind
 from calibration.wizard import Action, Wizard, unfinished
@@ -196,6 +196,13 @@ class WizardPage(QWidget):
 
     def _flight_changed(self) -> None:
         self._refresh()
+        # Whoever shows the flight elsewhere may have taken the keyboard along.
+        QTimer.singleShot(0, self, self._keep_keyboard)
+
+    def _keep_keyboard(self) -> None:
+        focus = QApplication.focusWidget()
+        if self.isVisible() and not (focus is not None and self.isAncestorOf(focus)):
+            self.begin()
 
     def _told(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
