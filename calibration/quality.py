@@ -200,7 +200,7 @@ def linearity(curve: FloatArray) -> float:
     slopes = np.diff(curve) / np.diff(steps)
     low, high = float(slopes.min()), float(slopes.max())
     golden = 0.5 * (np.sqrt(5.0) - 1.0)
-    for _ in range(60):
+    for _ in range(40):
         inner, outer = high - golden * (high - low), low + golden * (high - low)
         if spread(inner) < spread(outer):
             high = outer
@@ -261,7 +261,7 @@ def half_widths(
     low = np.zeros_like(volts)
     high = apart + (student(branch_fit.freedom) + 1.0) * std
     scale = np.where(std > 0.0, std, 1.0)
-    for _ in range(60):
+    for _ in range(40):
         middle = 0.5 * (low + high)
         inside = stdtr(branch_fit.freedom, (middle - apart) / scale) - stdtr(
             branch_fit.freedom, (-middle - apart) / scale

@@ -57,7 +57,7 @@ def test_the_points_choose_the_curve(curve: tuple[float, ...], degree: int) -> N
     A higher degree may be luck now and then; a lower one would be blind.
     """
     chosen = []
-    for seed in range(10):
+    for seed in range(6):
         made = calibrate(points_on(curve, seed=seed))
         chosen.append(made.degree)
         volts = np.linspace(1.0, 4.0, 31)
@@ -65,7 +65,7 @@ def test_the_points_choose_the_curve(curve: tuple[float, ...], degree: int) -> N
             made.value(volts), np.polynomial.polynomial.polyval(volts, curve), atol=0.1
         )
     assert min(chosen) == degree
-    assert chosen.count(degree) >= 8
+    assert chosen.count(degree) >= 5
 
 
 def test_a_degree_that_was_asked_for_is_taken() -> None:
@@ -109,7 +109,7 @@ def test_hysteresis_is_within_a_tenth_of_the_truth() -> None:
 def test_the_bound_of_the_hysteresis_is_honest() -> None:
     """With a protractor read to 0.1 deg the width is as uncertain as stated."""
     inside = []
-    for seed in range(30):
+    for seed in range(20):
         taken = quick_sweep(seed, "rudder")
         quality = calibrate(taken.points(0.1, seed)).quality
         assert quality.hysteresis is not None
@@ -124,23 +124,21 @@ def test_more_points_make_hysteresis_surer_and_not_larger() -> None:
     widths = []
     for count in (5, 25):
         settings = tuple(np.linspace(-20.0, 20.0, count))
-        found = [
-            calibrate(quick_sweep(seed, "rudder", settings).points(0.15, seed)).quality
-            for seed in range(6)
-        ]
+        sweeps = [quick_sweep(seed, "rudder", settings) for seed in range(4)]
+        found = [calibrate(one.points(0.15, seed)).quality for seed, one in enumerate(sweeps)]
         widths.append(np.mean([one.hysteresis_uncertainty for one in found]))
-        plays = [quick_sweep(seed, "rudder", settings).potentiometer.play for seed in range(6)]
-        assert np.mean([one.hysteresis for one in found]) == pytest.approx(np.mean(plays), abs=0.06)
+        plays = [one.potentiometer.play for one in sweeps]
+        assert np.mean([one.hysteresis for one in found]) == pytest.approx(np.mean(plays), abs=0.1)
     assert widths[1] < 0.5 * widths[0]
 
 
 def test_an_outlier_is_pointed_out_and_nothing_else() -> None:
     """A protractor misread by three degrees is found wherever it is; good points are left alone."""
     alarms = 0
-    for seed in range(10):
+    for seed in range(6):
         points = quick_sweep(seed, "elevator_left").points()
         alarms += len(calibrate(points).quality.outliers)
-        wrong = seed % len(points)
+        wrong = (3 * seed) % len(points)
         points[wrong] = replace(points[wrong], value=points[wrong].value + 3.0)
         assert wrong in calibrate(points).quality.outliers, seed
     assert alarms <= 1
@@ -232,7 +230,7 @@ def widths_of(points: list[CalibrationPoint], volts: FloatArray) -> FloatArray:
 
 
 @given(points=plausible, order=st.randoms(use_true_random=False))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_the_order_of_points_does_not_matter(points: list[CalibrationPoint], order: object) -> None:
     """Points may be repeated, deleted and added: what counts is which there are."""
     shuffled = list(points)
@@ -244,7 +242,7 @@ def test_the_order_of_points_does_not_matter(points: list[CalibrationPoint], ord
 
 
 @given(points=plausible, factor=st.sampled_from([-1.0, np.pi / 180.0, 60.0]))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: float) -> None:
     """Radians or minutes for degrees, trailing edge up for down: the same curve and bounds."""
     other_way = {"up": "down", "down": "up"}
@@ -265,7 +263,7 @@ def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: f
 
 
 @given(points=plausible)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_the_half_width_is_never_less_than_half_the_loop(points: list[CalibrationPoint]) -> None:
     """Whoever reads a voltage does not know the branch; outside the points nothing is claimed."""
     made = calibrate(points)
