@@ -22,7 +22,7 @@ from ui.preflight.shelf import calibrations_path
 from ui.preflight.wizard_page import WizardPage
 from ui.settings import SettingsStore
 
-_TICK = 0.5
+_TICK = 1.0
 """Seconds of volts that come at a time."""
 _PAST = 3.0
 """Degrees by which a setting is passed."""
@@ -164,7 +164,7 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
         view = window.view
         instrument = view.instrument
         name = instrument.channel if instrument is not None else ""
-        if view.phase in ("done", "aborted", stop) or name == stop:
+        if view.phase in ("done", "aborted", stop) or (stop and name == stop):
             return
         if instrument is None or view.phase == "fit":
             window.desk.pass_time(_TICK)

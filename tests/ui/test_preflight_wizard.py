@@ -61,7 +61,7 @@ def count(widget: QWidget, color: str) -> int:
 
 def begin(window: BenchWindow, key: Qt.Key = KEY.Key_Space) -> None:
     window.press(key)
-    window.desk.pass_time(3.0)
+    window.desk.pass_time(4.0)
 
 
 # Surfaces
