@@ -78,7 +78,7 @@ def photograph(
     from ui.window import MainWindow
 
     application = make_application()
-    with tempfile.TemporaryDirectory() as home, _no_recorders(Path(home)):
+    with tempfile.TemporaryDirectory() as home, no_recorders(Path(home)):
         store = SettingsStore(Path(home) / "window.toml")
         store.change(theme=theme, scale=scale)
         faults = FaultDesk()
@@ -87,17 +87,17 @@ def photograph(
             window.resize(*size)
             window.show()
             window.desk.open_flight(flight, playing=False)
-            _wait(application.processEvents, lambda: window.desk.is_loaded, f"{flight} to open")
+            wait(application.processEvents, lambda: window.desk.is_loaded, f"{flight} to open")
             span = window.desk.replay_span
             if span is not None:
                 share = 2.0 / 3.0 if at is None else at
                 window.desk.seek(span[0] + share * (span[1] - span[0]))
             if prepare is not None:
                 prepare(window)
-            _wait(application.processEvents, lambda: window.desk.is_settled, "the charts")
+            wait(application.processEvents, lambda: window.desk.is_settled, "the charts")
             # A few frames more: ranges and values follow ten times a second.
             until = time.monotonic() + 0.5
-            _wait(application.processEvents, lambda: time.monotonic() > until, "the charts")
+            wait(application.processEvents, lambda: time.monotonic() > until, "the charts")
             out.parent.mkdir(parents=True, exist_ok=True)
             if not window.grab().save(str(out)):
                 raise GroundStationError(f"{out} cannot be written; check folder and permissions")
@@ -109,7 +109,7 @@ def photograph(
 
 
 @contextlib.contextmanager
-def _no_recorders(folder: Path) -> Iterator[None]:
+def no_recorders(folder: Path) -> Iterator[None]:
     """See no recorders that happen to run on this computer."""
     before = os.environ.get(RUNTIME_VARIABLE)
     os.environ[RUNTIME_VARIABLE] = str(folder)
@@ -122,7 +122,14 @@ def _no_recorders(folder: Path) -> Iterator[None]:
             os.environ[RUNTIME_VARIABLE] = before
 
 
-def _wait(work: Callable[[], object], done: Callable[[], bool], what: str) -> None:
+def wait(work: Callable[[], object], done: Callable[[], bool], what: str) -> None:
+    """Let a window work until something is done.
+
+    Raises
+    ------
+    GroundStationError
+        If it does not come in time.
+    """
     end = time.monotonic() + _PATIENCE
     while not done():
         if time.monotonic() > end:

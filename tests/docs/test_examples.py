@@ -47,6 +47,7 @@ GUIDES = [
     DOCS / "field-guide.md",
     DOCS / "files.md",
     DOCS / "identification.md",
+    DOCS / "preflight.md",
     DOCS / "virtual-aircraft.md",
 ]
 _BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -247,9 +248,21 @@ def test_every_command_is_understood(line: str, monkeypatch: pytest.MonkeyPatch)
     command.make_context(words[1], words[2:]).close()
 
 
+def _wizard_keys() -> set[str]:
+    """Return the keys that the page of the calibration takes for itself."""
+    from PySide6.QtGui import QKeySequence
+
+    from ui.preflight import wizard_page, wizard_words
+
+    typed = {QKeySequence(key).toString() for key in (*wizard_page._DEGREES, *wizard_page._ARROWS)}
+    start = wizard_page.WizardPage._start_offers(left=True)
+    helper = {"H"}
+    return typed | helper | {offer.key for offer in start} | {o[2] for o in wizard_words._OFFERS}
+
+
 def test_every_key_is_one_of_the_window() -> None:
     commands = pytest.importorskip("ui.commands")
-    known = {key for command in commands.COMMANDS for key in command.keys}
+    known = {key for command in commands.COMMANDS for key in command.keys} | _wizard_keys()
     named = {
         key
         for page in [ROOT / "README.md", *GUIDES]
