@@ -12,6 +12,7 @@ from gsapp.discrepancy.filtering.linearizing import shown_along
 from gsapp.discrepancy.filtering.noise import NoiseModel, variance_of_sample
 from gsapp.discrepancy.filtering.passing import ManeuverState
 from gsapp.discrepancy.filtering.record import Record
+from gsapp.discrepancy.filtering.slopes import CONTROLS
 from gsapp.discrepancy.missing import MissingPart, missing_part
 from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverView
 from gsapp.discrepancy.screening import Screening, candidate_columns
@@ -21,6 +22,8 @@ from gsapp.quantities import FloatArray
 _SETTLING = 2
 _STILL = 1e-12
 """Intensity of turbulence with which the filter only simulates."""
+_PERFECT = (0.0,) * len(CONTROLS)
+"""Noise of measured controls with which it does so too."""
 _CONDITIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
 _TOLERANCE = 3.0
 
@@ -62,7 +65,7 @@ class HeldOut:
         self._kept = [_follow(own, fit, noise) for fit in fits]
         self._information = [one.pass_() for one in self._kept]
         still = {
-            flight: replace(one, gusts=(_STILL,) * 3, moments=_STILL)
+            flight: replace(one, gusts=(_STILL,) * 3, moments=_STILL, controls=_PERFECT)
             for flight, one in noise.items()
         }
         flown = [_follow(records, fit, still) for fit in fits]

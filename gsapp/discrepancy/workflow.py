@@ -316,7 +316,11 @@ class _Search:
             f"fitting the model with: {one.title}",
         )
         self._trials.clear()
-        if one.id.endswith(".scale") and abs(fit.values[f"{one.id}.scale"] + 1.0) < _REVERSED:
+        if (
+            one.id.startswith("sensor.")
+            and one.id.endswith(".scale")
+            and abs(fit.values[f"{one.id}.scale"] + 1.0) < _REVERSED
+        ):
             effect = one.id.removesuffix(".scale") + ".reversed"
             model = fit.revised_model().without_effect(one.id).with_effect(effect)
             one = _as_competitor(effect, self._of.aircraft)

@@ -97,7 +97,7 @@ def test_wrong_values_are_no_effect() -> None:
     "case",
     [
         one("aero.Cm.alpha2", -2.0),
-        one("propulsion.Cm.throttle", 0.05, baseline="given"),
+        one("propulsion.Cm.throttle", 0.02, baseline="given"),
     ],
     ids=lambda case: case.kind,
 )
@@ -114,8 +114,7 @@ def test_a_hidden_effect_is_named_sized_and_closes_the_gap(case: Case) -> None:
     assert value == pytest.approx(true, rel=0.1)
     assert abs(value - true) < 5.0 * std
     before, after = gaps(flown, found)
-    # What noise makes of the initial states is left.
-    assert after < 0.25 * before
+    assert after < 0.2 * before
     assert found.gap.closed is not None
     assert found.gap.closed > 0.9
     assert not set(found.gap.on) & {one.id for one in found.maneuvers if not one.held_out}
