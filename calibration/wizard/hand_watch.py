@@ -31,8 +31,10 @@ SIGN_MOVE = 0.15
 """Volts that a movement must have so that it proves a sign: about four degrees."""
 SIGN_HOLD = 1.0
 """Seconds that it must be held."""
-_UNSURE_HOLD = 1.5
-"""Seconds more that a rest must last where nothing tells whether it is the setting asked for."""
+_HOLD, _UNSURE_HOLD = 1.1, 1.5
+"""Seconds that a rest must last before it is taken by itself: longer than the mean that is taken,
+for a hand creeps up to its mark, and up and down that would look like slop. Longer still where
+nothing tells whether it is the setting asked for."""
 _NEAR, _NEAR_ONE, _AT = 0.3, 0.45, 0.1
 """Of the distance between settings: a rest nearer than that to the setting is meant to be it, by
 two points or more, or by one and the reference; one farther than that beyond it has passed it."""
@@ -192,9 +194,8 @@ class HandWatch:
             return "elsewhere"
         if wrong_side:
             return "wrong_side"
-        if value is None and not self._as_expected(slot, reading, work):
-            return "wait" if reading.steady_for < _UNSURE_HOLD else ""
-        return ""
+        sure = value is not None or self._as_expected(slot, reading, work)
+        return "wait" if reading.steady_for < (_HOLD if sure else _UNSURE_HOLD) else ""
 
     def _side(self, reading: WatchReading) -> Side | None:
         apart = max(_APART, _APART_STDS * reading.std)

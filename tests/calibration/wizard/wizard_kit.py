@@ -198,7 +198,7 @@ class Operator:
             )
         self.see(self.bench.move(channel, view.target))
         if self.by_key:
-            self.wait(1.0)
+            self.wait(2.0, lambda now: now.tone == "steady")
             self.press("take")
         taken = len(view.points)
         assert self.by_key or self.wait(4.0, lambda now: len(now.points) > taken), self.wizard.view
