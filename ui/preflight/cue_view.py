@@ -53,8 +53,11 @@ class CueView(QWidget):
         self._low = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         look.changed.connect(self._restyle)
+        self._restyle()
 
     def _restyle(self) -> None:
+        # Held by the widget itself: a column that scrolls would squeeze a mere hint.
+        self.setMinimumHeight(self._look.px(_LOW))
         self.updateGeometry()
         self.update()
 
