@@ -35,7 +35,7 @@ from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 
 RATE = 100
 """Samples a second."""
-_BATTERY = 8.1
+_BATTERY = 12.5
 
 
 class VirtualBench:
