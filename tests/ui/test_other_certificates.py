@@ -33,6 +33,8 @@ from ui.window import MainWindow
 from ui.work import Progress
 
 _GONE = ("elevator_left", "flap")
+_PATIENCE = 30_000
+"""Milliseconds: a flight is opened twice, perhaps on a busy machine."""
 
 
 @pytest.fixture
@@ -71,7 +73,7 @@ def window(
     made = open_window(tmp_path)
     qtbot.addWidget(made)
     made.desk.open_flight(flight, playing=False)
-    until(qtbot, lambda: made.desk.is_loaded)
+    until(qtbot, lambda: made.desk.is_loaded, _PATIENCE)
     yield made
     made.close()
 
@@ -109,12 +111,14 @@ def test_read_anew_with_other_certificates_and_back(
     said = choose(monkeypatch, str(other))
     window.commands.actions["certificates"].trigger()
     assert "they differ for alpha and they lack elevator_left, flap" in said[0]
-    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded)
-    until(qtbot, lambda: window.desk.time == pytest.approx(12.0))
+    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded, _PATIENCE)
+    until(qtbot, lambda: window.desk.time == pytest.approx(12.0), _PATIENCE)
     read = window.desk.history.samples("alpha", 1020, 1180)
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
     assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 channels without", "caution")
-    until(qtbot, lambda: any("instead of those kept" in text for text in banners(window)))
+    until(
+        qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
+    )
     written = window.desk.export("csv", tmp_path / "out.csv", Progress(lambda *_: None))
     exported = load_flight(written).block["alpha"]
     np.testing.assert_allclose(exported[20:180], read, atol=1e-12)
@@ -122,7 +126,7 @@ def test_read_anew_with_other_certificates_and_back(
     choose(monkeypatch, "")
     before = window.desk.session
     window.commands.actions["certificates"].trigger()
-    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded)
+    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded, _PATIENCE)
     assert bar_part(window)[0] == "CALIBRATION"
     assert np.array_equal(window.desk.history.samples("alpha", 1020, 1180), own)
 
@@ -136,8 +140,12 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
 ) -> None:
     """The instrument, its volts, and what would be derived from it: chart, panels, tree."""
     window.desk.read_with(str(other))
-    until(qtbot, lambda: window.desk.calibration.given == str(other) and window.desk.is_loaded)
-    until(qtbot, lambda: "flap" in window.view._picture.uncalibrated)
+    until(
+        qtbot,
+        lambda: window.desk.calibration.given == str(other) and window.desk.is_loaded,
+        _PATIENCE,
+    )
+    until(qtbot, lambda: "flap" in window.view._picture.uncalibrated, _PATIENCE)
     picture = window.view._picture
     assert picture.uncalibrated == {
         "elevator_left", "elevator_left_volts", "flap", "flap_volts", "de",

@@ -91,9 +91,24 @@ def test_remarks_become_sentences() -> None:
     assert said == "No link. 2 frames lost."
 
 
+def _place(needs: str) -> str:
+    """Return the place whose commands need this; empty for commands of the whole window."""
+    if needs in ("preflight", "preflight_future", "checklist", "cards", "card"):
+        return "preflight"
+    if needs.startswith("gap"):
+        return "gap"
+    return "flight" if needs == "charts" else ""
+
+
 def test_no_key_has_two_meanings_and_every_command_can_be_found() -> None:
-    keys = [key for command in COMMANDS for key in command.keys]
-    assert sorted(keys) == sorted(set(keys))
+    meanings: dict[str, list[str]] = {}
+    for command in COMMANDS:
+        for key in command.keys:
+            meanings.setdefault(key, []).append(_place(command.needs))
+    # A key may serve several places, of which one is on screen; everywhere means everywhere.
+    for key, places in meanings.items():
+        assert len(places) == len(set(places)), key
+        assert "" not in places or len(places) == 1, key
     assert len({command.id for command in COMMANDS}) == len(COMMANDS)
     assert all(command.text and command.menu for command in COMMANDS)
 
