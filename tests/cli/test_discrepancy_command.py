@@ -234,7 +234,7 @@ def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
     os.close(end)
     shown = ""
     try:
-        while not re.search(r"trying every effect.* [1-9]\d?%.*\d:\d\d", shown):
+        while not re.search(r"fitting the current model.* [1-9]\d?%.*\d:\d\d", shown):
             shown += os.read(terminal, 4096).decode(errors="replace")
         process.send_signal(signal.SIGINT)
         while True:
