@@ -98,6 +98,7 @@ def run(
         refused=tuple(refuse),
         forced=tuple(force),
         most_effects=most_effects,
+        check_instruments=True,
     )
     flown = flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,

@@ -29,6 +29,9 @@ class DiscrepancySettings:
         Effects that the user does not want.
     forced : tuple of str
         Effects put into the model first, in this order, whatever the evidence.
+    check_instruments : bool
+        Whether instruments are compared by kinematics for the answer, even where the model
+        explains the flights: seconds, ten of them with colored noise.
     most_effects : int
         Stops after so many.
     false_alarm : float
@@ -39,6 +42,7 @@ class DiscrepancySettings:
     held_out: tuple[str, ...] | None = None
     refused: tuple[str, ...] = ()
     forced: tuple[str, ...] = ()
+    check_instruments: bool = False
     most_effects: int = 4
     false_alarm: float = 0.003
 

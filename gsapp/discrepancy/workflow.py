@@ -344,8 +344,10 @@ class _Search:
             len(settings.forced),
             settings.false_alarm,
         )
-        lacking = len(kept) > 1 or kept[0].decision.kind != "nothing"
-        instruments = of.instruments(self._tick, try_signs=lacking)
+        instruments: tuple[InstrumentRemark, ...] = ()
+        if settings.check_instruments:
+            lacking = len(kept) > 1 or kept[0].decision.kind != "nothing"
+            instruments = of.instruments(self._tick, try_signs=lacking)
         self._tick("drawing the maneuvers")
         found = answer_of(
             kept,

@@ -117,7 +117,8 @@ def test_the_story_is_told_and_everything_written(
         "q was clipped",
     ):
         assert words in said, words
-    assert asked[0].settings == DiscrepancySettings(model=load_model("b777"))
+    asked_for = DiscrepancySettings(model=load_model("b777"), check_instruments=True)
+    assert asked[0].settings == asked_for
     assert [one.id for one in asked[0].maneuvers] == ["1", "2"]
     names = {path.name for path in out.iterdir()}
     assert names == {"model.toml", "report.html", "report.pdf", "figures", "discrepancy.json"}

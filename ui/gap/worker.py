@@ -200,6 +200,7 @@ class Bench:
                 model=None if not job.request.model else _model(job.request.model),
                 refused=job.decisions.refused,
                 forced=job.decisions.forced,
+                check_instruments=True,
             ),
             progress=step,
         )
