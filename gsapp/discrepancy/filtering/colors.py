@@ -56,9 +56,7 @@ class Colors:
         powers: FloatArray = rho[:, None] ** np.arange(block + 1.0)
         # Of what comes in at sample k of a block, samples k to block - 1 show something.
         sums = np.cumsum(powers[:, :block], axis=1) / block
-        by_mean = np.concatenate((sums[:, block - 2 :: -1], np.zeros((len(rho), 1))), axis=1)
-        if block == 1:
-            by_mean = np.zeros((len(rho), 1))
+        by_mean = np.hstack((sums[:, :-1][:, ::-1], np.zeros((len(rho), 1))))
         shown = sums[:, -1]
         variance = added / (1.0 - rho**2)
         return cls(
@@ -68,6 +66,6 @@ class Colors:
             variance_of_means=shown**2 * variance + (by_mean**2).sum(axis=1) * added,
             kept=powers[:, block],
             shown=shown,
-            by_end=powers[:, block - 1 :: -1],
+            by_end=powers[:, :block][:, ::-1],
             by_mean=by_mean,
         )

@@ -85,7 +85,7 @@ def _as_they_look(noise: NoiseModel) -> dict[str, float]:
 def _like_the_others(noise: NoiseModel) -> dict[str, float]:
     """Return correlations where channels that feel turbulence have that of the others."""
     usual = float(np.median([noise.correlations.get(name, 0.0) for name in _STEADY]))
-    found = {name: noise.correlations[name] for name in noise.correlations if name in _STEADY}
+    found = _steady_only(noise)
     if usual > 0.0:
         found |= {name: usual for name in noise.correlations if name not in _STEADY}
     return found
