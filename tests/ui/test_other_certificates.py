@@ -127,6 +127,7 @@ def test_read_anew_with_other_certificates_and_back(
     before = window.desk.session
     window.commands.actions["certificates"].trigger()
     until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded, _PATIENCE)
+    until(qtbot, lambda: window.desk.time == pytest.approx(12.0), _PATIENCE)
     assert bar_part(window)[0] == "CALIBRATION"
     assert np.array_equal(window.desk.history.samples("alpha", 1020, 1180), own)
 
