@@ -1,0 +1,1 @@
+"""Inputs recognized while they happen, and the verdict on each."""

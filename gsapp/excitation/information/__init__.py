@@ -1,0 +1,1 @@
+"""What was learned so far, and what the next maneuver would bring, from information matrices."""

@@ -1,0 +1,39 @@
+"""A test point: where to be, trimmed, before an input."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TestPoint:
+    """Where the aircraft should be when the input begins.
+
+    Attributes
+    ----------
+    card : str
+        Id of the card that it belongs to; empty for none.
+    speed, alpha : float or None
+        True airspeed, m/s, and angle of attack at the CG at 1 g, rad: a pair on the trim curve,
+        or one of them where no model tells the other.
+    speed_tolerance, alpha_tolerance : float
+        To either side, m/s and rad.
+    height : float or None
+        Above the field, m.
+    flap : float
+        rad.
+    throttle, elevator : float or None
+        That hold it in level flight, by the model; 0 to 1 and rad.
+    """
+
+    __test__ = False  # the name is the field's; it is no test of ours
+
+    card: str = ""
+    speed: float | None = None
+    alpha: float | None = None
+    speed_tolerance: float
+    alpha_tolerance: float
+    height: float | None = None
+    flap: float = 0.0
+    throttle: float | None = None
+    elevator: float | None = None
