@@ -1,0 +1,11 @@
+"""All that the crew is told, put together: trim, inputs, verdicts, cards, dangers, outlook."""
+
+from gsapp.excitation.cueing.snapshot import (
+    VERDICT_STANDS,
+    CueEvent,
+    CueSnapshot,
+    EventKind,
+    NextCard,
+)
+
+__all__ = ["VERDICT_STANDS", "CueEvent", "CueSnapshot", "EventKind", "NextCard"]

@@ -1,0 +1,155 @@
+"""What the cues are at one moment, and what happened so far: the records that a page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal
+
+from gsapp.excitation.dangers.danger import Danger
+from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
+from gsapp.excitation.information.prospect import Outlook
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.wanted import WantedInput
+from gsapp.excitation.trim.cue import TrimCue
+from gsapp.flight.cards import TestCard
+
+EventKind = Literal["trim", "input", "hands-off", "verdict", "danger", "card"]
+
+VERDICT_STANDS: Final = 6.0
+"""Seconds for which a verdict is the news: until then the pilot is busy with the recovery."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CueEvent:
+    """Something that changed what the crew is told.
+
+    Attributes
+    ----------
+    time : float
+        Flight time, s.
+    kind : str
+        See `EventKind`.
+    state : str
+        ``trim``: a state of `TrimCue`; ``input``: ``begins``; ``hands-off``: ``begins``, ``ends``
+        or ``broken``; ``verdict``: its result; ``danger``: ``caution``, ``warning`` or ``over``;
+        ``card``: ``next``, ``chosen``, ``captured`` or ``done``.
+    words : str
+        Short enough to be spoken.
+    data : mapping
+        Further values that JSON can hold, SI.
+    """
+
+    time: float
+    kind: EventKind
+    state: str
+    words: str = ""
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what a program reads."""
+        return {
+            "time": round(self.time, 6),
+            "kind": self.kind,
+            "state": self.state,
+            "words": self.words,
+            "data": dict(self.data),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NextCard:
+    """The card that is to be flown now.
+
+    Attributes
+    ----------
+    card : TestCard
+    good : int
+        Repeats that count so far.
+    point : TestPoint or None
+        None where the card asks for what cannot be flown; `problem` says why.
+    wanted : WantedInput or None
+        None where no input can be told.
+    stick : mapping of str to str
+        By surface: "half stick, high rate".
+    words : str
+        To be read and spoken: "aileron and rudder doublet: third of stick, high rate; half
+        rudder".
+    why : {"chosen", "captured", "most to gain", "next on the list"}
+        How it was found.
+    problem : str
+        What is wrong with the card, in words; empty for nothing.
+    """
+
+    card: TestCard
+    good: int
+    point: TestPoint | None
+    wanted: WantedInput | None
+    stick: Mapping[str, str]
+    words: str
+    why: Literal["chosen", "captured", "most to gain", "next on the list"]
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CueSnapshot:
+    """Everything that is to be told at one moment.
+
+    Attributes
+    ----------
+    time : float or None
+        Flight time of the newest row judged, s; None before the first.
+    trim : TrimCue or None
+        None before the first row.
+    under_way : InputUnderWay or None
+        An input that is being made, or its answer awaited.
+    verdict : Verdict or None
+        The latest.
+    card : NextCard or None
+        None without cards, and once all are flown.
+    outlook : Outlook or None
+        What was learned and what comes next; None where no model tells.
+    dangers : tuple of Danger
+        Those that stand, the most urgent first.
+    speed, alpha : float or None
+        Airspeed, m/s, and angle of attack, rad, over the last half second; None where missing.
+    guidance : str
+        Towards the test point, short; empty where there is nothing to say.
+    judged : tuple of str
+        By what is judged, in words.
+    missing : tuple of str
+        What cannot be judged and why, in words.
+    good, wanted : int
+        Repeats that count, and those that all cards ask for.
+    events : int
+        How many events the log holds: grows with every change.
+    """
+
+    time: float | None = None
+    trim: TrimCue | None = None
+    under_way: InputUnderWay | None = None
+    verdict: Verdict | None = None
+    card: NextCard | None = None
+    outlook: Outlook | None = None
+    dangers: tuple[Danger, ...] = ()
+    speed: float | None = None
+    alpha: float | None = None
+    guidance: str = ""
+    judged: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    good: int = 0
+    wanted: int = 0
+    events: int = 0
+
+    @property
+    def verdict_age(self) -> float | None:
+        """Return the seconds since the latest verdict; None without one."""
+        if self.verdict is None or self.time is None:
+            return None
+        return self.time - self.verdict.given_at
+
+    @property
+    def fresh_verdict(self) -> Verdict | None:
+        """Return the latest verdict while it is news: see `VERDICT_STANDS`."""
+        age = self.verdict_age
+        return self.verdict if age is not None and age <= VERDICT_STANDS else None
