@@ -19,6 +19,9 @@ from calibration.points import CalibrationPoint
 from calibration.quality import Quality
 from gsapp.quantities import FloatArray, channel, to_si
 
+_ROUNDING = 1e-6
+"""Share of the calibrated values by which one at their very end may seem to lie outside."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
@@ -133,6 +136,25 @@ class Certificate:
         """Return the lowest and highest value that was calibrated, in the SI unit."""
         ends = polynomial(self.si_coefficients, np.array(self.range))
         return float(ends.min()), float(ends.max())
+
+    def beyond(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Return which values lie outside what was calibrated; NaN does not.
+
+        Parameters
+        ----------
+        values : array_like, any shape
+            In the SI unit of the channel.
+        """
+        y = np.asarray(values, dtype=np.float64)
+        low, high = self.covered
+        return (y < low) | (y > high)
+
+    @property
+    def covered(self) -> tuple[float, float]:
+        """Return `value_range` with the room that rounding takes at its ends, in the SI unit."""
+        low, high = self.value_range
+        slack = _ROUNDING * (high - low)
+        return low - slack, high + slack
 
     @property
     def degree(self) -> int:

@@ -6,8 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from calibration import Certificate, certificate_content
 from gsapp.decoding.pipeline import ChannelSource
+from gsapp.quantities import Block
 
 VOLTS = "_volts"
 """Ends the base id of a channel that holds an instrument's volts."""
@@ -91,12 +94,42 @@ def uncalibrated(sources: Mapping[str, ChannelSource]) -> tuple[str, ...]:
 
 
 def calibration_remarks(
-    used: CertificatesUsed, sources: Mapping[str, ChannelSource]
+    used: CertificatesUsed, sources: Mapping[str, ChannelSource], block: Block | None = None
 ) -> tuple[str, ...]:
-    """Return what is to be said of the calibration behind a flight's numbers, if anything is."""
+    """Return what is to be said of the calibration behind a flight's numbers, if anything is.
+
+    Parameters
+    ----------
+    used : CertificatesUsed
+    sources : mapping of str to ChannelSource
+    block : Block, optional
+        The whole flight, for which channels left the range that was calibrated.
+    """
     listed = ", ".join(uncalibrated(sources))
     lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
-    return tuple(words for words in (used.sentence, lacking if listed else "") if words)
+    beyond = "" if block is None else _beyond(used.used, sources, block)
+    return tuple(words for words in (used.sentence, lacking if listed else "", beyond) if words)
+
+
+def _beyond(
+    certificates: Mapping[str, Certificate], sources: Mapping[str, ChannelSource], block: Block
+) -> str:
+    """Return which channels left the range that was calibrated, and how often; empty for none."""
+    found = []
+    for name, certificate in sorted(certificates.items()):
+        source = sources.get(name)
+        if name not in block or source is None or not source.calibrated:
+            continue
+        beyond = certificate.beyond(block[name])
+        if beyond.any():
+            share = float(np.mean(beyond[np.isfinite(block[name])]))
+            found.append(f"{name} {max(100.0 * share, 0.1):.1f} %")
+    if not found:
+        return ""
+    return (
+        "beyond the range that was calibrated, where the curve goes on straight: share of the "
+        f"samples of {', '.join(found)}"
+    )
 
 
 def uncalibrated_columns(columns: Sequence[str]) -> dict[str, str]:

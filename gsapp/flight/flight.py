@@ -84,7 +84,7 @@ class Flight:
     @property
     def calibration_remarks(self) -> tuple[str, ...]:
         """Return what is to be said of the calibration behind the numbers; part of `remarks`."""
-        return calibration_remarks(self.certificates, self.sources)
+        return calibration_remarks(self.certificates, self.sources, self.block)
 
     def calibration_json(self) -> dict[str, Any]:
         """Return the certificates behind the numbers, and what had none, for programs."""

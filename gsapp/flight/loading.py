@@ -121,7 +121,7 @@ def load_flight(
         sources=decoded.sources,
         frames=decoded.frames,
         events=decoded.said,
-        remarks=(*calibration_remarks(used, decoded.sources), *decoded.remarks),
+        remarks=(*calibration_remarks(used, decoded.sources, decoded.block), *decoded.remarks),
         certificates=used,
     )
 
@@ -144,7 +144,11 @@ def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
         info=folder.info(),
         frames=decoded.frames,
         events=in_order((*record.events, *decoded.said)),
-        remarks=(*remarks, *calibration_remarks(used, decoded.sources), *decoded.remarks),
+        remarks=(
+            *remarks,
+            *calibration_remarks(used, decoded.sources, decoded.block),
+            *decoded.remarks,
+        ),
         certificates=used,
     )
 

@@ -77,6 +77,23 @@ def test_other_certificates_change_the_numbers_and_are_said(
     assert summarize(own)["calibration"]["given"] is None
 
 
+def test_what_lies_beyond_the_calibrated_range_is_said(flight: FlightFolder, other: Path) -> None:
+    """A vane calibrated from -1 to 1 deg, and one that covered all that it showed."""
+    own = load_flight(flight.path)
+    assert not [words for words in own.remarks if "beyond the range" in words]
+    alpha = load_certificates("b777")["alpha"]
+    ends = alpha.volts(np.deg2rad([-1.0, 1.0]))
+    narrow = replace(alpha, range=(float(ends.min()), float(ends.max())), points=())
+    write_certificate(narrow, other / "alpha.toml")
+    read = load_flight(flight.path, certificates=other)
+    (said,) = [words for words in read.remarks if "beyond the range" in words]
+    shown = own.block["alpha"][np.isfinite(own.block["alpha"])]
+    share = float(np.mean(np.abs(np.rad2deg(shown)) > 1.0))
+    assert share > 0.0
+    assert said.endswith(f"samples of alpha {100.0 * share:.1f} %")
+    assert said in read.calibration_remarks
+
+
 def test_the_cache_of_a_flight_is_that_of_its_own_certificates(
     flight: FlightFolder, other: Path
 ) -> None:

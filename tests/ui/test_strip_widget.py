@@ -14,6 +14,7 @@ from PySide6.QtGui import QColor, QImage, QWheelEvent
 from gsapp.quantities import Block
 from gsapp.session.history import History
 from gsapp.session.limits import Bands
+from ui.flight.picture import Origin
 from ui.strips import (
     KEY_ACTIONS,
     Mark,
@@ -334,12 +335,6 @@ def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
     assert strips.readings(place)[0].stale
 
 
-class Origin:
-    def __init__(self, kind, calibrated):
-        self.kind = kind
-        self.calibrated = calibrated
-
-
 def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbot, strips):
     """Proves that state is a word as well as a color."""
     plain = image_of(strips)
@@ -348,6 +343,14 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
     settle(qtbot, strips)
     assert strips.readings(2)[0].estimated
     assert strips.readings(1)[0].uncalibrated
+    assert not strips.readings(1)[0].extrapolated
+    before = image_of(strips)
+    strips.set_sources({"alpha": Origin("measured", True, (-1e-6, 1e-6))})
+    settle(qtbot, strips)
+    assert strips.readings(1)[0].extrapolated
+    assert image_of(strips) != before
+    strips.set_sources({"q": Origin("estimated", True), "alpha": Origin("measured", False)})
+    settle(qtbot, strips)
     assert (strips.readings(3)[0].state, strips.readings(3)[0].word) == ("warning", "HIGH")
     box = strips.geometry_in_pixels.charts[3]
     values = strips.geometry_in_pixels.values

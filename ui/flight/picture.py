@@ -74,11 +74,17 @@ class Origin:
     """Where a channel comes from, as the charts say it; fits `ui.strips.furniture.Source`.
 
     A value that the aircraft sends in engineering units wants no certificate of ours: only what
-    should have one and has none is called uncalibrated.
+    should have one and has none is called uncalibrated. Beyond what its certificate covers the
+    curve goes on straight, which is said beside the value.
     """
 
     kind: str
     calibrated: bool
+    covered: tuple[float, float] | None = None
+
+    def beyond(self, value: float) -> bool:
+        """Return whether a value (SI) lies outside what was calibrated."""
+        return self.covered is not None and not self.covered[0] <= value <= self.covered[1]
 
 
 def source_note(source: Source) -> str:

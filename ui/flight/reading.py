@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from calibration import Certificate
 from gsapp.decoding.derived import missed_without
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.certificates import uncalibrated
@@ -109,7 +110,8 @@ class PictureTaker:
     def _look_at_channels(self) -> None:
         session = self._session
         sources = session.sources
-        available = tuple(dict.fromkeys((*origins(sources), *session.history.channels)))
+        known = origins(sources, session.certificates)
+        available = tuple(dict.fromkeys((*known, *session.history.channels)))
         limits = session.limits
         if available != self._available or limits.revision != self._limits_revision:
             self._limits_revision = limits.revision
@@ -117,10 +119,12 @@ class PictureTaker:
             self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
         if available != self._available or len(sources) != self._known:
             self._available, self._known = available, len(sources)
-            self._sources = origins(sources)
+            self._sources = known
 
 
-def origins(sources: Mapping[str, ChannelSource]) -> dict[str, Source]:
+def origins(
+    sources: Mapping[str, ChannelSource], certificates: Mapping[str, Certificate]
+) -> dict[str, Source]:
     """Return where every channel comes from, those among them that only a certificate would give.
 
     Instruments without one, and what would be derived from them, are there to be shown: hatched,
@@ -128,7 +132,14 @@ def origins(sources: Mapping[str, ChannelSource]) -> dict[str, Source]:
     """
     lacking = [name for name in uncalibrated(sources) if name not in sources]
     return {
-        **{name: Origin(each.kind, not each.uncalibrated) for name, each in sources.items()},
+        **{
+            name: Origin(
+                each.kind,
+                not each.uncalibrated,
+                certificates[name].covered if each.calibrated and name in certificates else None,
+            )
+            for name, each in sources.items()
+        },
         **{name: Origin("measured", False) for name in lacking},
         **{name: Origin("derived", False) for name in missed_without(sources, lacking)},
     }

@@ -69,7 +69,7 @@ class Reading:
         Nothing came lately, or ever: hatched.
     state, word : str
         Beyond a limit, and on which side.
-    estimated, uncalibrated : bool
+    estimated, uncalibrated, extrapolated : bool
         Said beside the value.
     """
 
@@ -79,6 +79,7 @@ class Reading:
     word: str = ""
     estimated: bool = False
     uncalibrated: bool = False
+    extrapolated: bool = False
 
 
 def rgb(color: str) -> Color:
@@ -228,4 +229,5 @@ def read_value(
         word=word,
         estimated=estimated,
         uncalibrated=uncalibrated,
+        extrapolated=source is not None and source.beyond(latest[1]),
     )

@@ -371,6 +371,8 @@ def _draw_tags(painter: QPainter, pen: Pen, reading: Reading, cell: QRect, cente
         tags.append((f"{sign} {reading.word}", theme.fill_text, fill))
     if reading.uncalibrated:
         tags.append(("uncal", theme.caution, ""))
+    if reading.extrapolated:
+        tags.append(("beyond cal", theme.caution, ""))
     if reading.estimated:
         tags.append(("est", theme.muted, ""))
     fitting = max(int(cell.height() // pen.px(15)), 1)

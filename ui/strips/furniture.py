@@ -36,7 +36,7 @@ class Mark:
 
 
 class Source(Protocol):
-    """What is known of a channel's origin; `gsapp.decoding.decoder.ChannelSource` fits."""
+    """What is known of a channel's origin."""
 
     @property
     def kind(self) -> str:
@@ -45,6 +45,9 @@ class Source(Protocol):
     @property
     def calibrated(self) -> bool:
         """Return whether a calibration was in force."""
+
+    def beyond(self, value: float) -> bool:
+        """Return whether a value (SI) lies outside what was calibrated."""
 
 
 class Limits(Protocol):
