@@ -1,6 +1,6 @@
 """All that the crew is told, put together: trim, inputs, verdicts, cards, dangers, outlook."""
 
-from gsapp.excitation.cueing.snapshot import (
+from gsapp.excitation.cues import (
     VERDICT_STANDS,
     CueEvent,
     CueSnapshot,
