@@ -34,7 +34,7 @@ TRIM_TIME = 1.0
 HANDS_OFF_WANTED = 2.0
 """Length of the free answer that an estimate lives from, s."""
 
-_FAINT, _WEAK = 12.0, 25.0
+FAINT, WEAK = 12.0, 25.0
 """Peak-to-peak answer over the noise floor below which little can be learned."""
 _TURNING, _TUMBLING = 6.0 * DEGREE, 15.0 * DEGREE
 _LEAST_SAMPLES = 50
@@ -107,12 +107,12 @@ def answer(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> dict[
         samples = passage.samples(name, passage.t_input, stop)
         if samples.size < 5:
             continue
-        noise = max(setting.noise.of(name), _LEAST_NOISE[name])
+        noise = max(setting.noise.of(name), LEAST_NOISE[name])
         found[name] = float(np.ptp(smoothed(samples, dt))) / noise
     return found
 
 
-_LEAST_NOISE: Mapping[str, float] = {
+LEAST_NOISE: Mapping[str, float] = {
     **dict.fromkeys(("p", "q", "r"), 0.2 * DEGREE),
     **dict.fromkeys(("alpha", "beta"), 0.1 * DEGREE),
     **dict.fromkeys(("ax", "ay", "an"), 0.005 * GRAVITY),
@@ -241,12 +241,12 @@ def _excitation(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> 
             continue
         best = max(answered, key=lambda name: answered[name])
         size = answered[best]
-        if size < _WEAK:
+        if size < WEAK:
             found.append(
                 Defect(
-                    severity="large" if size < _FAINT else "small",
+                    severity="large" if size < FAINT else "small",
                     text=f"too small: {best} answered {surface} with {size:.0f} times its noise "
-                    f"({_FAINT:.0f} is little, {_WEAK:.0f} enough)",
+                    f"({FAINT:.0f} is little, {WEAK:.0f} enough)",
                 )
             )
     return found
