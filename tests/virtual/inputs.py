@@ -1,0 +1,420 @@
+"""Single inputs flown by a virtual aircraft: a straight leg, trim or not, an input, hands off.
+
+One of them is 15 to 30 seconds of flight and takes a third of a second to fly, where a whole
+flight takes minutes. The aircraft is already in the air near a test point, with an error of bank,
+speed and path that a scripted pilot corrects. Then come the input, as a human makes it, the time
+in which the sticks are left alone, or not, and the recovery. What the pilot meant is in
+`InputPlan`; what really happened is in `FlownInput.truth`.
+
+::
+
+    flown = fly_input(7)                                # everything drawn from the seed
+    flown = fly_input(7, surfaces=("de",), turbulence=0.0)
+    rows = rows_of(flown.measured, 100.0)
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from calibration.reading import load_certificates
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.airframe import BOARD, EXPOSED, TRUTH, Airframe
+from gsapp.dynamics.pilot.control import Feel
+from gsapp.dynamics.pilot.converter import Converter
+from gsapp.dynamics.pilot.flight import with_combined_surfaces
+from gsapp.dynamics.pilot.hands import Hand, Sticks
+from gsapp.dynamics.pilot.instruments import Instruments
+from gsapp.dynamics.pilot.learning import learn
+from gsapp.dynamics.pilot.plan import SHAPES, FlightPlan, Human
+from gsapp.dynamics.trim import trim
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+
+sys.path.insert(0, str(Path(__file__).parent))
+from input_plan import SURFACES, InputPlan, around_one, draw
+
+RATE = 100.0
+HEIGHT = 80.0
+_DT = 1.0 / RATE
+_PAUSE = 12.0
+"""Between what was recorded on the ground and the flight, s."""
+_RECOVERY = 3.0
+_EYE_TO_RATE = 0.35
+"""Seconds from wanting a rate to flying it: hand, servo and aircraft."""
+_UPSET = 50.0 * DEGREE
+"""Bank or nose angle at which a pilot takes over whatever was agreed on."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlownInput:
+    """An input as it was flown.
+
+    Attributes
+    ----------
+    plan : InputPlan
+    aircraft : Aircraft
+        With the noise of the day.
+    truth : Block
+        `gsapp.dynamics.pilot.airframe.TRUTH`, at the CG, 100 Hz.
+    measured : Block
+        What the ground makes of the converter's volts, with combined surfaces; attitude and
+        position where the aircraft has them.
+    ground : Block or None
+        Measured before the flight.
+    t_input : float
+        When the first stick begins to move, s.
+    t_let_go : float
+        When the last stick is let go, s.
+    t_hand : float
+        When the pilot's hands are on the sticks again, s.
+    calm : Block
+        The truth from `t_input` to `t_hand` if the gusts had stayed what they were at
+        `t_input`: same state then, same sticks since.
+    """
+
+    plan: InputPlan
+    aircraft: Aircraft
+    truth: Block
+    measured: Block
+    ground: Block | None
+    t_input: float
+    t_let_go: float
+    t_hand: float
+    calm: Block
+
+
+def fly_input(seed: int, **draws: object) -> FlownInput:
+    """Fly one input.
+
+    Parameters
+    ----------
+    seed : int
+        Everything random comes from it.
+    **draws
+        Fields of `InputPlan` in place of those drawn.
+    """
+    surfaces = draws.get("surfaces", ())
+    assert isinstance(surfaces, tuple)
+    plan = replace(draw(seed, surfaces), **draws)
+    return _Flight(plan, np.random.default_rng((seed, 7))).fly()
+
+
+def noisy(aircraft: Aircraft, factor: float) -> Aircraft:
+    """Return an aircraft whose instruments are so many times noisier."""
+    sensors = aircraft.sensors
+    keys = {
+        "alpha_vane": ("noise",),
+        "beta_vane": ("noise",),
+        "accelerometer": ("noise",),
+        "gyro": ("noise", "vibration"),
+        "air_data": ("noise", "static_noise"),
+        "surfaces": ("noise",),
+    }
+    changed = {}
+    for name, fields in keys.items():
+        one = getattr(sensors, name)
+        changed[name] = one.model_copy(update={key: factor * getattr(one, key) for key in fields})
+    return aircraft.model_copy(update={"sensors": sensors.model_copy(update=changed)})
+
+
+@lru_cache(maxsize=1)
+def _base() -> tuple[Aircraft, FlightModel]:
+    aircraft = load_aircraft("b777")
+    return aircraft, FlightModel(aircraft, load_model("b777"))
+
+
+@lru_cache(maxsize=1)
+def _converter() -> Converter:
+    return Converter(load_certificates("b777"))
+
+
+@lru_cache(maxsize=16)
+def _feel(speed: float, density: float) -> Feel:
+    return learn(_base()[1], speed, density)
+
+
+class _Flight:
+    """One flight of one plan."""
+
+    def __init__(self, plan: InputPlan, random: np.random.Generator) -> None:
+        self._plan = plan
+        self._random = random
+        self.aircraft = noisy(_base()[0], plan.noise)
+        pilot, air, instruments, place = random.spawn(4)
+        self._frame = Airframe(
+            FlightPlan(),
+            self.aircraft,
+            _base()[1].model,
+            turbulence=plan.turbulence,
+            random=air,
+            dt=_DT,
+        )
+        self._instruments = Instruments(self.aircraft, instruments, _DT)
+        self._place = place
+        self._feel = _feel(plan.speed, self._frame.density(HEIGHT))
+        human = Human()
+        self._hands = [Hand(human, pilot, _DT) for _ in range(3)]
+        controls = self.aircraft.controls
+        self._full = {
+            "de": controls.de.full_stick_high,
+            "da": controls.da.full_stick_high,
+            "dr": controls.dr.full_stick_high,
+        }
+        self._edges = {name: _edges(plan, place, pilot) for place, name in enumerate(plan.surfaces)}
+        self._usual = [self._feel.trim, 0.0, 0.0]
+        self._lever = 0.0
+        self._tables: tuple[list[tuple[float, ...]], ...] = ([], [], [])
+
+    # --- the sticks -----------------------------------------------------------------------------
+
+    def _corrected(self, bank: float, speed: float) -> list[float]:
+        """Return the sticks of a pilot who flies level at a bank and a speed."""
+        now, feel = self._frame.situation(), self._feel
+        path = math.asin(max(-1.0, min(1.0, now.climb_rate / max(now.airspeed, 1.0))))
+        ratio = (feel.speed / max(now.airspeed, 0.7 * feel.speed)) ** 2
+        nose = feel.pitch * ratio / math.cos(min(abs(now.phi), 0.9)) - 0.6 * path
+        nose += 0.002 * (HEIGHT - now.height)
+        pitch = feel.trim + 0.9 / feel.pitch_rate * (nose - now.theta)
+        pitch += feel.turn_pull * (1.0 / math.cos(min(abs(now.phi), 0.9)) - 1.0)
+        pitch -= 0.15 / feel.pitch_rate * now.q
+        roll = 1.4 / feel.roll_rate * (bank - now.phi) - 0.15 / feel.roll_rate * now.p
+        yaw = 0.8 * feel.turn_yaw * math.sin(now.phi)
+        level = feel.throttle + feel.throttle_slope * (speed - feel.speed)
+        self._lever += 0.05 * (
+            min(max(level + 0.05 * (speed - now.airspeed), 0.0), 1.0) - self._lever
+        )
+        return [pitch, roll, yaw]
+
+    def _input(self, time: float) -> list[float]:
+        """Return what the input adds to each stick, `time` seconds after it began."""
+        added = []
+        for name in SURFACES:
+            value = _at(self._edges[name], time) if name in self._edges else 0.0
+            for one in self._plan.meddling:
+                if one.surface == name and one.at <= time < one.at + one.length:
+                    value += one.size
+            added.append(value / self._full[name])
+        return added
+
+    # --- the flight -----------------------------------------------------------------------------
+
+    def fly(self) -> FlownInput:
+        """Fly it all."""
+        plan = self._plan
+        ground = self._stand() if plan.ground > 0.0 else None
+        offset = plan.ground + _PAUSE if plan.ground > 0.0 else 0.0
+        self._take_off()
+        begin = plan.approach + plan.still
+        let_go = begin + max(edges[0][-1] for edges in self._edges.values())
+        hand = let_go + plan.hands_off
+        flown: list[Sticks] = []
+        clone: Airframe | None = None
+        while len(flown) < round((hand + _RECOVERY) * RATE):
+            time = len(flown) * _DT
+            if let_go < time < hand and self._upset():
+                hand = time
+            if len(flown) == round(begin * RATE) and plan.turbulence > 0.0:
+                clone = self._becalmed()
+            sticks = self._sticks(time, begin, hand)
+            self._note()
+            self._frame.advance(sticks)
+            flown.append(sticks)
+        times = offset + np.arange(len(flown)) * _DT
+        truth = Block(channels=TRUTH, times=times, values=np.array(self._tables[0]))
+        low, high = round(begin * RATE), round(hand * RATE)
+        return FlownInput(
+            plan=plan,
+            aircraft=self.aircraft,
+            truth=truth,
+            measured=self._measured(times),
+            ground=ground,
+            t_input=offset + begin,
+            t_let_go=offset + let_go,
+            t_hand=offset + hand,
+            calm=_calm(clone, flown[low:high], truth, low),
+        )
+
+    def _sticks(self, time: float, begin: float, hand: float) -> Sticks:
+        """Return the sticks: corrected, held with the errors meant, moved, or let go."""
+        plan, feel = self._plan, self._feel
+        corrects = time < plan.approach or time >= hand
+        if corrects:
+            off = time >= hand
+            wanted = self._corrected(
+                0.0 if off else plan.bank, plan.speed + (0.0 if off else plan.speed_off)
+            )
+            self._usual = [
+                usual + _DT / 0.5 * (want - usual)
+                for usual, want in zip(self._usual, wanted, strict=True)
+            ]
+        else:
+            wanted = list(self._usual)
+            if begin - 1.0 - _EYE_TO_RATE < time < begin - 0.1:
+                wanted[0] += plan.pitch_rate / feel.pitch_rate
+                wanted[1] += plan.roll_rate / feel.roll_rate
+            if time >= begin:
+                added = self._input(time - begin)
+                wanted = [want + add for want, add in zip(wanted, added, strict=True)]
+        pitch, roll, yaw = (
+            one.move(want, resting=not corrects)
+            for one, want in zip(self._hands, wanted, strict=True)
+        )
+        return Sticks(pitch=pitch, roll=roll, yaw=yaw, throttle=self._lever, engines=True)
+
+    def _upset(self) -> bool:
+        now = self._frame.situation()
+        return max(abs(now.phi), abs(now.theta)) > _UPSET
+
+    def _take_off(self) -> None:
+        """Put the aircraft into the air, near the test point."""
+        plan = self._plan
+        bank, path, fast, p, q, r = plan.start
+        speed = plan.speed + plan.speed_off + fast
+        level = trim(_base()[1], V=speed, rho=self._frame.density(HEIGHT))
+        now = level.controls
+        self._lever = now["throttle"]
+        simulator = self._frame.simulator
+        self._frame.advance(Sticks(engines=True))
+        commands = replace(
+            simulator.commands,
+            de=now["de"],
+            da=now["da"],
+            dr=now["dr"],
+            throttle=now["throttle"],
+            engines=True,
+            brake=0.0,
+        )
+        simulator.start_in_air(
+            V=speed,
+            alpha=level.polar.alpha,
+            rates=(p, q, r),
+            attitude=(bank, level.polar.theta + path, 0.0),
+            height=HEIGHT,
+            commands=commands,
+        )
+        self._hands_start(now)
+        self._frame.advance(
+            Sticks(pitch=now["de"] / self._full["de"], throttle=self._lever, engines=True)
+        )
+
+    def _hands_start(self, now: Mapping[str, float]) -> None:
+        for hand, name in zip(self._hands, SURFACES, strict=True):
+            for _ in range(60):
+                hand.move(now[name] / self._full[name])
+
+    def _stand(self) -> Block:
+        """Return what the instruments show on the ground with the engines running."""
+        for step in range(round((self._plan.ground + 1.0) * RATE)):
+            if step >= RATE:
+                self._note()
+            self._frame.advance(Sticks(throttle=0.15, brake=1.0, engines=True))
+        times = np.arange(len(self._tables[0])) * _DT
+        block = self._measured(times)
+        self._tables = ([], [], [])
+        return block
+
+    def _note(self) -> None:
+        for table, row in zip(
+            self._tables,
+            (self._frame.truth(), self._frame.exposed(), self._frame.board()),
+            strict=True,
+        ):
+            table.append(row)
+
+    def _becalmed(self) -> Airframe:
+        """Return the aircraft as it is now, in gusts that stay as they are."""
+        simulator = self._frame.simulator
+        kept = (simulator.model, simulator.aircraft, simulator.atmosphere, self.aircraft)
+        memo = {id(one): one for one in kept}
+        other = copy.deepcopy(self._frame, memo)
+        assert simulator.turbulence is not None
+        other.simulator.turbulence = _Steady(simulator.turbulence.gust)  # type: ignore[assignment]
+        return other
+
+    def _measured(self, times: np.ndarray) -> Block:
+        """Return what the ground makes of what was noted."""
+        columns = np.array(self._tables[1]).T
+        exposed = dict(zip(EXPOSED, columns, strict=True))
+        speeds = np.column_stack([exposed["rpm_left"], exposed["rpm_right"]])
+        converter = _converter()
+        volts = converter.volts(self._instruments.read(exposed, speeds))
+        block = with_combined_surfaces(converter.measured_block(times, volts))
+        names, values = list(block.channels), [block.values]
+        board = dict(zip(BOARD, np.array(self._tables[2]).T, strict=True))
+        truth = dict(zip(TRUTH, np.array(self._tables[0]).T, strict=True))
+        noise = self._place.standard_normal((times.size, 6))
+        if self._plan.attitude:
+            names += ["phi", "theta", "psi"]
+            values.append(
+                np.column_stack([board[name] for name in ("phi", "theta", "psi")])
+                + 0.3 * DEGREE * noise[:, :3]
+            )
+        if self._plan.position:
+            names += ["north", "east", "height"]
+            drift = self._place.standard_normal(3)
+            values.append(
+                np.column_stack([truth[name] for name in ("north", "east", "height")])
+                + drift
+                + 0.1 * noise[:, 3:]
+            )
+        return Block(channels=tuple(names), times=times, values=np.column_stack(values))
+
+
+class _Steady:
+    """Air that moves as it did at one moment."""
+
+    def __init__(self, gust: tuple[float, float, float]) -> None:
+        self.gust = gust
+
+    def advance(self, dt: float, V: float) -> tuple[float, float, float]:  # noqa: ARG002
+        return self.gust
+
+
+def _calm(clone: Airframe | None, sticks: list[Sticks], truth: Block, low: int) -> Block:
+    """Return the truth without gusts that change."""
+    times = truth.times[low : low + len(sticks)]
+    if clone is None:
+        values = np.array(truth.values[low : low + len(sticks)])
+        return Block(channels=TRUTH, times=times, values=values)
+    rows = []
+    for one in sticks:
+        rows.append(clone.truth())
+        clone.advance(one)
+    return Block(channels=TRUTH, times=times, values=np.array(rows))
+
+
+Edges = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+def _edges(plan: InputPlan, place: int, random: np.random.Generator) -> Edges:
+    """Return when a stick is put elsewhere, s, and where to, rad."""
+    size = plan.amplitudes[plan.surfaces[place]]
+    time = place * plan.stagger
+    units = SHAPES[plan.kind]
+    times, values = [time], []
+    for number, unit in enumerate(units):
+        values.append(size * unit * around_one(0.05, random))
+        share = plan.balance if number < len(units) / 2 else 1.0 / plan.balance
+        time += plan.width * math.sqrt(share) * around_one(0.04, random)
+        times.append(time)
+    values.append(plan.left_over * size * units[-1])
+    assert all(b > a for a, b in pairwise(times))
+    return tuple(times), tuple(values)
+
+
+def _at(edges: Edges, time: float) -> float:
+    times, values = edges
+    index = sum(time >= start for start in times) - 1
+    return values[index] if index >= 0 else 0.0
