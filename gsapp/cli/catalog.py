@@ -102,6 +102,7 @@ def _json(one: StoredManeuver, runs: dict[int | None, Run]) -> dict[str, Any]:
     return {
         "flight": one.flight,
         **one.maneuver.to_json(),
+        "verdict": one.verdict or None,
         "note": one.maneuver.note,
         "conditions": {name: found.mean for name, found in one.conditions.items()},
         "runs": [
@@ -138,7 +139,7 @@ def _describe(
         title=f"{count} maneuver{'' if count == 1 else 's'}", title_justify="left",
         box=box.SIMPLE_HEAD, pad_edge=False,
     )  # fmt: skip
-    for heading in ("flight", "id", "start [s]", "inputs", "kind", "grade", "V [ft/s]"):
+    for heading in ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", "V [ft/s]"):
         table.add_column(heading, no_wrap=True)
     table.add_column("alpha [deg]", no_wrap=True)
     table.add_column(derivative or "runs", no_wrap=True)
@@ -156,7 +157,7 @@ def _describe(
             last = "\n".join(shown)
         table.add_row(
             escape(one.flight), escape(maneuver.id), f"{maneuver.t_start:.2f}",
-            "+".join(maneuver.inputs), maneuver.kind, maneuver.grade,
+            "+".join(maneuver.inputs), maneuver.kind, maneuver.grade, one.verdict,
             "" if maneuver.V is None else f"{maneuver.V / FOOT:.1f}",
             "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:.1f}",
             last,

@@ -39,7 +39,7 @@ def maneuvers_csv(found: Sequence[StoredManeuver]) -> str:
     """Return what a search gave as CSV: one line for each maneuver, conditions as columns."""
     channels = [name for name in CONDITION_CHANNELS if any(name in one.conditions for one in found)]
     columns = ["flight", "id", "t_start", "t_end", "inputs", "kind", "amplitude", "grade"]
-    columns += ["reasons", "note", *channels]
+    columns += ["reasons", "verdict", "note", *channels]
     rows = []
     for one in found:
         maneuver = one.maneuver
@@ -49,6 +49,7 @@ def maneuvers_csv(found: Sequence[StoredManeuver]) -> str:
                 "flight": one.flight,
                 "inputs": "+".join(maneuver.inputs),
                 "reasons": "; ".join(maneuver.reasons),
+                "verdict": one.verdict,
                 "note": maneuver.note,
                 **{name: one.conditions[name].mean for name in channels if name in one.conditions},
             }

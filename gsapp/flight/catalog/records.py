@@ -136,6 +136,8 @@ class StoredManeuver:
     graded_by : str
     runs : tuple of int
         Estimations that used it.
+    verdict : str
+        What was said of it in flight: ``good``, ``too-small`` ...; empty for nothing.
     """
 
     flight: str
@@ -143,6 +145,77 @@ class StoredManeuver:
     conditions: Mapping[str, Condition]
     graded_by: str
     runs: tuple[int, ...] = ()
+    verdict: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredVerdict:
+    """What was said of an input in flight.
+
+    Attributes
+    ----------
+    name : str
+        ``M7``, counted through the flight.
+    t_input, t_end : float
+        When the input began and its answer ended, s.
+    surfaces : tuple of str
+        In the order in which they were moved.
+    kind : str
+        ``doublet`` ...
+    V : float or None
+        Airspeed before it, m/s.
+    result : str
+        ``good``, ``too-small``, ``spoiled`` ...
+    advice : str
+        What the pilot was told.
+    card : str
+        Id of the test card; empty for none.
+    counts : bool
+        Whether it is one of the repeats that the card asks for.
+    record : mapping
+        All of it, what JSON can hold.
+    flight : str
+        That it belongs to; a search fills it in.
+    maneuver, grade, graded_by : str
+        The maneuver found there, with its latest grade; empty where none was found.
+    """
+
+    name: str
+    t_input: float
+    t_end: float
+    surfaces: tuple[str, ...]
+    kind: str
+    V: float | None
+    result: str
+    advice: str
+    card: str = ""
+    counts: bool = False
+    record: Mapping[str, Any] = field(default_factory=dict)
+    flight: str = ""
+    maneuver: str = ""
+    grade: str = ""
+    graded_by: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardScore:
+    """How a test card was flown in a flight.
+
+    Attributes
+    ----------
+    card : str
+        Its id.
+    heading : str
+        What it asks for, in words.
+    good, flown, wanted : int
+        Repeats that count, attempts, repeats asked for.
+    """
+
+    card: str
+    heading: str
+    good: int
+    flown: int
+    wanted: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -116,7 +116,39 @@ _FIRST: Final = (
     "CREATE INDEX estimates_by_name ON estimates(name)",
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST,)
+_VERDICTS: Final = (
+    # What was said of each input in flight. Which maneuver it is follows from the times: the
+    # maneuvers may be found anew, and were not yet found when the first verdict was given.
+    """CREATE TABLE verdicts (
+        id INTEGER PRIMARY KEY,
+        flight INTEGER NOT NULL REFERENCES flights(id) ON DELETE CASCADE,
+        name TEXT NOT NULL,
+        t_input REAL NOT NULL,
+        t_end REAL NOT NULL,
+        surfaces TEXT NOT NULL,
+        kind TEXT NOT NULL,
+        V REAL,
+        result TEXT NOT NULL,
+        advice TEXT NOT NULL DEFAULT '',
+        card TEXT NOT NULL DEFAULT '',
+        counts INTEGER NOT NULL DEFAULT 0,
+        record TEXT NOT NULL,
+        UNIQUE (flight, name)
+    )""",
+    """CREATE TABLE scores (
+        flight INTEGER NOT NULL REFERENCES flights(id) ON DELETE CASCADE,
+        card TEXT NOT NULL,
+        place INTEGER NOT NULL,
+        heading TEXT NOT NULL DEFAULT '',
+        good INTEGER NOT NULL,
+        flown INTEGER NOT NULL,
+        wanted INTEGER NOT NULL,
+        PRIMARY KEY (flight, card)
+    )""",
+    "CREATE INDEX verdicts_by_flight ON verdicts(flight, t_input)",
+)
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS)
 """Statements of each step, oldest first."""
 
 TABLES: Final = (
@@ -130,5 +162,7 @@ TABLES: Final = (
     "runs",
     "run_maneuvers",
     "estimates",
+    "verdicts",
+    "scores",
 )
 """In an order in which each refers only to earlier ones."""

@@ -61,7 +61,9 @@ def search_maneuvers(
     wanted.append("g.grade <= ?")
     values.append(worst_grade)
     rows = catalog.query(
-        f"""SELECT m.id, f.name AS flight, m.record, g.grade, g.reasons, g.given_by
+        f"""SELECT m.id, f.name AS flight, m.record, g.grade, g.reasons, g.given_by,
+            (SELECT v.result FROM verdicts v WHERE v.flight = m.flight
+            AND v.t_input >= m.t_start AND v.t_input < m.t_end ORDER BY v.t_input LIMIT 1) AS said
         FROM maneuvers m JOIN flights f ON f.id = m.flight
         JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)
         WHERE {" AND ".join(wanted)} ORDER BY f.name, m.t_start""",  # noqa: S608 - own clauses
@@ -88,6 +90,7 @@ def search_maneuvers(
                 conditions=held,
                 graded_by=row["given_by"],
                 runs=tuple(runs.get(row["id"], ())),
+                verdict=row["said"] or "",
             )
         )
     return tuple(found)
