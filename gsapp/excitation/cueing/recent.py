@@ -1,0 +1,58 @@
+"""The rows of the last minute: what a verdict looks back on."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.rows import FlightRows
+
+KEPT: Final = 60.0
+"""Seconds of rows kept: the longest input with its second of trim and its answer is shorter."""
+
+
+class RecentRows:
+    """Keeps the newest rows of one stretch of flight."""
+
+    def __init__(self) -> None:
+        self._parts: deque[FlightRows] = deque()
+
+    def clear(self) -> None:
+        """Forget all rows."""
+        self._parts.clear()
+
+    def add(self, rows: FlightRows) -> None:
+        """Take in the next rows; a fresh stretch leaves nothing of what came before."""
+        if rows.fresh:
+            self._parts.clear()
+        self._parts.append(rows)
+        oldest = rows.times[-1] - KEPT
+        while self._parts[0].times[-1] < oldest:
+            self._parts.popleft()
+
+    def between(self, start: float, stop: float) -> FlightRows | None:
+        """Return the rows from one flight time to another (s), as far as they are kept."""
+        parts = [one for one in self._parts if one.times[-1] >= start and one.times[0] <= stop]
+        if not parts:
+            return None
+        times = np.concatenate([one.times for one in parts])
+        inside = (times >= start) & (times <= stop)
+        if not inside.any():
+            return None
+        first = int(np.argmax(inside))
+        values = np.concatenate([one.values for one in parts])
+        return FlightRows(
+            first=parts[0].first + first, times=times[inside], values=values[inside]
+        )
+
+    def mean(self, channel: str, seconds: float) -> float | None:
+        """Return the mean of a channel over the newest seconds, SI; None where it is missing."""
+        if not self._parts:
+            return None
+        since = self._parts[-1].times[-1] - seconds
+        samples = [one[channel] for one in self._parts if one.times[-1] > since]
+        values = np.concatenate(samples)
+        values = values[np.isfinite(values)]
+        return float(values.mean()) if values.size else None

@@ -1,0 +1,165 @@
+"""One maneuver for the debrief: its verdict, what was wanted, how it began, and its curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, cast
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.wanted import WantedInput
+from gsapp.excitation.rows import FlightRows
+from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
+
+PLOT_RATE: Final = 25.0
+"""Samples a second of the curves kept: a half of a doublet lasts ten of them."""
+
+_ANSWERS: Final[Mapping[str, tuple[str, ...]]] = {
+    "de": ("q", "alpha", "an"),
+    "da": ("p", "phi"),
+    "dr": ("r", "beta", "ay"),
+}
+"""What answers to each surface."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Curves:
+    """A few samples a second of some channels, for a small plot.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        Flight time, s.
+    series : mapping of str to ndarray, shape (n,)
+        By channel, SI; NaN where missing.
+    """
+
+    times: FloatArray
+    series: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JudgedManeuver:
+    """A maneuver with all that the debrief shows of it.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    wanted : WantedInput or None
+        What was asked for when it was flown.
+    point : TestPoint or None
+        Where it should have begun.
+    go_at : float or None
+        When GO was given before it, s; None if it was flown without.
+    off : mapping of str to float
+        What was off as it began, in tolerances, signed; of ``speed``, ``bank`` ...
+    curves : Curves
+    """
+
+    verdict: Verdict
+    wanted: WantedInput | None
+    point: TestPoint | None
+    go_at: float | None
+    off: Mapping[str, float]
+    curves: Curves
+
+    def to_record(self) -> dict[str, Any]:
+        """Return what JSON can hold; `from_record` reads it back. SI, absent = None."""
+        return {
+            "verdict": _json(_VERDICT.dump_python(self.verdict, mode="json")),
+            "wanted": _json(_WANTED.dump_python(self.wanted, mode="json")),
+            "point": _json(_POINT.dump_python(self.point, mode="json")),
+            "go_at": self.go_at,
+            "off": _json(dict(self.off)),
+            "curves": {
+                "times": [round(float(time), 4) for time in self.curves.times],
+                "series": {
+                    name: [_sample(value) for value in values]
+                    for name, values in self.curves.series.items()
+                },
+            },
+        }
+
+    @staticmethod
+    def from_record(record: object) -> JudgedManeuver:
+        """Return the maneuver that `to_record` made.
+
+        Raises
+        ------
+        FlightError
+            If it is none.
+        """
+        try:
+            return _read(cast("Mapping[str, Any]", record))
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise FlightError(
+                f"a stored verdict cannot be read ({error}); debrief the flight anew"
+            ) from error
+
+
+def curves_of(rows: FlightRows | None, surfaces: tuple[str, ...], rate: float) -> Curves:
+    """Return the surfaces and their answers, thinned.
+
+    Parameters
+    ----------
+    rows : FlightRows or None
+        Of the maneuver; None gives empty curves.
+    surfaces : tuple of str
+        That moved.
+    rate : float
+        Of the grid, Hz.
+    """
+    if rows is None:
+        return Curves(times=np.empty(0), series={})
+    every = max(1, round(rate / PLOT_RATE))
+    kept = (rows.first + np.arange(len(rows))) % every == 0
+    names = dict.fromkeys((*surfaces, *(name for one in surfaces for name in _ANSWERS[one])))
+    series = {name: rows[name][kept] for name in names}
+    return Curves(
+        times=rows.times[kept],
+        series={name: values for name, values in series.items() if np.isfinite(values).any()},
+    )
+
+
+_VERDICT: Final = TypeAdapter(Verdict)
+_WANTED: Final = TypeAdapter[WantedInput | None](WantedInput | None)
+_POINT: Final = TypeAdapter[TestPoint | None](TestPoint | None)
+
+
+def _read(record: Mapping[str, Any]) -> JudgedManeuver:
+    curves = record["curves"]
+    return JudgedManeuver(
+        verdict=_VERDICT.validate_python(record["verdict"]),
+        wanted=_WANTED.validate_python(record["wanted"]),
+        point=_POINT.validate_python(record["point"]),
+        go_at=record["go_at"],
+        off={str(name): float(share) for name, share in record["off"].items()},
+        curves=Curves(
+            times=np.array(curves["times"], dtype=np.float64),
+            series={
+                name: np.array([math.nan if one is None else one for one in values])
+                for name, values in curves["series"].items()
+            },
+        ),
+    )
+
+
+def _sample(value: float) -> float | None:
+    return float(f"{value:.5g}") if math.isfinite(value) else None
+
+
+def _json(content: Any) -> Any:
+    """Return content with numbers that JSON has no word for as texts, which are read back."""
+    if isinstance(content, dict):
+        return {name: _json(one) for name, one in content.items()}
+    if isinstance(content, list):
+        return [_json(one) for one in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return str(content)
+    return content
