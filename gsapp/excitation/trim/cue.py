@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
+
+from gsapp.quantities import channel, from_si
 
 TrimState = Literal["blind", "fly", "hold", "go", "gusty", "turn"]
 """What to do now.
@@ -15,6 +18,34 @@ too short for another input.
 """
 
 
+_WORDS: Final[Mapping[str, tuple[str, str]]] = {
+    "bank": ("right wing low", "left wing low"),
+    "roll rate": ("rolling right", "rolling left"),
+    "pitch rate": ("nose rising", "nose dropping"),
+    "yaw rate": ("nose swinging right", "nose swinging left"),
+    "turn": ("turning right", "turning left"),
+    "speed": ("fast", "slow"),
+    "alpha": ("alpha high", "alpha low"),
+    "climb": ("climbing", "sinking"),
+    "acceleration": ("speeding up", "slowing down"),
+    "height": ("high", "low"),
+    "unrest": ("rough air", "rough air"),
+}
+"""What a spotter says of too much and of too little of each quantity."""
+
+_NUMBERED: Final[Mapping[str, tuple[str, ...]]] = {
+    "bank": ("phi",),
+    "speed": ("V", "Vc"),
+    "alpha": ("alpha",),
+    "climb": ("climb_rate",),
+    "height": ("height",),
+}
+"""Quantities told with a number, and the channels that earn it: a bank concluded from the turn
+rate is not told in degrees, and nobody flies a rate to a number."""
+
+_NUMBER_FIRST: Final = ("speed", "height")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Off:
     """One thing that is not where it should be.
@@ -23,7 +54,7 @@ class Off:
     ----------
     quantity : str
         ``bank``, ``roll rate``, ``pitch rate``, ``yaw rate``, ``speed``, ``alpha``, ``climb``,
-        ``acceleration`` (the speed changes), ``turn``, ``height`` ...
+        ``acceleration`` (the speed changes), ``turn``, ``height``, ``unrest`` (of the air).
     amount : float
         By how much and which way, SI: value minus what is wanted.
     share : float
@@ -38,8 +69,22 @@ class Off:
     channel: str
 
     def words(self, system: str = "US") -> str:
-        """Return what a spotter says: "3 ft/s slow", "left wing low"."""
-        raise NotImplementedError
+        """Return what a spotter says: "3 ft/s slow", "left wing low 6 deg", "nose dropping".
+
+        Parameters
+        ----------
+        system : {"US", "SI"}
+        """
+        words = _WORDS[self.quantity][0 if self.amount > 0.0 else 1]
+        if self.channel not in _NUMBERED.get(self.quantity, ()):
+            return words
+        spec = channel(self.channel)
+        unit = spec.display_unit(system)
+        size = abs(from_si(self.amount, unit, spec.quantity))
+        # Nobody flies to a tenth: one is told only where a whole unit is much.
+        digits = 0 if size >= 2.0 else min(spec.decimals(unit), 1)
+        number = f"{size:.{digits}f} {unit}"
+        return f"{number} {words}" if self.quantity in _NUMBER_FIRST else f"{words} {number}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,71 @@
+"""What counts as trimmed: the one place where it is stated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrimTolerances:
+    """How far from steady level flight an input may begin.
+
+    Everything is a mean over `steady` seconds but the unrest: that is the standard deviation
+    about the straight line through `steady` seconds, as root mean square over `calm` seconds.
+    How far speed and angle of attack may be from a test point is the point's own affair, see
+    `gsapp.excitation.points.point.TestPoint`.
+
+    The figures are a flight tester's. Five degrees of bank turn the path by 1.6 deg/s at
+    100 ft/s, less than 8 deg in an input with its answer. Rates of 3 deg/s are a tenth of what
+    an input brings. The air is too rough where it moves alpha half as much as a good elevator
+    doublet does.
+
+    Attributes
+    ----------
+    steady : float
+        s.
+    bank : float
+        rad to either side.
+    bank_unseen : float
+        The same where no attitude is measured, and bank follows from turn rate, rate of roll and
+        lateral acceleration, rad.
+    roll_rate, pitch_rate, yaw_rate : float
+        About the body axes, rad/s.
+    acceleration : float
+        Change of the airspeed, m/s^2.
+    climb : float
+        m/s.
+    height : float
+        From that of a test point that asks for one, m.
+    calm : float
+        s.
+    unrest_alpha, unrest_beta : float
+        rad.
+    unrest_roll_rate, unrest_pitch_rate, unrest_yaw_rate : float
+        rad/s.
+    unrest_an : float
+        Normal acceleration, m/s^2.
+    """
+
+    steady: float = 1.0
+    bank: float = 5.0 * DEGREE
+    bank_unseen: float = 8.0 * DEGREE
+    roll_rate: float = 4.0 * DEGREE
+    pitch_rate: float = 3.0 * DEGREE
+    yaw_rate: float = 3.0 * DEGREE
+    acceleration: float = 2.0 * FOOT
+    climb: float = 5.0 * FOOT
+    height: float = 50.0 * FOOT
+    calm: float = 3.0
+    unrest_alpha: float = 0.7 * DEGREE
+    unrest_beta: float = 0.9 * DEGREE
+    unrest_roll_rate: float = 5.0 * DEGREE
+    unrest_pitch_rate: float = 2.5 * DEGREE
+    unrest_yaw_rate: float = 3.0 * DEGREE
+    unrest_an: float = 0.15 * GRAVITY
+
+
+TOLERANCES: Final = TrimTolerances()
+"""Those that the cue goes by unless told otherwise."""
