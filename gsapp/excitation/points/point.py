@@ -24,6 +24,11 @@ class TestPoint:
         rad.
     throttle, elevator : float or None
         That hold it in level flight, by the model; 0 to 1 and rad.
+    density, mass : float or None
+        Of the air (kg/m^3) and of the aircraft (kg) that this holds for; None: sea level, and
+        the aircraft file's.
+    remarks : tuple of str
+        What cannot be told of it, in words.
     """
 
     __test__ = False  # the name is the field's; it is no test of ours
@@ -37,3 +42,6 @@ class TestPoint:
     flap: float = 0.0
     throttle: float | None = None
     elevator: float | None = None
+    density: float | None = None
+    mass: float | None = None
+    remarks: tuple[str, ...] = ()

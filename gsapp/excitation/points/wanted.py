@@ -37,7 +37,7 @@ class WantedInput:
     kind : str
         Shape of each input.
     amplitudes : mapping of str to Band
-        Half of peak to peak by surface, rad.
+        Half of peak to peak by surface, rad; a surface of which nothing is known is absent.
     width : Band
         Of one step, s.
     hands_off : float

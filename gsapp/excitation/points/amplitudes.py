@@ -1,0 +1,290 @@
+"""How large an input should be: out of the noise below, within range and linear above."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft, Control
+from gsapp.excitation.points.small_motions import STEP, Answer, SmallMotions
+from gsapp.excitation.points.wanted import Band
+from gsapp.flight.maneuvers.clipping import instrument_ranges
+from gsapp.flight.maneuvers.grading import ANSWERING, FAINT, LEAST_NOISE, WEAK
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import GRAVITY
+
+USED_OF_RANGE: Final = 0.9
+"""Share of a sensor's range that an answer may use: gusts and vibration need the rest."""
+AIMED_AT: Final = 0.6
+"""Share of the largest amplitude that is aimed at: a pilot is off by a tenth and more, the gust
+that comes along adds to the answer, and either must not spoil it."""
+
+_OWN_RATE: Final = {"de": "q", "da": "p", "dr": "r"}
+_RATE_WORDS: Final = {"q": "pitch rate", "p": "roll rate", "r": "yaw rate"}
+_SLOPS = 2.0
+"""Times the free play of the linkage that an input must have."""
+_LEAST_OF_TRAVEL = 0.03
+"""Share of half of the travel below which no input is seen as one; as the grader has it."""
+_EDGE_SHARE = 1.0 / 3.0
+"""Share of a step that the servo may take from one side to the other."""
+_HARDLY = 1.25
+"""Ratio of the ends of a band where noise leaves hardly any room below the limits."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Limit:
+    """The most that a signal may deviate from trim, and why, in words."""
+
+    signal: str
+    room: float
+    words: str
+
+
+def noise_of(aircraft: Aircraft, noise: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Return the noise of each channel that answers, SI: as measured, else by the aircraft file.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    noise : mapping of str to float, optional
+        Standard deviations measured, by channel.
+    """
+    sensors = aircraft.sensors
+    gyro = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
+    found = {
+        "alpha": sensors.alpha_vane.noise,
+        "beta": sensors.beta_vane.noise,
+        **dict.fromkeys(("p", "q", "r"), gyro),
+        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.noise),
+    }
+    given = {} if noise is None else {k: v for k, v in noise.items() if math.isfinite(v)}
+    found.update((name, given[name]) for name in found if given.get(name, 0.0) > 0.0)
+    return {name: max(value, LEAST_NOISE[name]) for name, value in found.items()}
+
+
+def by_model(
+    aircraft: Aircraft,
+    motions: SmallMotions,
+    answers: Mapping[str, Answer],
+    noise: Mapping[str, float],
+    *,
+    width: float,
+    stagger: float,
+) -> dict[str, Band]:
+    """Return the amplitudes that an aircraft's model and sensors call for.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    motions : SmallMotions
+    answers : mapping of str to Answer
+        By surface, in the order in which they move.
+    noise : mapping of str to float
+        Standard deviations by channel, SI.
+    width : float
+        Of one step, s.
+    stagger : float
+        Of each further surface after the one before, s.
+
+    Returns
+    -------
+    dict
+        Surface to band, rad, as the surface's channel shows it.
+    """
+    limits = _limits(aircraft, motions)
+    alone = {
+        surface: min(
+            (*_reaching(limits, [answer]), *_mechanical(aircraft, motions, surface, width)),
+            key=lambda found: found[0],
+        )
+        for surface, answer in answers.items()
+    }
+    # Together they reach a limit sooner: all shrink alike.
+    share, words = _together(limits, answers, {k: v[0] for k, v in alone.items()}, stagger)
+    bands = {}
+    for surface, (most, why) in alone.items():
+        low, why_low = _lowest(aircraft, surface, answers[surface], noise)
+        band = _band(low, share * most, why_low, words or why)
+        bands[surface] = _as_measured(band, getattr(aircraft.controls, surface))
+    return bands
+
+
+def without_model(aircraft: Aircraft, surface: str, width: float) -> Band:
+    """Return what the linkage alone says of an amplitude: a wide band.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    surface : str
+    width : float
+        Of one step, s.
+    """
+    control: Control = getattr(aircraft.controls, surface)
+    low, why_low = max(_by_linkage(control), key=lambda found: found[0])
+    high, why_high = min(_by_servo(control, 0.0, width), key=lambda found: found[0])
+    return replace(
+        _band(low, high, why_low, why_high), best=math.sqrt(low * max(high, _HARDLY * low))
+    )
+
+
+def _band(low: float, high: float, why_low: str, why_high: str) -> Band:
+    if high < _HARDLY * low:
+        why_high = f"{why_high}; hardly any room is left above the noise, fly another speed"
+        high = _HARDLY * low
+    best = max(AIMED_AT * high, math.sqrt(low * high))
+    return Band(
+        low=float(low), best=float(best), high=float(high), why_low=why_low, why_high=why_high
+    )
+
+
+def _as_measured(band: Band, control: Control) -> Band:
+    """Return a band as the channel shows it: before the linkage, its play comes on top."""
+    if control.kind == "position":
+        return band
+    play = 0.5 * control.slop
+    return replace(band, low=band.low + play, best=band.best + play, high=band.high + play)
+
+
+def _limits(aircraft: Aircraft, motions: SmallMotions) -> list[_Limit]:
+    limits, alpha = aircraft.limits, float(motions.trim.polar.alpha)
+    found = [
+        _Limit(
+            signal="alpha at the CG",
+            room=_room(alpha, limits.alpha_linear),
+            words="larger, alpha leaves its linear range",
+        ),
+        _Limit(
+            signal="beta at the CG",
+            room=limits.beta_linear,
+            words="larger, beta leaves its linear range",
+        ),
+        _Limit(
+            signal="an",
+            room=_room(GRAVITY, limits.load_factor),
+            words="larger, the load factor reaches its limit",
+        ),
+    ]
+    resting = {"alpha": alpha, "an": GRAVITY}
+    for channel, (low, high) in instrument_ranges(aircraft).items():
+        used = (USED_OF_RANGE * low, USED_OF_RANGE * high)
+        found.append(
+            _Limit(
+                signal=channel,
+                room=_room(resting.get(channel, 0.0), used),
+                words=f"larger, {channel} comes within a tenth of the end of its sensor's range",
+            )
+        )
+    return found
+
+
+def _room(value: float, limits: tuple[float, float]) -> float:
+    """Return the way to the nearer end; none beyond it."""
+    return max(min(limits[1] - value, value - limits[0]), 0.0)
+
+
+def _reaching(limits: Iterable[_Limit], answers: Sequence[Answer]) -> list[tuple[float, str]]:
+    """Return the amplitude at which each limit is reached, rad, with its words."""
+    found = []
+    for limit in limits:
+        peak = max(_peak(answer, limit.signal) for answer in answers)
+        found.append((limit.room / peak if peak > 0.0 else math.inf, limit.words))
+    return found
+
+
+def _peak(answer: Answer, signal: str) -> float:
+    line = answer.histories.get(signal)
+    return 0.0 if line is None else float(np.max(np.abs(line)))
+
+
+def _together(
+    limits: Iterable[_Limit],
+    answers: Mapping[str, Answer],
+    amplitudes: Mapping[str, float],
+    stagger: float,
+) -> tuple[float, str]:
+    """Return by what all amplitudes must shrink when the surfaces move together, and why."""
+    if len(answers) < 2:
+        return 1.0, ""
+    share, words = 1.0, ""
+    for limit in limits:
+        lines = [
+            _delayed(answer, limit.signal, amplitudes[surface], number * stagger)
+            for number, (surface, answer) in enumerate(answers.items())
+        ]
+        size = max(line.size for line in lines)
+        lines = [np.pad(line, (0, size - line.size), mode="edge") for line in lines]
+        # Nobody says which way each stick goes first: the worst of all ways counts.
+        for signs in itertools.product((1.0, -1.0), repeat=len(lines) - 1):
+            total = sum(
+                (sign * line for sign, line in zip(signs, lines[1:], strict=True)), lines[0]
+            )
+            peak = float(np.max(np.abs(total)))
+            if peak > 0.0 and limit.room / peak < share:
+                share, words = limit.room / peak, f"{limit.words} when they move together"
+    return share, words
+
+
+def _delayed(answer: Answer, signal: str, amplitude: float, delay: float) -> FloatArray:
+    line = answer.histories.get(signal)
+    if line is None:
+        line = np.zeros(1)
+    return np.concatenate((np.zeros(round(delay / STEP)), amplitude * line))
+
+
+def _mechanical(
+    aircraft: Aircraft, motions: SmallMotions, surface: str, width: float
+) -> list[tuple[float, str]]:
+    control: Control = getattr(aircraft.controls, surface)
+    return _by_servo(control, float(motions.trim.controls[surface]), width)
+
+
+def _by_servo(control: Control, trimmed: float, width: float) -> list[tuple[float, str]]:
+    """Return what stick, stops and servo allow, rad, with words."""
+    stick = max(abs(control.full_stick_high), abs(control.full_stick_low))
+    return [
+        (_room(trimmed, control.travel), "larger, the surface runs into its stop"),
+        (stick, "there is no more stick"),
+        (
+            0.5 * _EDGE_SHARE * width * control.rate_limit,
+            "larger, the servo is too slow for the step",
+        ),
+    ]
+
+
+def _by_linkage(control: Control) -> list[tuple[float, str]]:
+    half = 0.5 * (control.travel[1] - control.travel[0])
+    return [
+        (_SLOPS * control.slop, "smaller, the play of the linkage swallows it"),
+        (_LEAST_OF_TRAVEL * half, "smaller, it is not seen as an input"),
+    ]
+
+
+def _lowest(
+    aircraft: Aircraft, surface: str, answer: Answer, noise: Mapping[str, float]
+) -> tuple[float, str]:
+    """Return the least amplitude whose answer stands out, rad, with words."""
+    swings = {name: answer.swing(name) / noise[name] for name in ANSWERING[surface]}
+    best = max(swings, key=lambda name: swings[name])
+    rate = _OWN_RATE[surface]
+    found = _by_linkage(getattr(aircraft.controls, surface))
+    if swings[best] > 0.0:
+        found.append(
+            (
+                WEAK / swings[best],
+                f"smaller, {best} does not stand out of its noise {WEAK:.0f} times",
+            )
+        )
+    if swings[rate] > 0.0:
+        found.append(
+            (
+                FAINT / swings[rate],
+                f"smaller, the {_RATE_WORDS[rate]} does not stand out of its noise "
+                f"{FAINT:.0f} times",
+            )
+        )
+    return max(found, key=lambda one: one[0])

@@ -1,0 +1,209 @@
+"""Which input is wanted: from the card, from the model and the sensors, from the flight itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final, Literal
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.pilot.plan import SHAPES
+from gsapp.excitation.points.amplitudes import by_model, noise_of, without_model
+from gsapp.excitation.points.learned import updated
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.small_motions import SmallMotions, answer_to, small_motions
+from gsapp.excitation.points.timing import (
+    ModeTiming,
+    dutch_roll,
+    roll,
+    roll_width,
+    short_period,
+    width_for,
+)
+from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.flight.cards import TestCard
+from gsapp.flight.maneuvers.grading import ANSWER_TIME
+from gsapp.foundation import FlightError
+from gsapp.identification.ftr.estimates import LiveEstimate
+
+USUAL_WIDTH: Final = Band(
+    low=0.2,
+    best=0.45,
+    high=1.0,
+    why_low="quicker, no hand is steady",
+    why_high="slower, no aircraft of this size is excited",
+)
+"""Of one step where no model tells, s."""
+USUAL_HANDS_OFF: Final = 4.0
+"""Where no model tells, s: two periods of an aircraft of this size."""
+
+Source = Literal["card", "model", "flight"]
+
+
+def wanted_input(
+    surfaces: Sequence[str],
+    kind: str,
+    *,
+    aircraft: Aircraft | None,
+    model: Model | None,
+    point: TestPoint | None,
+    card: TestCard | None = None,
+    noise: Mapping[str, float] | None = None,
+    estimates: Mapping[str, LiveEstimate] | None = None,
+) -> WantedInput:
+    """Return the input wanted.
+
+    Parameters
+    ----------
+    surfaces : sequence of str
+        ``de``, ``da``, ``dr`` in the order in which they move.
+    kind : str
+        Shape: ``doublet``, ``3-2-1-1``, ``pulse``; others are judged as doublets.
+    aircraft : Aircraft or None
+    model : Model or None
+    point : TestPoint or None
+        Where it is flown; its speed is what counts.
+    card : TestCard, optional
+        What it is flown for. Its amplitudes and widths count, clipped by what sensors allow.
+    noise : mapping of str to float, optional
+        Standard deviations measured in this flight, by channel, SI; else the aircraft file's.
+    estimates : mapping of str to LiveEstimate, optional
+        By name: those earned in this flight take the place of the model's derivatives.
+
+    Returns
+    -------
+    WantedInput
+        Without a model that flies at the point, widths are the usual ones and amplitudes wide;
+        without an aircraft either, a surface that no card speaks of has no amplitude.
+    """
+    source: Source = "model"
+    motions = None
+    if aircraft is not None and model is not None:
+        flown = updated(model, estimates, aircraft=aircraft)
+        motions = _motions(aircraft, flown, point)
+        if motions is None and flown is not model:
+            flown = model
+            motions = _motions(aircraft, model, point)
+        source = "model" if flown is model else "flight"
+    width, hands_off, mode = _timing(motions, surfaces, kind)
+    if card is not None:
+        width = _card_width(card)
+    if aircraft is None:
+        amplitudes: dict[str, Band] = {}
+    elif motions is None:
+        amplitudes = {name: without_model(aircraft, name, width.best) for name in surfaces}
+    else:
+        amplitudes = _amplitudes(aircraft, motions, surfaces, kind, width.best, noise)
+    if card is not None:
+        source = "card"
+        for name, asked in card.amplitudes.items():
+            if name in surfaces:
+                room = amplitudes.get(name) if motions is not None else None
+                amplitudes[name] = _card_amplitude(asked, card.tolerance.amplitude, room)
+    return WantedInput(
+        surfaces=tuple(surfaces),
+        kind=kind,
+        amplitudes=amplitudes,
+        width=width,
+        hands_off=hands_off,
+        mode=mode,
+        source=source,
+    )
+
+
+def _motions(aircraft: Aircraft, model: Model, point: TestPoint | None) -> SmallMotions | None:
+    """Return the small motions at a point; None where the model does not fly there."""
+    if point is None or point.speed is None:
+        return None
+    try:
+        return small_motions(
+            aircraft,
+            model,
+            speed=point.speed,
+            density=point.density,
+            mass=point.mass,
+            flap=point.flap,
+        )
+    except FlightError:
+        return None
+
+
+def _timing(
+    motions: SmallMotions | None, surfaces: Sequence[str], kind: str
+) -> tuple[Band, float, str]:
+    """Return width, hands-off time and the mode that sets them."""
+    if motions is None:
+        usual = "short period" if set(surfaces) == {"de"} else "dutch roll"
+        return USUAL_WIDTH, USUAL_HANDS_OFF, "roll" if set(surfaces) == {"da"} else usual
+    wobble = dutch_roll(motions.lateral)
+    excited: list[ModeTiming] = []
+    if "de" in surfaces:
+        excited.append(short_period(motions.longitudinal))
+    if {"da", "dr"} & set(surfaces):
+        excited.append(wobble)
+    # The roll dies at once; what is waited for after an aileron input is the dutch roll.
+    hands_off = max(mode.hands_off for mode in excited)
+    if set(surfaces) == {"da"}:
+        fastest = roll(motions.lateral)
+        return roll_width(fastest, wobble), hands_off, fastest.name
+    slowest = min(excited, key=lambda mode: mode.natural)
+    return width_for(slowest, kind), hands_off, slowest.name
+
+
+def _amplitudes(
+    aircraft: Aircraft,
+    motions: SmallMotions,
+    surfaces: Sequence[str],
+    kind: str,
+    width: float,
+    noise: Mapping[str, float] | None,
+) -> dict[str, Band]:
+    stagger = width * len(SHAPES.get(kind, SHAPES["doublet"]))
+    answers = {
+        name: answer_to(
+            motions,
+            name,
+            kind=kind,
+            width=width,
+            lag=getattr(aircraft.controls, name).lag,
+            listen=ANSWER_TIME,
+        )
+        for name in surfaces
+    }
+    return by_model(
+        aircraft, motions, answers, noise_of(aircraft, noise), width=width, stagger=stagger
+    )
+
+
+def _card_width(card: TestCard) -> Band:
+    share = card.tolerance.width
+    words = f"the card asks for {card.width:.2g} s within {100.0 * share:.0f} %"
+    return Band(
+        low=(1.0 - share) * card.width,
+        best=card.width,
+        high=(1.0 + share) * card.width,
+        why_low=words,
+        why_high=words,
+    )
+
+
+def _card_amplitude(asked: float, share: float, room: Band | None) -> Band:
+    """Return the card's amplitude within what the model and the sensors allow."""
+    words = f"the card asks for it within {100.0 * share:.0f} %"
+    band = Band(
+        low=max(1.0 - share, 0.0) * asked,
+        best=asked,
+        high=(1.0 + share) * asked,
+        why_low=words,
+        why_high=words,
+    )
+    if room is None:
+        return band
+    if band.low >= room.high:
+        return replace(room, why_high=f"{room.why_high}; the card asks for more than that")
+    if room.high < band.high:
+        band = replace(band, best=min(asked, room.high), high=room.high, why_high=room.why_high)
+    if room.low > band.low:
+        band = replace(band, low=min(room.low, band.best), why_low=room.why_low)
+    return band
