@@ -28,8 +28,17 @@ from gsapp.flight.maneuvers.grading import (
     answer,
     grade_maneuver,
 )
+from gsapp.flight.maneuvers.moves import (
+    CLOSED,
+    CLOSED_AWAY,
+    QuickMoves,
+    deliberate,
+    moved_inputs,
+    strong_moves,
+    taken_over,
+)
 from gsapp.flight.maneuvers.noise import WINDOW, NoiseFloor, NoiseMeter
-from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, measure, smoothed
+from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES, signals_of
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
@@ -41,36 +50,13 @@ _SETTLED = 6.0
 """Seconds after take-off in which the pilot is busy with flying."""
 _BEFORE_LANDING = 4.0
 """Seconds before a landing that belong to flare and touch-down."""
-_CLOSED = 1.3
-"""Seconds without a quick move after which an input is over, if the surfaces are back."""
-_CLOSED_AWAY = 2.6
-"""The same if they are not: the longest step of an input."""
 _LONGEST = 10.0
 """An input that goes on for longer, s, is steering, from which to learn."""
 _FREE_ANSWER = 5.0
 """Length of the answer after the input that belongs to the maneuver at most, s."""
 _KEPT = 40.0
-_LEAST_MOVE = 0.02
-"""Share of half the travel that a quick move takes at least."""
-_OVER_NOISE, _OVER_STEERING = 7.0, 3.0
-_STEERING_SHARE = 0.8
-_STEERING_FRAMES = 240
-_FEWEST_STEERING_FRAMES = 12
-ALSO_MOVED: Final = 0.25
-"""An input this quick beside the quickest, both as shares of travel, belongs to the maneuver."""
 _ANSWERED = 8.0
 """Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
-_ABRUPT, _ABRUPT_IF_ODD = 0.35, 0.5
-"""Share of its excursion that an input covers within `LOOK_BACK`, doublet or 3-2-1-1, and
-any other shape."""
-_STRONG = 0.35
-"""Share of the quickest move of a surface that the steps of one input reach."""
-_AROUND = 1.5
-"""Seconds before the first quick move in which the first step is looked for."""
-_SURELY = 1.3
-"""A step from side to side is no accident this far over the threshold of a quick move."""
-_FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
-"""Seconds without a stick after a doublet or 3-2-1-1, and after any other shape."""
 
 
 @dataclass(slots=True)
@@ -122,7 +108,6 @@ class ManeuverDetector:
         self._aircraft = aircraft
         self._rate = rate
         self._count = max(round(FRAME * rate), 1)
-        self._lag = max(round(LOOK_BACK * rate), 1)
         self._windowed = round(WINDOW / FRAME)
         self.reset()
 
@@ -132,9 +117,7 @@ class ManeuverDetector:
         self._meter = NoiseMeter()
         self._setting = Setting(aircraft=self._aircraft, noise=NoiseFloor())
         self._found: list[FoundManeuver] = []
-        self._steering = [deque[float](maxlen=_STEERING_FRAMES) for _ in SURFACES]
-        self._half_travel = [self._setting.half_travel(name) for name in SURFACES]
-        self._thresholds = [_LEAST_MOVE * travel for travel in self._half_travel]
+        self._quick = QuickMoves(self._setting, self._rate)
         self._last_time = -math.inf
         self._restart()
 
@@ -143,7 +126,7 @@ class ManeuverDetector:
         self._waiting_times: list[FloatArray] = []
         self._waiting_rows: list[FloatArray] = []
         self._waiting = 0
-        self._tail = np.full((self._lag + 2, len(SURFACES)), np.nan)
+        self._quick.restart()
         self._frames: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=math.ceil(_KEPT / FRAME))
         self._window: list[FloatArray] = []
         self._candidate: _Candidate | None = None
@@ -240,7 +223,7 @@ class ManeuverDetector:
 
     def _take(self, times: FloatArray, rows: FloatArray, count: int) -> None:
         """Go through frames of `count` samples each."""
-        moves = self._moves(rows)
+        moves = self._quick.measure(rows)
         shaped = rows.reshape(-1, count, len(SIGNALS))
         there = np.isfinite(shaped)
         present = there.sum(axis=1)
@@ -255,18 +238,6 @@ class ManeuverDetector:
                 peaks[place],
                 moves[low : low + count],
             )
-
-    def _moves(self, rows: FloatArray) -> FloatArray:
-        """Return how far each surface went within `LOOK_BACK`, rad, shape (n, 3).
-
-        Single wild samples are voted out by their two predecessors. 0 where samples are missing.
-        """
-        surfaces = np.concatenate((self._tail, rows[:, : len(SURFACES)]))
-        self._tail = surfaces[-(self._lag + 2) :]
-        one, two, three = surfaces[:-2], surfaces[1:-1], surfaces[2:]
-        voted = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))
-        moves = np.abs(voted[self._lag :] - voted[: -self._lag])
-        return np.where(np.isnan(moves), 0.0, moves)
 
     # Frames ---------------------------------------------------------------------------
 
@@ -303,33 +274,23 @@ class ManeuverDetector:
         self._window = []
         noise = self._meter.floor
         self._setting = replace(self._setting, noise=noise)
-        for place, name in enumerate(SURFACES):
-            seen = sorted(self._steering[place])
-            steering = 0.0
-            if len(seen) >= _FEWEST_STEERING_FRAMES:
-                steering = seen[int(_STEERING_SHARE * len(seen))]
-            self._thresholds[place] = max(
-                _LEAST_MOVE * self._half_travel[place],
-                _OVER_NOISE * noise.of(name),
-                _OVER_STEERING * steering,
-            )
+        self._quick.settle(self._setting)
 
     def _learn(self, frames: list[FloatArray]) -> None:
         if self._watch.airborne:
-            for peaks in frames:
-                for place, seen in enumerate(self._steering):
-                    seen.append(float(peaks[place]))
+            self._quick.learn(frames)
 
     def _look(self, times: FloatArray, peaks: FloatArray, moves: FloatArray) -> None:
         """Note the quick moves of a frame."""
-        quick = [place for place in range(len(SURFACES)) if peaks[place] > self._thresholds[place]]
+        thresholds = self._quick.thresholds
+        quick = [place for place in range(len(SURFACES)) if peaks[place] > thresholds[place]]
         if not quick:
             return
         if self._candidate is not None and self._separate(
             self._candidate, float(times[0]), {SURFACES[place] for place in quick}
         ):
             self._conclude()
-        over = (moves > self._thresholds).any(axis=1)
+        over = (moves > thresholds).any(axis=1)
         where = np.flatnonzero(over)
         first, last = float(times[where[0]]), float(times[where[-1]])
         if self._candidate is None:
@@ -338,7 +299,7 @@ class ManeuverDetector:
         candidate.last = last
         for place in quick:
             candidate.moved.add(SURFACES[place])
-            size = float(peaks[place]) / self._half_travel[place]
+            size = float(peaks[place]) / self._quick.half_travel[place]
             if size > candidate.strongest:
                 candidate.strongest, candidate.strongest_at = size, float(times[-1])
 
@@ -346,7 +307,7 @@ class ManeuverDetector:
     def _separate(candidate: _Candidate, now: float, surfaces: set[str]) -> bool:
         """Return whether new quick moves do not belong to the input under way."""
         idle = now - candidate.last
-        return candidate.closed or (idle >= _CLOSED and surfaces.isdisjoint(candidate.moved))
+        return candidate.closed or (idle >= CLOSED and surfaces.isdisjoint(candidate.moved))
 
     def _follow(self, now: float) -> None:
         """See whether the input under way is over, and whether its answer is."""
@@ -355,14 +316,14 @@ class ManeuverDetector:
             return
         if candidate.last - candidate.first > _LONGEST:
             # Steering that goes on may have an input in it, and is waited for to its end.
-            long_ago = now - candidate.strongest_at > _CLOSED_AWAY
+            long_ago = now - candidate.strongest_at > CLOSED_AWAY
             if long_ago or candidate.last - candidate.first > 2.0 * _LONGEST:
                 self._conclude()
             return
         idle = now - candidate.last
         if not candidate.closed:
-            away = idle < _CLOSED_AWAY and not self._back(candidate)
-            candidate.closed = idle >= _CLOSED and not away
+            away = idle < CLOSED_AWAY and not self._back(candidate)
+            candidate.closed = idle >= CLOSED and not away
         if candidate.closed and (
             idle >= _FREE_ANSWER or self._taken_over(candidate.last, now) < now
         ):
@@ -394,24 +355,9 @@ class ManeuverDetector:
 
     def _taken_over(self, last: float, now: float) -> float:
         """Return when the pilot took over after the last quick move, s; `now` if not yet."""
-        rest = last + 0.3
         times, rows = self._stretch(last - 0.1)
-        calm = (times >= rest) & (times < rest + 0.4)
-        earliest = now
-        for place, surface in enumerate(SURFACES):
-            samples = rows[:, COLUMN[surface]]
-            level = samples[calm]
-            if not np.isfinite(level).any():
-                continue
-            margin = max(
-                0.3 * _LEAST_MOVE * self._half_travel[place],
-                5.0 * self._setting.noise.of(surface),
-            )
-            off = np.abs(smoothed(samples, 1.0 / self._rate) - float(np.nanmedian(level))) > margin
-            gone = np.flatnonzero(off & (times > rest + 0.2))
-            if gone.size:
-                earliest = min(earliest, float(times[gone[0]]))
-        return earliest
+        taken = taken_over(times, rows, last, self._setting, self._rate)
+        return now if taken is None else min(taken, now)
 
     # Conclusions ----------------------------------------------------------------------
 
@@ -442,37 +388,16 @@ class ManeuverDetector:
     def _flies(self, candidate: _Candidate) -> bool:
         return self._watch.airborne and candidate.first - self._watch.since > _SETTLED
 
-    def _strong_moves(
-        self, times: FloatArray, rows: FloatArray, candidate: _Candidate
-    ) -> dict[str, tuple[float, float]]:
-        """Return first and last quick move of each surface, without steering around them, s."""
-        # The first and the last step are half as large as those between, and may be less than
-        # quick by themselves.
-        inside = (times >= candidate.first - _AROUND) & (times <= candidate.last + 0.5)
-        found = {}
-        for place, surface in enumerate(SURFACES):
-            if surface not in candidate.moved:
-                continue
-            samples = rows[:, place]
-            moves = np.zeros(times.size)
-            moves[self._lag :] = np.abs(samples[self._lag :] - samples[: -self._lag])
-            moves = np.where(inside & np.isfinite(moves), moves, 0.0)
-            strongest = int(np.argmax(moves))
-            least = _STRONG * float(moves[strongest])
-            strong = np.flatnonzero(moves > least)
-            if strong.size:
-                at = int(np.searchsorted(strong, strongest))
-                found[surface] = _cluster(times[strong], min(at, strong.size - 1))
-        return found
-
     def _judge(self, candidate: _Candidate) -> FoundManeuver | None:
         times, rows = self._stretch(candidate.first - LOOK_BACK - 2.5 * TRIM_TIME)
-        moves = self._strong_moves(times, rows, candidate)
+        moves = strong_moves(
+            times, rows, candidate.moved, candidate.first, candidate.last, self._quick.lag
+        )
         inputs = moved_inputs(times, rows, moves, self._setting)
         if not inputs:
             return None
         last = max(moves[one.surface][1] for one in inputs)
-        taken_over = self._taken_over(last, float(times[-1]))
+        taken = self._taken_over(last, float(times[-1]))
         begin = min(one.t_start for one in inputs)
         end = max(one.t_end for one in inputs)
         passage = Passage(
@@ -480,81 +405,15 @@ class ManeuverDetector:
             rows=rows,
             t_input=begin,
             t_input_end=end,
-            t_end=min(max(taken_over, end), end + _FREE_ANSWER),
+            t_end=min(max(taken, end), end + _FREE_ANSWER),
         )
-        threshold = self._thresholds[SURFACES.index(inputs[0].surface)]
-        if not _deliberate(inputs[0], passage.t_end - end, threshold):
+        threshold = self._quick.thresholds[SURFACES.index(inputs[0].surface)]
+        if not deliberate(inputs[0], passage.t_end - end, threshold):
             return None
         answered = answer(passage, self._setting, [one.surface for one in inputs])
         if answered and max(answered.values()) < _ANSWERED:
             return None
         return described(str(len(self._found) + 1), passage, self._setting, inputs)
-
-
-def _cluster(times: FloatArray, strongest: int) -> tuple[float, float]:
-    """Return first and last of the times that hang together with the strongest one, s."""
-    parted = np.flatnonzero(np.diff(times) > _CLOSED_AWAY)
-    low = int(np.searchsorted(parted, strongest))
-    first = int(parted[low - 1]) + 1 if low > 0 else 0
-    last = int(parted[low]) if low < parted.size else times.size - 1
-    return float(times[first]), float(times[last])
-
-
-def _deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
-    """Return whether an input looks like one made on purpose.
-
-    The less its shape tells, the calmer it must be before and after. Large steps to both sides
-    leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
-    steering in a fright looks the same.
-    """
-    # What steering does may have been learned since the move was taken for quick.
-    if main.quickest < threshold:
-        return False
-    if main.unmistakable and main.quickest > _SURELY * threshold:
-        return True
-    clear = main.kind in ("doublet", "3-2-1-1")
-    if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
-        return False
-    if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
-        return False
-    return main.returned and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
-
-
-def moved_inputs(
-    times: FloatArray,
-    rows: FloatArray,
-    moves: dict[str, tuple[float, float]],
-    setting: Setting,
-) -> list[SurfaceInput]:
-    """Measure the inputs of a maneuver, the one of the quickest step first, as share of travel.
-
-    Parameters
-    ----------
-    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
-    moves : dict
-        First and last quick move (s) of each surface that made any.
-    setting : Setting
-    """
-    found = []
-    for surface, (first, last) in moves.items():
-        noise = setting.noise.of(surface)
-        one = measure(surface, times, rows[:, COLUMN[surface]], first, last, noise)
-        if one is not None:
-            found.append(one)
-    # Steering may go further than an input, but not as quickly.
-    sizes = {one.surface: one.quickest / setting.half_travel(one.surface) for one in found}
-    found.sort(key=lambda one: -sizes[one.surface])
-    return [one for one in found if one is found[0] or _goes_with(one, found[0], sizes)]
-
-
-def _goes_with(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
-    """Return whether an input is part of the maneuver that the main one makes."""
-    return (
-        sizes[one.surface] >= ALSO_MOVED * sizes[main.surface]
-        and one.abruptness > _ABRUPT
-        and one.t_start < main.t_end + _CLOSED
-        and one.t_end > main.t_start - _CLOSED
-    )
 
 
 def described(

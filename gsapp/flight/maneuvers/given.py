@@ -11,15 +11,10 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers.detection import (
-    ALSO_MOVED,
-    check_flight,
-    described,
-    detect,
-    moved_inputs,
-)
+from gsapp.flight.maneuvers.detection import check_flight, described, detect
 from gsapp.flight.maneuvers.found import FoundManeuver
 from gsapp.flight.maneuvers.grading import Passage, Setting
+from gsapp.flight.maneuvers.moves import ALSO_MOVED, moved_inputs
 from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, plain_input
 from gsapp.flight.maneuvers.signals import COLUMN, SURFACES, signals_of
