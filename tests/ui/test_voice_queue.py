@@ -132,6 +132,33 @@ def test_empty_words_are_nothing(queue: SpeechQueue) -> None:
     assert words(queue) == (None, None)
 
 
+def test_a_hush_cuts_off_all_but_warnings_and_forgets_the_rest(queue: SpeechQueue) -> None:
+    """Nothing is spoken into the answer of the aircraft, nor what was true before it."""
+    queue.offer("left wing low", PROMPT)
+    queue.offer("three feet slow", PROMPT)
+    queue.hush(True)
+    assert words(queue) == (None, None)
+    queue.offer("plus ten", PROMPT)
+    queue.offer("hands off", PROMPT, through=True)
+    assert words(queue) == ("hands off", None)
+    queue.finished(queue.speaking)
+    queue.hush(False)
+    assert words(queue) == (None, None)
+
+
+def test_a_warning_waits_for_the_end_of_a_hush_unless_it_belongs_to_it(
+    queue: SpeechQueue,
+) -> None:
+    queue.hush(True)
+    queue.offer("battery low", WARNING)
+    assert words(queue) == (None, "battery low")
+    queue.offer("stall, nose down", WARNING, through=True)
+    queue.finished(queue.speaking)
+    assert words(queue) == (None, "battery low")
+    queue.hush(False)
+    assert words(queue) == ("battery low", None)
+
+
 OFFERS = st.tuples(st.sampled_from("abcd"), st.sampled_from(list(Priority)))
 
 
@@ -162,6 +189,34 @@ def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
             assert queue.speaking is not None
             assert queue.waiting.priority <= queue.speaking.priority
             assert queue.waiting.words != queue.speaking.words
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.lists(
+        st.one_of(
+            st.tuples(st.sampled_from("abcd"), st.sampled_from(list(Priority)), st.booleans()),
+            st.sampled_from(["end", "hush", "over"]),
+        )
+    )
+)
+def test_whatever_happens_a_hush_is_kept(steps: list[object]) -> None:
+    """In a hush nothing begins but what is said through it, and at most one sentence waits."""
+    queue = SpeechQueue(Clock())
+    for step in steps:
+        before = queue.speaking
+        if step == "end":
+            if before is not None:
+                queue.finished(before)
+        elif step in ("hush", "over"):
+            queue.hush(step == "hush")
+        else:
+            offered, priority, through = step  # type: ignore[misc]
+            queue.offer(offered, priority, through=through)
+        if queue.hushed and queue.speaking is not None and queue.speaking is not before:
+            assert queue.speaking.through
+        if not queue.hushed and queue.waiting is not None:
+            assert queue.speaking is not None
 
 
 def test_the_rule_and_the_tones_know_nothing_of_qt() -> None:

@@ -10,7 +10,9 @@ The rule:
    is what holds now.
 4. Nothing is said twice: words that are being spoken or wait are not taken again, and the words
    said last only after `APART` seconds, unless other words were said in between.
-5. Mute acts at once: what is spoken is cut off, what waits is forgotten, and nothing is taken, so
+5. In a hush, as while the pilot's hands are off the sticks, nothing begins but what belongs to it:
+   warnings wait for its end, all else is forgotten.
+6. Mute acts at once: what is spoken is cut off, what waits is forgotten, and nothing is taken, so
    that nothing old is heard afterwards.
 """
 
@@ -41,10 +43,13 @@ class Utterance:
     ----------
     words : str
     priority : Priority
+    through : bool
+        Whether it may be heard in a hush.
     """
 
     words: str
     priority: Priority
+    through: bool = False
 
 
 class SpeechQueue:
@@ -63,6 +68,8 @@ class SpeechQueue:
         To be heard next.
     muted : bool
         Whether nothing is.
+    hushed : bool
+        Whether only what belongs to the hush is.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
@@ -70,18 +77,33 @@ class SpeechQueue:
         self.speaking: Utterance | None = None
         self.waiting: Utterance | None = None
         self.muted = False
+        self.hushed = False
         self._last = ""
         self._said_at = -math.inf
 
-    def offer(self, words: str, priority: Priority) -> None:
-        """Take words to be said, now, next, or not at all."""
+    def offer(self, words: str, priority: Priority, *, through: bool = False) -> None:
+        """Take words to be said, now, next, or not at all.
+
+        Parameters
+        ----------
+        words : str
+        priority : Priority
+        through : bool
+            Whether they may be heard in a hush, because whoever offers them knows of it.
+        """
         words = words.strip()
         if self.muted or not words or self._is_repeat(words, priority):
             return
+        held = self.hushed and not through
+        if held and priority < Priority.WARNING:
+            return
         if self.waiting is not None and self.waiting.words == words:
             self.waiting = None  # the same, and less urgent
-        offered = Utterance(words=words, priority=priority)
-        if self.speaking is None:
+        offered = Utterance(words=words, priority=priority, through=through)
+        if held:
+            if self.waiting is None or priority >= self.waiting.priority:
+                self.waiting = offered
+        elif self.speaking is None:
             self._begin(offered)
         elif priority > self.speaking.priority:
             self.waiting = self.waiting or self.speaking
@@ -95,9 +117,22 @@ class SpeechQueue:
             return
         self._said_at = self._clock()
         self.speaking = None
-        if self.waiting is not None:
-            following, self.waiting = self.waiting, None
-            self._begin(following)
+        self._go_on()
+
+    def hush(self, hushed: bool) -> None:
+        """Begin a hush, cutting off all but warnings, or end it and say what waits."""
+        if hushed == self.hushed:
+            return
+        self.hushed = hushed
+        if hushed:
+            if self.waiting is not None and self.waiting.priority < Priority.WARNING:
+                self.waiting = None
+            if self.speaking is not None and self.speaking.priority < Priority.WARNING:
+                self.speaking = None
+                # What was cut off may be said again when it is over.
+                self._last = ""
+        else:
+            self._go_on()
 
     def mute(self, muted: bool) -> None:
         """Fall silent at once, or be ready to speak again."""
@@ -113,6 +148,13 @@ class SpeechQueue:
         if self.waiting is not None and self.waiting.words == words:
             return self.waiting.priority >= priority
         return words == self._last and self._clock() - self._said_at < APART
+
+    def _go_on(self) -> None:
+        """Say what waits, if it may be said and nothing else is."""
+        waiting = self.waiting
+        if self.speaking is None and waiting is not None and (waiting.through or not self.hushed):
+            self.waiting = None
+            self._begin(waiting)
 
     def _begin(self, utterance: Utterance) -> None:
         self.speaking = utterance

@@ -59,9 +59,16 @@ class Voice(QObject):
         """Return whether nothing is heard."""
         return self._queue.muted
 
-    def say(self, words: str, priority: Priority = Priority.PROMPT) -> None:
-        """Say a sentence now, next or not at all; see `ui.voice.queue`."""
-        self._queue.offer(words, priority)
+    def say(
+        self, words: str, priority: Priority = Priority.PROMPT, *, through: bool = False
+    ) -> None:
+        """Say a sentence now, next or not at all, even in a hush if `through`."""
+        self._queue.offer(words, priority, through=through)
+        self._follow()
+
+    def hush(self, hushed: bool) -> None:
+        """Let nothing begin but what is said through it, until it ends; tones go on."""
+        self._queue.hush(hushed)
         self._follow()
 
     def tone(self, name: str) -> None:
