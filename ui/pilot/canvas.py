@@ -1,0 +1,202 @@
+"""The pilot's page itself: five things, drawn as large as the window lets them be."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ui.look import Look, mixed
+from ui.pilot.fitting import fit
+from ui.pilot.gauge_drawing import paint_gauge
+from ui.pilot.regions import Regions, regions
+from ui.pilot.shapes import paint_ring, paint_shape
+from ui.pilot.sheet import Hint, Sheet, Tone
+
+_ALIGN: Final = Qt.AlignmentFlag
+_WRAP: Final = Qt.TextFlag.TextWordWrap
+_LEAST: Final = 9
+"""Pixels of the smallest letters, in a window smaller than any that is meant."""
+_CAPITALS: Final = 1.0
+"""Size of the big word's letters, times the height of its box."""
+_CORNER: Final = 8
+_BORDER: Final = 2.0
+
+
+class PilotCanvas(QWidget):
+    """Draws a `Sheet`.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and units; sizes come from the widget's own size alone.
+
+    Attributes
+    ----------
+    sheet : Sheet
+        What it shows.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.sheet = Sheet(word="NO FLIGHT", sign="unknown", tone="unknown")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setAccessibleName("Pilot page")
+        look.changed.connect(self.update)
+
+    def sizeHint(self) -> QSize:
+        """Return a size that it would like; any will do."""
+        return QSize(960, 600)
+
+    def show_sheet(self, sheet: Sheet) -> None:
+        """Show another page."""
+        if sheet == self.sheet:
+            return
+        if sheet.said != self.sheet.said:
+            self.setAccessibleDescription(sheet.said)
+        self.sheet = sheet
+        self.update()
+
+    def regions(self) -> Regions:
+        """Return where everything stands."""
+        return regions(float(self.width()), float(self.height()))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw it."""
+        places, sheet = self.regions(), self.sheet
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.fillRect(self.rect(), self._look.color("panel"))
+        self._paint_state(painter, places)
+        boxes = places.hint_boxes(len(sheet.hints))
+        for hint, box in zip(sheet.hints, boxes, strict=False):
+            self._paint_hint(painter, hint, box, wrap=len(sheet.hints) == 1)
+        for gauge, box in zip(sheet.gauges, places.gauge_boxes(len(sheet.gauges)), strict=True):
+            paint_gauge(painter, self._look, gauge, box)
+        if sheet.leg:
+            self._paint_leg(painter, places.leg)
+        self._paint_card(painter, places)
+        self._text(painter, sheet.foot, places.foot, 17, "muted", wrap=True)
+        painter.end()
+
+    # The state
+
+    def _colors(self, tone: Tone) -> tuple[QColor | None, QColor]:
+        """Return fill (None for none) and ink of a tone."""
+        look = self._look
+        if tone in ("good", "caution", "warning"):
+            return look.color(f"{tone}_fill"), look.color("fill_text")
+        if tone == "strong":
+            return look.color("text"), look.color("panel")
+        return None, look.color("muted" if tone == "unknown" else "text")
+
+    def _paint_state(self, painter: QPainter, places: Regions) -> None:
+        sheet, look = self.sheet, self._look
+        fill, ink = self._colors(sheet.tone)
+        painter.save()
+        if fill is not None:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(fill)
+        else:
+            dashes = Qt.PenStyle.DashLine if sheet.tone == "unknown" else Qt.PenStyle.SolidLine
+            painter.setPen(QPen(look.color("axis"), 2 * _BORDER, dashes))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+        inset = 0.0 if fill is not None else _BORDER
+        painter.drawRoundedRect(
+            places.state.adjusted(inset, inset, -inset, -inset), _CORNER, _CORNER
+        )
+        painter.restore()
+        if sheet.ring is not None:
+            track = mixed((fill or look.color("panel")).name(), ink.name(), 0.3)
+            paint_ring(painter, sheet.ring, places.sign, ink, track)
+        inner = places.sign
+        if sheet.ring is not None:
+            inset = 0.2 * inner.width()
+            inner = inner.adjusted(inset, inset, -inset, -inset)
+        if sheet.count:
+            painter.setPen(ink)
+            painter.setFont(fit("00", inner, round(0.9 * inner.height()), _LEAST, bold=True))
+            painter.drawText(inner, _ALIGN.AlignCenter, sheet.count)
+        else:
+            paint_shape(painter, sheet.sign, inner, ink)
+        painter.setPen(ink)
+        # Capitals alone: what letters reach below their line may leave the box.
+        high = places.word.height()
+        room = places.word.adjusted(0, -0.2 * high, 0, 0.2 * high)
+        painter.setFont(fit(sheet.word, room, round(_CAPITALS * high), _LEAST, bold=True))
+        painter.drawText(places.word, _ALIGN.AlignVCenter | _ALIGN.AlignLeft, sheet.word)
+
+    # The others
+
+    def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
+        color = self._look.color(
+            {"plain": "text", "strong": "text", "unknown": "muted"}.get(hint.tone, hint.tone)
+        )
+        words = box
+        if hint.sign:
+            side = min(0.72 * box.height(), 0.1 * box.width())
+            sign = QRectF(box.left() + 0.15 * side, 0, side, side)
+            sign.moveTop(box.center().y() - side / 2)
+            paint_shape(painter, hint.sign, sign, color)
+            words = box.adjusted(1.45 * side, 0, 0, 0)
+        painter.setPen(color)
+        largest = round(0.8 * box.height()) if not wrap else round(0.62 * box.height())
+        painter.setFont(fit(hint.words, words, largest, _LEAST, bold=True, wrap=wrap))
+        flags = _ALIGN.AlignVCenter | _ALIGN.AlignLeft
+        painter.drawText(words, flags | _WRAP if wrap else flags, hint.words)
+
+    def _paint_leg(self, painter: QPainter, box: QRectF) -> None:
+        title = box.adjusted(0, 0, 0, -0.78 * box.height())
+        number = box.adjusted(0, 0.22 * box.height(), 0, 0)
+        self._text(painter, "LEG LEFT", title, 24, "muted", right=True)
+        role = "caution" if self.sheet.leg_short else "text"
+        words = f"{self.sheet.leg} s"
+        self._text(painter, words, number, 400, role, bold=True, right=True)
+
+    def _paint_card(self, painter: QPainter, places: Regions) -> None:
+        card, box, time = self.sheet.card, places.card, places.time
+        high = box.height()
+        lead = box.adjusted(0, 0, 0, -0.8 * high)
+        words = box.adjusted(0, 0.2 * high, 0, -0.36 * high)
+        gain = box.adjusted(0, 0.66 * high, 0, 0)
+        painter.setPen(self._look.color("line"))
+        painter.drawLine(box.topLeft(), time.topRight())
+        self._text(painter, card.lead, lead, 24, "muted")
+        self._text(painter, card.words, words, 400, "text", bold=True)
+        self._text(painter, card.gain, gain, 400, "caution" if card.problem else "text", wrap=True)
+        self._text(painter, "FLIGHT", lead_of(time), 24, "muted", right=True)
+        upper = time.adjusted(0, 0.2 * high, 0, -0.36 * high)
+        lower = time.adjusted(0, 0.66 * high, 0, 0)
+        self._text(painter, card.time, upper, 400, "text", bold=True, right=True)
+        self._text(painter, card.room, lower, 400, "text", right=True)
+
+    def _text(
+        self,
+        painter: QPainter,
+        words: str,
+        box: QRectF,
+        largest: int,
+        role: str,
+        *,
+        bold: bool = False,
+        wrap: bool = False,
+        right: bool = False,
+    ) -> None:
+        """Write as large as a box allows."""
+        if not words:
+            return
+        painter.setPen(self._look.color(role))
+        top = min(largest, round(0.8 * box.height()))
+        painter.setFont(fit(words, box, max(top, _LEAST), _LEAST, bold=bold, wrap=wrap))
+        flags = _ALIGN.AlignVCenter | (_ALIGN.AlignRight if right else _ALIGN.AlignLeft)
+        painter.drawText(box, flags | _WRAP if wrap else flags, words)
+
+
+def lead_of(box: QRectF) -> QRectF:
+    """Return the strip on top of a box where its title stands."""
+    return box.adjusted(0, 0, 0, -0.8 * box.height())

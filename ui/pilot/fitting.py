@@ -1,0 +1,76 @@
+"""The largest letters in which a text fits into a box."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QFont, QFontMetricsF
+
+from ui.fonts import sans
+
+_SLIMMEST: Final = 72
+"""Percent of their width to which letters are narrowed before they become lower."""
+_STEP: Final = 4
+_ROOM: Final = 100_000
+_REMEMBERED: Final = 512
+
+
+def letters(pixels: int, *, bold: bool = False, stretch: int = 100) -> QFont:
+    """Return the window's font, narrowed to a percentage of its width."""
+    font = sans(pixels, bold=bold)
+    if stretch != 100:
+        font.setStretch(stretch)
+    return font
+
+
+def fit(
+    text: str, box: QRectF, largest: int, least: int, *, bold: bool = False, wrap: bool = False
+) -> QFont:
+    """Return the font for a text in a box.
+
+    Parameters
+    ----------
+    text : str
+    box : QRectF
+    largest, least : int
+        Pixels between which it lies. What does not fit in the least is narrowed, and fits or not.
+    bold : bool
+    wrap : bool
+        Whether it may take several lines.
+    """
+    pixels, stretch = _fitted(
+        text, int(box.width()), int(box.height()), largest, least, bold=bold, wrap=wrap
+    )
+    return letters(pixels, bold=bold, stretch=stretch)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _fitted(
+    text: str, wide: int, high: int, largest: int, least: int, *, bold: bool, wrap: bool
+) -> tuple[int, int]:
+    """Return pixels and stretch; a page asks for the same again and again."""
+    flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
+
+    def fits(pixels: int, stretch: int) -> bool:
+        metrics = QFontMetricsF(letters(pixels, bold=bold, stretch=stretch))
+        room = QRectF(0, 0, wide if wrap else _ROOM, _ROOM)
+        taken = metrics.boundingRect(room, flags, text)
+        return taken.width() <= wide and taken.height() <= high
+
+    low, top = least, max(largest, least)
+    if not wrap:
+        # One line is first as high as the box lets it be, then narrowed, then made lower.
+        while top > low and QFontMetricsF(letters(top, bold=bold)).height() > high:
+            top -= 1
+        for stretch in range(100, _SLIMMEST - 1, -_STEP):
+            if fits(top, stretch):
+                return top, stretch
+    stretch = 100 if wrap else _SLIMMEST
+    while low < top:
+        middle = (low + top + 1) // 2
+        low, top = (middle, top) if fits(middle, stretch) else (low, middle - 1)
+    if wrap and not fits(low, 100):
+        return low, _SLIMMEST
+    return low, stretch
