@@ -13,7 +13,13 @@ from blind.flying import FlownCase
 from blind.instruments import NOISE
 from blind.jsbsim_aircraft import DERIVATIVES
 from blind.plan import PLAN
-from blind.sensitivity import CHANNELS, baseline_columns, distances, showing
+from blind.sensitivity import (
+    CHANNELS,
+    baseline_columns,
+    distances,
+    effect_columns,
+    showing,
+)
 
 from gsapp.discrepancy.catalog import catalog
 
@@ -118,31 +124,51 @@ def closed_gap(flown: FlownCase, views: Sequence[ManeuverView]) -> float | None:
 
     The gap: computed minus what a perfect model computes from the same measured deflections, in
     units of noise, less all that derivatives, initial states and zero offsets can make of it:
-    these are estimated from noise, and what that does to them no structure closes. Sums of
-    squares of it, after over before.
+    these are estimated from noise, and what that does to them no structure closes. Reducible of
+    it is what the hidden effect itself makes: its own columns, projected like the gap. The rest,
+    such as what two integrators make of the noise of a pot between two samples, is there before
+    and after. Not closed is what is left along the effect, and all that the last model brought in
+    elsewhere. Sums of squares.
     """
     held = [view for view in views if view.held_out and len(view.computed) > 1]
     if not flown.effects or not held:
         return None
+    every = RATE // flown.case.rate
     columns = dict(zip((one.id for one in PLAN), baseline_columns(flown.case.plan), strict=True))
+    own = [_column(flown, effect) for effect in flown.effects]
     count = len(DERIVATIVES) + len(CHANNELS)
-    gaps, freedoms = [], []
+    gaps, freedoms, shown = [], [], []
     for place, view in enumerate(held):
         maneuver = view.id.rpartition(":")[2]
-        own = columns[maneuver][:: RATE // flown.case.rate]
+        free = columns[maneuver][::every]
         gap, kept = _gap(flown, view)
-        wide = np.zeros((*own.shape[:2], count + len(STATE) * len(held)))
-        wide[:, :, : len(DERIVATIVES)] = own[:, :, : len(DERIVATIVES)]
+        wide = np.zeros((*free.shape[:2], count + len(STATE) * len(held)))
+        wide[:, :, : len(DERIVATIVES)] = free[:, :, : len(DERIVATIVES)]
         wide[:, range(len(CHANNELS)), range(len(DERIVATIVES), count)] = 1.0
         first = count + place * len(STATE)
-        wide[:, :, first : first + len(STATE)] = own[:, :, len(DERIVATIVES) :]
+        wide[:, :, first : first + len(STATE)] = free[:, :, len(DERIVATIVES) :]
         freedoms.append(wide[kept])
         gaps.append(gap[kept])
+        shown.append(np.stack([one[maneuver][::every] for one in own], axis=-1)[kept])
     basis = _orthogonal(np.concatenate(freedoms))
-    left = np.concatenate(gaps)
-    left = left - basis @ (basis.T @ left)
-    before, after = np.sum(left * left, axis=0)
-    return float(1.0 - after / before) if before > 0.0 else None
+    before, after = _without(basis, np.concatenate(gaps)).T
+    effects = _orthogonal(_without(basis, np.concatenate(shown)))
+    reducible = effects.T @ before
+    left = effects.T @ after
+    brought = _without(effects, (after - before)[:, np.newaxis])
+    whole = float(np.sum(reducible**2))
+    return 1.0 - float(np.sum(left**2) + np.sum(brought**2)) / whole if whole > 0.0 else None
+
+
+def _column(flown: FlownCase, effect: str) -> dict[str, FloatArray]:
+    """Return what an effect changes, by maneuver, shape (n, n_channels)."""
+    _, columns = effect_columns(flown.case.plan, effect)
+    return dict(zip((one.id for one in PLAN), columns, strict=True))
+
+
+def _without(basis: FloatArray, columns: FloatArray) -> FloatArray:
+    """Return columns less what an orthonormal basis can make of them."""
+    return np.asarray(columns - basis @ (basis.T @ columns))
 
 
 def _orthogonal(columns: FloatArray) -> FloatArray:
