@@ -42,6 +42,8 @@ def run(
     turbulence: float | None = None,
     onboard: Path | None = None,
     truth: Path | None = None,
+    sticks: bool = False,
+    airborne: bool = False,
 ) -> None:
     """Fly the virtual aircraft.
 
@@ -72,6 +74,10 @@ def run(
         Where the on-board log of a thin flight goes; a file beside the work by default.
     truth : Path or None
         Where the true motion goes, as a Flight CSV.
+    sticks : bool
+        Whether lines of the standard input move the sticks; counts for `to`.
+    airborne : bool
+        Whether such a flight begins in the pattern.
 
     Raises
     ------
@@ -96,10 +102,15 @@ def run(
         thin=thin,
         attitude=attitude,
         position=position,
+        airborne=airborne,
     )
     warn_of_aircraft(console, load_aircraft(aircraft))
     if out is not None:
         write_folder(settings, out, truth=truth, console=console)
+    elif to is not None and sticks:
+        from gsapp.cli import training
+
+        training.send(settings, to, speed=speed, truth=truth, console=console)
     elif to is not None:
         send(settings, to, speed=speed, onboard=onboard, truth=truth, console=console)
     else:

@@ -160,10 +160,25 @@ def fly(
             "(deg), 'turn p 45', 'lie z_down', 'pitot covered', 'pitot blow', 'help'",
         ),
     ] = None,
+    sticks: Annotated[
+        bool,
+        typer.Option(
+            "--sticks",
+            help="Fly it yourself by lines on the standard input: 'take', 'sticks PITCH ROLL YAW "
+            "[THROTTLE]' (-1 to 1: pulled, right, right; throttle 0 to 1) at least every 2 s, "
+            "'size 0.5', 'rate low', 'click throttle 0.05', 'give', 'land', 'help'; the built-in "
+            "pilot flies whenever you do not",
+        ),
+    ] = False,
+    airborne: Annotated[
+        bool, typer.Option("--airborne", help="With --sticks, begin in the air, in the pattern")
+    ] = False,
 ) -> None:
     """Fly the virtual aircraft, or have it on the ground to calibrate its instruments.
 
     Example: gsapp fly --to udpout:127.0.0.1:14550 --plan short
+
+    Example: gsapp fly --to udpout:127.0.0.1:14550 --sticks --airborne --turbulence 0.3
 
     Example: gsapp fly --bench --to udpout:127.0.0.1:14550 --control - --fault rudder:reversed
     """
@@ -174,6 +189,7 @@ def fly(
             "--plan": plan != "default", "--hide": hide, "--model": model != "b777",
             "--turbulence": turbulence is not None, "--position": position,
             "--onboard": onboard is not None, "--truth": truth is not None,
+            "--sticks": sticks, "--airborne": airborne,
         }  # fmt: skip
         if needless := [option for option, is_given in given.items() if is_given]:
             raise typer.BadParameter(f"the bench does not fly; leave out {', '.join(needless)}")
@@ -188,12 +204,17 @@ def fly(
         raise typer.BadParameter("give either --to LINK or --out FLIGHT")
     if control is not None:
         raise typer.BadParameter("--control belongs to --bench")
+    if sticks and (to is None or onboard is not None):
+        raise typer.BadParameter("--sticks fly over a link; give --to LINK, no --onboard")
+    if airborne and not sticks:
+        raise typer.BadParameter("--airborne belongs to --sticks")
     from gsapp.cli import fly as command
 
     command.run(
         to=to, out=out, plan=plan, hide=tuple(hide or ()), faults=tuple(fault or ()),
         seed=seed, speed=speed, thin=thin, aircraft=aircraft, model=model,
         turbulence=turbulence, attitude=attitude, position=position, onboard=onboard, truth=truth,
+        sticks=sticks, airborne=airborne,
     )  # fmt: skip
 
 

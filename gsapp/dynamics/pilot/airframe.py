@@ -14,9 +14,10 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY, Atmosphere, Turbulence, Wind
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
+from gsapp.dynamics.pilot.control import Feel
 from gsapp.dynamics.pilot.gear import LandingGear
 from gsapp.dynamics.pilot.hands import Sticks
-from gsapp.dynamics.pilot.mission import START_ALONG
+from gsapp.dynamics.pilot.mission import START_ALONG, upwind_start
 from gsapp.dynamics.pilot.plan import FlightPlan
 from gsapp.dynamics.pilot.sight import Runway, Situation
 from gsapp.dynamics.sensors import (
@@ -138,6 +139,20 @@ class Airframe:
             self.simulator.step(self._commands(self._sticks))
         self._resting_height = self.simulator.sample()["height"]
         self._time = 0.0
+        self._note()
+
+    def begin_in_air(self, feel: Feel) -> None:
+        """Begin anew in level flight, as the pilot knows it, where the upwind leg begins."""
+        conditions, pattern = self._plan.conditions, self._plan.pattern
+        self._sticks = Sticks(pitch=feel.trim, throttle=feel.throttle, engines=True)
+        self.simulator.start_in_air(
+            V=feel.speed,
+            alpha=feel.pitch,
+            attitude=(0.0, feel.pitch, conditions.runway_heading),
+            height=self._resting_height + pattern.height,
+            position=Runway(conditions, pattern.side).north_east(*upwind_start(pattern)),
+            commands=self._commands(self._sticks),
+        )
         self._note()
 
     # --- motion ---------------------------------------------------------------------------------

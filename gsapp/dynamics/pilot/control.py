@@ -76,6 +76,11 @@ class PitchKeeper:
         self.usual = self._hold
         """Where the stick was held on average over the last half second."""
 
+    @property
+    def hold(self) -> float:
+        """Return the pitch stick kept in level flight."""
+        return self._hold
+
     def _hang(self, view: View) -> float:
         """Return how far the nose must stand above the path at this speed and bank, rad."""
         ratio = self._feel.speed / max(view.speed, 0.7 * self._feel.speed)

@@ -153,6 +153,9 @@ class FlightUnderWay:
         Folder or shipped set that turns values into the converter's volts.
     hands : callable, optional
         Makes whoever flies, see `HandsMaker`; the human pilot of this package by default.
+    airborne : bool
+        Begin in level flight where the upwind leg of the pattern begins, not on the runway; `hands`
+        must know.
     """
 
     def __init__(
@@ -168,6 +171,7 @@ class FlightUnderWay:
         rate: float = 100.0,
         certificates: str | Path = "b777",
         hands: HandsMaker | None = None,
+        airborne: bool = False,
     ) -> None:
         self._dt = 1.0 / rate
         base = load_model(model) if isinstance(model, str) else model
@@ -185,6 +189,8 @@ class FlightUnderWay:
         # The pilot has learned on this very aircraft, with all that it hides.
         density = self._airframe.density(plan.pattern.height)
         feel = learn(self._airframe.simulator.model, plan.pattern.speed, density)
+        if airborne:
+            self._airframe.begin_in_air(feel)
         make = _human_pilot if hands is None else hands
         self._hands = make(plan, feel, pilot_random, self._dt)
         self._instruments = Instruments(

@@ -29,6 +29,8 @@ class HumanPilot:
         Everything in which one day differs from the next.
     dt : float
         Time between two moves, s.
+    mission : Mission, optional
+        What is flown when; the plan from beginning to end by default.
     """
 
     def __init__(
@@ -38,12 +40,13 @@ class HumanPilot:
         random: np.random.Generator,
         *,
         dt: float,
+        mission: Mission | None = None,
     ) -> None:
         human = plan.human
         eyes, hands, inputs, habits = random.spawn(4)
         self._runway = Runway(plan.conditions, plan.pattern.side)
         self._eyes = Eyes(plan, self._runway, eyes, dt)
-        self._mission = Mission(plan, inputs)
+        self._mission = Mission(plan, inputs) if mission is None else mission
         self._stages = self._mission.stages()
         self._intent = next(self._stages)
         self._feel = feel
@@ -72,6 +75,15 @@ class HumanPilot:
     def flown(self) -> list[tuple[float, float, Maneuver]]:
         """Return start, end (s) and intention of the maneuvers so far."""
         return self._mission.flown
+
+    @property
+    def trims(self) -> tuple[float, float, float]:
+        """Return the sticks that hold level flight: pitch, roll and yaw."""
+        return (
+            self._pitch.hold,
+            self._runway.sign * self._roll.hold,
+            (self._runway.sign * self._yaw_trim),
+        )
 
     def move(self, situation: Situation) -> Sticks:
         """Return the sticks at this moment."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.pilot.hands import StickInput
-from gsapp.dynamics.pilot.plan import FlightPlan, Human, Maneuver, RangeCheck
+from gsapp.dynamics.pilot.plan import FlightPlan, Human, Maneuver, Pattern, RangeCheck
 from gsapp.dynamics.pilot.sight import View
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -108,6 +108,11 @@ class Leg:
         return min(max(wanted, -most), most)
 
 
+def upwind_start(pattern: Pattern) -> tuple[float, float]:
+    """Return where the upwind leg begins: along and across the runway, m."""
+    return -0.5 * pattern.speed * pattern.leg, UPWIND_ACROSS
+
+
 class Mission:
     """The stages of one plan.
 
@@ -123,9 +128,10 @@ class Mission:
         self._random = random
         pattern = plan.pattern
         self._radius = pattern.speed**2 / (GRAVITY * math.tan(pattern.bank))
-        half = 0.5 * pattern.speed * pattern.leg
-        across = UPWIND_ACROSS + 2.0 * self._radius
-        self._upwind = Leg(course=0.0, across=UPWIND_ACROSS, end=half)
+        start, across_start = upwind_start(pattern)
+        half = -start
+        across = across_start + 2.0 * self._radius
+        self._upwind = Leg(course=0.0, across=across_start, end=half)
         self._downwind = Leg(course=math.pi, across=across, end=-half)
         self.flown: list[tuple[float, float, Maneuver]] = []
         """Start and end of each maneuver, s, as it was flown."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch, truth_block
+from gsapp.dynamics.pilot.keyed_mission import RECOVERING, TRAINEE
 from gsapp.quantities import Block
 from gsapp.telemetry.virtual.box import Box
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
@@ -42,6 +43,7 @@ class Downlink:
         if thin:
             self._kept = Box(layout(thin=False, attitude_sent=attitude, position_sent=position))
         self._announced: set[str] = set()
+        self._phase = ""
         self._flown: list[Block] = []
         self._stopped = False
 
@@ -81,13 +83,14 @@ class Downlink:
         live = self._live.frames(tick)
         kept = self._kept.frames(tick) if self._kept else []
         phase = stretch.phases[index]
-        if phase not in self._announced:
+        if phase not in self._announced or (phase in _EVERY_TIME and phase != self._phase):
             self._announced.add(phase)
             text = announcement(phase)
             if text:
                 live.append(self._live.text(text))
                 if self._kept:
                     kept.append(self._kept.text(text))
+        self._phase = phase
         return Packet(
             time=tick.micros * 1e-6,
             stamp_us=tick.unix_us,
@@ -108,7 +111,10 @@ _ANNOUNCEMENTS = {
     "landed": "Landed",
     "engines off": "Engines off",
     "crashed": "Crashed",
+    TRAINEE: "You have it",
+    RECOVERING: "I have it",
 }
+_EVERY_TIME = (TRAINEE, RECOVERING)
 
 
 def announcement(phase: str) -> str:

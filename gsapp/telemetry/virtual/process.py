@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import subprocess
 import sys
@@ -64,6 +65,7 @@ class _Background:
                     stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
                     stderr=log,
+                    bufsize=0,
                     start_new_session=sys.platform != "win32",
                 )
         except OSError as error:
@@ -84,6 +86,17 @@ class _Background:
         lines = self._words.read_text(encoding="utf-8", errors="replace").strip().splitlines()
         why = lines[-1] if lines else f"code {code}"
         return f"{self._title[0].upper()}{self._title[1:]} ended: {why}"
+
+    def say(self, line: str) -> bool:
+        """Write it a line to obey; return whether it could hear."""
+        stream = self._process.stdin
+        if stream is None:
+            return False
+        data = line.encode() + b"\n"
+        try:
+            return stream.write(data) == len(data)
+        except (OSError, ValueError):
+            return False
 
     def stop(self) -> None:
         """End it."""
@@ -201,18 +214,134 @@ class BenchProcess(_Background):
             command += ["--fault", fault]
         super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
 
-    def say(self, line: str) -> bool:
-        """Write it a line to obey, such as ``elevator_left 10``; return whether it could hear."""
-        stream = self._process.stdin
-        if stream is None:
-            return False
-        try:
-            stream.write(line.encode() + b"\n")
-            stream.flush()
-        except (OSError, ValueError):
-            return False
-        return True
-
     def set_angle(self, channel: str, angle: float) -> bool:
         """Have a surface or vane set by hand, deg; return whether it could hear."""
         return self.say(f"{channel} {angle:.10g}")
+
+
+class TrainingProcess(_Background):
+    """``gsapp fly --sticks`` in the background; its words go to ``virtual-training.log``.
+
+    It obeys the lines of `gsapp.telemetry.virtual.training.HELP`, and ends with the program that
+    started it. Nothing here waits: what it cannot hear now is lost, and said so.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the log of its words goes.
+    port : int
+        UDP port of this machine that it sends to.
+    plan : str
+        Flight plan, of which field, pattern and air are taken; empty takes the default one.
+    seed : int
+        Same seed and same sticks, same flight.
+    turbulence : float or None
+        Standard deviation of the gusts, m/s; None leaves it to the plan.
+    airborne : bool
+        Begin in the pattern; otherwise on the runway, and the built-in pilot takes off.
+    faults : sequence of str
+        What goes wrong with the instruments, ``CHANNEL:KIND[:PARAM=VALUE,..]``.
+    hidden : sequence of str
+        Effects, ``ID[:PARAM=VALUE,..]``.
+    aircraft, model : str
+        Files, or names of shipped ones; empty takes the shipped one.
+    thin : bool
+        For a 57,600-baud radio.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        port: int,
+        *,
+        plan: str = "",
+        seed: int = 0,
+        turbulence: float | None = None,
+        airborne: bool = True,
+        faults: Sequence[str] = (),
+        hidden: Sequence[str] = (),
+        aircraft: str = "",
+        model: str = "",
+        thin: bool = False,
+    ) -> None:
+        command = [
+            "fly", "--sticks",
+            "--to", f"udpout:127.0.0.1:{port}",
+            "--seed", str(seed),
+            "--position",
+        ]  # fmt: skip
+        for option, value in (("--plan", plan), ("--aircraft", aircraft), ("--model", model)):
+            if value:
+                command += [option, value]
+        if turbulence is not None:
+            command += ["--turbulence", f"{turbulence:g}"]
+        if airborne:
+            command.append("--airborne")
+        if thin:
+            command.append("--thin")
+        for fault in faults:
+            command += ["--fault", fault]
+        for effect in hidden:
+            command += ["--hide", effect]
+        super().__init__(
+            "the virtual aircraft", command, folder, "virtual-training.log", listens=True
+        )
+        stream = self._process.stdin
+        if stream is not None and sys.platform != "win32":
+            # A window must not stand still because an aircraft does.
+            os.set_blocking(stream.fileno(), False)
+
+    def sticks(self, pitch: float, roll: float, yaw: float, throttle: float | None = None) -> bool:
+        """Say where the keys push; to be said at least every second, moved or not.
+
+        Parameters
+        ----------
+        pitch, roll, yaw : float
+            -1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go.
+        throttle : float or None
+            0 idle to 1 full; None leaves it where it is.
+
+        Returns
+        -------
+        bool
+            Whether it could hear.
+        """
+        lever = "" if throttle is None else f" {throttle:.4g}"
+        return self.say(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}{lever}")
+
+    def take_over(self) -> bool:
+        """Take the aircraft; return whether it could hear. It says "You have it" over the link."""
+        return self.say("take")
+
+    def hand_back(self) -> bool:
+        """Give the aircraft back to the built-in pilot; return whether it could hear."""
+        return self.say("give")
+
+    def land(self) -> bool:
+        """Have the built-in pilot land, which ends the flight; return whether it could hear."""
+        return self.say("land")
+
+    def choose_size(self, share: float) -> bool:
+        """Choose how far a key pushes, as a share of full stick; return whether it could hear."""
+        return self.say(f"size {share:.4g}")
+
+    def choose_rate(self, *, high: bool) -> bool:
+        """Set the rate switch; return whether it could hear."""
+        return self.say(f"rate {'high' if high else 'low'}")
+
+    def click(self, axis: str, by: float) -> bool:
+        """Move a lever by a share of its travel; return whether it could hear.
+
+        Parameters
+        ----------
+        axis : str
+            ``throttle``, or the trim lever of ``pitch``, ``roll``, ``yaw``.
+        by : float
+            Positive is more throttle, nose up, right.
+        """
+        return self.say(f"click {axis} {by:.4g}")

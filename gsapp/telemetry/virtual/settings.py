@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.flight import FlightUnderWay
+from gsapp.dynamics.pilot.flight import FlightUnderWay, HandsMaker
 from gsapp.dynamics.pilot.plan import load_plan
 from gsapp.telemetry.virtual.downlink import Downlink
 from gsapp.telemetry.virtual.log_download import LogServer
@@ -34,6 +34,8 @@ class FlightSettings:
         For a 57,600-baud radio, with the full record on board.
     attitude, position : bool
         Whether the board knows and sends them.
+    airborne : bool
+        Begin in the pattern; for whoever knows to fly on from there.
     """
 
     plan: str = "default"
@@ -47,6 +49,7 @@ class FlightSettings:
     thin: bool = False
     attitude: bool = True
     position: bool = False
+    airborne: bool = False
 
     def check(self) -> None:
         """Raise the error that `flight` would, quickly.
@@ -58,8 +61,8 @@ class FlightSettings:
         """
         self.flight()
 
-    def flight(self) -> FlightUnderWay:
-        """Return the flight, about to begin."""
+    def flight(self, hands: HandsMaker | None = None) -> FlightUnderWay:
+        """Return the flight, about to begin, flown by the human pilot or by other hands."""
         return FlightUnderWay(
             load_plan(self.plan),
             aircraft=load_aircraft(self.aircraft),
@@ -69,12 +72,14 @@ class FlightSettings:
             faults=self.faults,
             turbulence=self.turbulence,
             certificates=self.certificates,
+            hands=hands,
+            airborne=self.airborne,
         )
 
-    def downlink(self, unix_us: int) -> Downlink:
+    def downlink(self, unix_us: int, hands: HandsMaker | None = None) -> Downlink:
         """Return the flight as a stream; the box is switched on at that time of day."""
         return Downlink(
-            self.flight(),
+            self.flight(hands),
             thin=self.thin,
             attitude=self.attitude,
             position=self.position,
