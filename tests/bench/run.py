@@ -34,6 +34,7 @@ BENCHMARKS = {
     "discrepancy_speed": "CPU of a search for a missing effect, by phase",
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",
     "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",
+    "wizard_window": "the wizard's page: errors over bounds and faults named, 200 aircraft",
     "calibrations": "angles and hysteresis against the truth, faults named, drift found",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }

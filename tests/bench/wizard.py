@@ -14,32 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration import Certificate
 from calibration.plan import load_plan
 from gsapp.dynamics.pilot.bench import (
     KINDS,
     POTENTIOMETERS,
     BenchFault,
-    Potentiometer,
     VirtualBench,
 )
-from gsapp.quantities.constants import DEGREE
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "calibration" / "wizard"))
 from bench_crew import BenchCrew
+from bench_truth import within
 
 PLAN = load_plan("b777").only(("surface", "vane"))
-SUPPLY = 4.9
-
-
-def within(certificate: Certificate, truth: Potentiometer, random: np.random.Generator) -> float:
-    """Return how often an angle, read on either branch of the loop, is as well known as stated."""
-    low, high = (certificate.points[at].value for at in (0, len(certificate.points) // 2))
-    angles = random.uniform(0.95 * low, 0.95 * high, 400)
-    shafts = angles + truth.play * (random.integers(0, 2, angles.size) - 0.5)
-    volts = truth.volts(shafts, SUPPLY)
-    errors = np.abs(certificate.evaluate(volts, SUPPLY) / DEGREE - angles)
-    return float(np.mean(errors <= certificate.uncertainty(volts, SUPPLY) / DEGREE))
 
 
 def whole_aircraft(seeds: int) -> None:

@@ -77,9 +77,9 @@ class Voice:
 
 
 def leave_only(folder: Path, *channels: str) -> None:
-    """Give the aircraft a plan of its own: the shipped one reduced to some instruments."""
+    """Give the aircraft a plan of its own: the shipped one reduced to these, in this order."""
     head, *tables = PLANS.find("b777").read_text(encoding="utf-8").split("[[instruments]]")
-    kept = [table for table in tables if any(f'channel = "{name}"' in table for name in channels)]
+    kept = [table for name in channels for table in tables if f'channel = "{name}"' in table]
     own = calibrations_path(folder / "settings" / "window.toml") / "plans" / "B777.toml"
     own.parent.mkdir(parents=True, exist_ok=True)
     text = "[[instruments]]".join([head, *kept])
@@ -184,3 +184,37 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
                 break
             window.desk.pass_time(_TICK)
     raise AssertionError(f"after {most} movements: {window.view.prompt} {window.view.message}")
+
+
+def try_out(window: BenchWindow, channel: str) -> list[tuple[str, str, str]]:
+    """Prove the sign of an instrument by hand, then go to both ends.
+
+    Returns
+    -------
+    list of (str, str, str)
+        The faults that the page named meanwhile: kind, channel, the other channel of a swap.
+    """
+    named: list[tuple[str, str, str]] = []
+
+    def note() -> None:
+        for fault in window.view.faults:
+            told = (fault.kind, fault.channel, fault.other)
+            if told not in named:
+                named.append(told)
+
+    window.desk.told.connect(note)
+    window.press(Qt.Key.Key_Space)
+    window.desk.pass_time(4.0)
+    assert window.view.instrument is not None
+    assert window.view.instrument.channel == channel
+    window.set_surface(channel, 15.0)
+    window.desk.pass_time(2.0)
+    if not named and window.view.phase == "sign":
+        # Moved, and nothing happens: the key says that it was moved.
+        window.press(Qt.Key.Key_Space)
+        window.desk.pass_time(1.0)
+    for angle in (-24.0, -20.0, 24.0):
+        if not named:
+            window.set_surface(channel, angle)
+            window.desk.pass_time(2.0)
+    return named

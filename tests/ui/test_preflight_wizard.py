@@ -14,13 +14,15 @@ from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "calibration" / "wizard"))
 
-from bench_kit import BenchWindow, leave_only, work_through
+from bench_kit import BenchWindow, leave_only, try_out, work_through
+from bench_truth import within
 from window_kit import open_window, until
 
 import ui.window
 from calibration import load_certificates
-from gsapp.dynamics.pilot.bench import BenchFault, VirtualBench
+from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
 from gsapp.quantities import from_si
 from ui.preflight.wizard_page import WizardPage
 
@@ -200,6 +202,29 @@ def test_a_window_that_was_killed_goes_on_at_the_same_point(at_bench: Open) -> N
     assert again.view.certificates["alpha"].who == "E. Meyer"
     again.press(KEY.Key_Space)
     assert again.page.start.resume.isHidden()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_angles_are_as_well_known_as_stated(at_bench: Open, seed: int) -> None:
+    """Another aircraft and another instrument each time; a tenth of the benchmark."""
+    name = POTENTIOMETERS[seed % 7]
+    window = at_bench(name, seed=seed)
+    begin(window)
+    work_through(window)
+    certificate = window.view.certificates[name]
+    truth = window.bench.potentiometers[name]
+    assert window.keys == 1
+    assert within(certificate, truth, np.random.default_rng(seed)) >= 0.85
+    assert abs(certificate.hysteresis - truth.play) <= 0.11
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_fault_is_named(at_bench: Open, kind: str) -> None:
+    """Dead, reversed, swapped, noisy, clipped: the one that it is, and no other."""
+    other = "rudder" if kind == "swapped" else ""
+    fault = BenchFault(channel="aileron_left", kind=kind, other=other)
+    window = at_bench("aileron_left", "rudder", fault=fault)
+    assert try_out(window, "aileron_left") == [(kind, "aileron_left", other)]
 
 
 def test_a_dead_potentiometer_is_named(at_bench: Open) -> None:
