@@ -33,13 +33,16 @@ class BenchDesk(QObject):
 
     changed = Signal()
     told = Signal()
+    working = Signal(object, str)
+    said = Signal(str, str)
 
     def __init__(self, bench: VirtualBench, folder: Path) -> None:
         super().__init__()
         self.bench = bench
         self.faults = FaultDesk()
-        self.said: list[str] = []
-        self.faults.raised.connect(lambda fault: self.said.append(fault.sentence))
+        self.complaints: list[str] = []
+        self.opened: list[Path] = []
+        self.faults.raised.connect(lambda fault: self.complaints.append(fault.sentence))
         self.history = History((), 100.0)
         self.session: object | None = SimpleNamespace(
             history=self.history,
@@ -48,6 +51,10 @@ class BenchDesk(QObject):
             replaying=None,
             path=folder / "none",
         )
+
+    def open_flight(self, path: Path) -> None:
+        """Note which flight is to be read anew."""
+        self.opened.append(path)
 
     def close(self) -> None:
         """Give the samples' file back."""

@@ -21,8 +21,9 @@ from bench_truth import within
 from window_kit import open_window, until
 
 import ui.window
-from calibration import load_certificates
+from calibration import certificate_files, load_certificates
 from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
+from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import from_si
 from ui.preflight.wizard_page import WizardPage
 
@@ -77,7 +78,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     work_through(window, "rudder")
     # Ten points and a sign cost the press that began it.
     assert window.keys == 1
-    assert window.desk.said == []
+    assert window.desk.complaints == []
     assert window.voice.tones.count("taken") >= 12
     assert "Left elevator, trailing edge down" in window.voice.words
 
@@ -126,6 +127,42 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert window.page.pages.currentWidget() is window.page.start
     kept = load_certificates(window.store.current.calibration)
     assert kept["elevator_left"].points == certificate.points
+
+
+def test_certificates_are_printed_by_a_key(qtbot: QtBot, at_bench: Open) -> None:
+    """Nothing to print before the first; then a page for each, and where they lie is said."""
+    window = at_bench("rudder")
+    assert "paper" not in [one.id for one in window.page.actions_bar.offers]
+    begin(window)
+    work_through(window)
+    assert [one.id for one in window.page.actions_bar.offers][:2] == ["leave", "paper"]
+    with qtbot.waitSignal(window.desk.said, timeout=30_000) as said:
+        window.press(KEY.Key_W)
+    assert said.args[1].startswith("1 page is written")
+    page = Path(said.args[1].rpartition(": ")[2].rstrip(".")) / "rudder.pdf"
+    assert page.read_bytes().startswith(b"%PDF-")
+    assert window.desk.complaints == []
+    window.press(KEY.Key_Space)
+    assert "paper" in [one.id for one in window.page.actions_bar.offers]
+
+
+def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_bench: Open) -> None:
+    """As it is fitted, byte for byte, beside those that were there; and the flight is read anew."""
+    flight = FlightFolder.create(tmp_path / "flight")
+    flight.keep_certificates(certificate_files("b777"))
+    window = at_bench("rudder")
+    window.desk.session.path = flight.path
+    begin(window)
+    work_through(window)
+    kept = {path.stem: path for path in flight.certificate_files()}
+    assert set(kept) == set(load_certificates("b777"))
+    made = window.page.shelf.store.in_force_folder / "rudder.toml"
+    assert kept["rudder"].read_bytes() == made.read_bytes()
+    assert kept["alpha"].read_bytes() == next(
+        path.read_bytes() for path in certificate_files("b777") if path.stem == "alpha"
+    )
+    assert window.desk.opened == [flight.path]
+    assert load_certificates(window.store.current.calibration)["rudder"].points
 
 
 def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> None:

@@ -17,6 +17,7 @@ from ui.desk import Desk
 from ui.look import Look
 from ui.preflight.action_bar import ActionBar, Offer
 from ui.preflight.ask_bar import AskBar
+from ui.preflight.certificate_pages import CertificatePages
 from ui.preflight.in_force import InForce
 from ui.preflight.practice import Practice
 from ui.preflight.prompter import Prompter, Silence
@@ -38,6 +39,7 @@ _OTHERS: Sequence[Kind] = ("gyro", "accelerometer", "pressure")
 _SAME = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
 _DEGREES = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
+_ON_PAPER = Offer(id="paper", text="Certificates on paper", key="W")
 _ARROWS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
@@ -76,6 +78,7 @@ class WizardPage(QWidget):
         self._choice: int | None = None
         self.practice = Practice(desk)
         self._in_force = InForce(desk, store, self.practice)
+        self.pages_on_paper = CertificatePages(desk)
         self.run: WizardRun | None = None
         self.setAccessibleName("Calibration")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -229,16 +232,19 @@ class WizardPage(QWidget):
         left = unfinished(shelf.journal)
         self.start.resume.setVisible(left)
         self.start.resume.say("A calibration was not finished: every step of it is kept.")
-        self.actions_bar.show_offers(self._start_offers(left=left))
+        made = bool(shelf.store.in_force())
+        self.actions_bar.show_offers(self._start_offers(left=left, made=made))
 
     @staticmethod
-    def _start_offers(*, left: bool) -> tuple[Offer, ...]:
+    def _start_offers(*, left: bool, made: bool) -> tuple[Offer, ...]:
         offers = [
             Offer(id="calibrate", text="Surfaces and vanes", key="N" if left else "Space"),
             Offer(id="others", text="Gyros, accelerometers, pressures", key="G"),
             Offer(id="check", text="Check in a minute", key="C"),
             Offer(id="practice", text="Practice without an aircraft", key="P"),
         ]
+        if made:
+            offers.append(_ON_PAPER)
         if left:
             offers.insert(0, Offer(id="resume", text="Go on where it stopped", key="Space"))
         first, *others = offers
@@ -255,7 +261,8 @@ class WizardPage(QWidget):
             self.pages.setCurrentWidget(self.summary)
             closing = Offer(id="leave", text="Done", key="Space", first=True)
             others = tuple(one for one in offers_of(view) if one.id in ("undo", "back"))
-            self.actions_bar.show_offers((closing, *others))
+            paper = (_ON_PAPER,) if self.shelf.store.in_force() else ()
+            self.actions_bar.show_offers((closing, *paper, *others))
             return
         self.practice.follow(view)
         self.pages.setCurrentWidget(self.work)
@@ -297,6 +304,7 @@ class WizardPage(QWidget):
             "resume": self.resume,
             "leave": self.leave,
             "practice": self.practice.start,
+            "paper": lambda: self.pages_on_paper.write(self.shelf),
             "help": self._help,
         }
         if name in own:
