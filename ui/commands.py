@@ -29,6 +29,10 @@ Need = Literal[
     "checklist",
     "cards",
     "card",
+    "pilot",
+    "pilot_cards",
+    "pilot_verdict",
+    "pilot_training",
 ]
 
 
@@ -114,6 +118,34 @@ _PREFLIGHT_COMMANDS = (
     _command("Preflight", "cards_save", "Save the test cards…", "Ctrl+S", needs="cards"),
 )  # fmt: skip
 
+_PILOT_COMMANDS = (
+    _command("Pilot", "pilot_page", "1 In flight", "Alt+1", needs="pilot"),
+    _command("Pilot", "pilot_debrief", "2 Debrief", "Alt+2", needs="pilot"),
+    _command("Pilot", "pilot_window", "The page in a window of its own", "Shift+F3", rule=True),
+    _command("Pilot", "pilot_speak", "Speak the cues in flight", "Ctrl+Shift+S"),
+    _command(
+        "Pilot", "pilot_previous_card", "Look at the card before", "PgUp", needs="pilot_cards",
+        rule=True,
+    ),
+    _command("Pilot", "pilot_next_card", "Look at the next card", "PgDown", needs="pilot_cards"),
+    _command("Pilot", "pilot_fly_card", "Fly this card", "Return", "Enter", needs="pilot_cards"),
+    _command("Pilot", "pilot_repeat", "Fly the last card again", "R", needs="pilot_cards"),
+    _command(
+        "Pilot", "pilot_any_card", "Let the program choose the card", "Backspace",
+        needs="pilot_cards",
+    ),
+    _command(
+        "Pilot", "pilot_dismiss", "Put the verdict away", "Space", needs="pilot_verdict", rule=True
+    ),
+    _command(
+        "Pilot", "pilot_train", "Train with the virtual aircraft", "Ctrl+Shift+T", rule=True
+    ),
+    _command(
+        "Pilot", "pilot_sticks", "Take the sticks, or give them back", "H",
+        needs="pilot_training",
+    ),
+)  # fmt: skip
+
 COMMANDS: tuple[Command, ...] = (
     _command("File", "connect", "Connect an aircraft…", "Ctrl+L"),
     _command("File", "open_file", "Open a flight file…", "Ctrl+O"),
@@ -154,7 +186,8 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight"),
     _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight"),
     _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="flight", rule=True),
-    _command("Flight", "mute", "Sound on or off", "S"),
+    # The second key serves while letters are sticks.
+    _command("Flight", "mute", "Sound on or off", "S", "Ctrl+M"),
     _command("Replay", "slower", "Slower", "[", needs="replay"),
     _command("Replay", "faster", "Faster", "]", needs="replay"),
     _command("Replay", "step_back", "One step back", ",", needs="replay"),
@@ -169,6 +202,7 @@ COMMANDS: tuple[Command, ...] = (
         rule=True,
     ),
     *_PREFLIGHT_COMMANDS,
+    *_PILOT_COMMANDS,
     _command("Model gap", "gap_search", "Search for a missing effect…", "Ctrl+F"),
     _command("Model gap", "gap_cancel", "Stop the search", "Ctrl+.", needs="search"),
     _command("Model gap", "gap_find", "1 Find the disagreement", "Alt+1", needs="gap", rule=True),
@@ -206,7 +240,7 @@ COMMANDS: tuple[Command, ...] = (
 )
 """All commands, in the order of the menus."""
 
-CHECKED = frozenset({"full_screen", "side_panel", "mute"})
+CHECKED = frozenset({"full_screen", "side_panel", "mute", "pilot_window", "pilot_speak"})
 """Commands that are on or off; the menu shows which."""
 
 

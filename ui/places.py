@@ -57,15 +57,6 @@ PLACES: tuple[Place, ...] = (
         key="F3",
         glyph="pilot",
         purpose="Large cues for the pilot, readable from three meters: trim, speed, next maneuver.",
-        coming=(
-            "Is the aircraft trimmed and level, in words and one large sign",
-            "The next test point, and the verdict on the doublet just flown",
-            "A second window for a screen at the pilot's side",
-        ),
-        today=(
-            ("Airspeed and attitude", "Flight (F2): the large value right of each strip"),
-            ("Larger letters", "Ctrl++ up to 250 %; F11 fills the screen"),
-        ),
     ),
     Place(
         id="review",

@@ -54,6 +54,10 @@ class Settings(StrictModel):
         What was looked at last.
     preflight_step : str
         Step before the flight that was looked at last.
+    pilot_window : bool
+        Whether the pilot's page has a window of its own, too.
+    flight_speech : str
+        Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
     """
 
     theme: str = "daylight"
@@ -76,6 +80,8 @@ class Settings(StrictModel):
     gap_variable: str = "alpha"
     gap_channel: str = "q"
     preflight_step: str = Field(default="card", pattern="^(card|calibration|checklist|cards)$")
+    pilot_window: bool = False
+    flight_speech: str = Field(default="page", pattern="^(page|always|never)$")
 
     def with_link(self, link: str) -> Settings:
         """Return the settings with that link as the newest."""

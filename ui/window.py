@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import QByteArray, QSize
+from PySide6.QtCore import QByteArray, QSize, QTimer
 from PySide6.QtGui import QCloseEvent, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -36,6 +36,7 @@ from ui.keyboard import KeyKeeper
 from ui.look import Look
 from ui.opening import Opening
 from ui.pages import ComingPage, StartPage
+from ui.pilot.place import PilotPlace
 from ui.places import PLACES
 from ui.preflight.place import PreflightPlace
 from ui.settings import SettingsStore, layouts_path, limits_path
@@ -97,9 +98,17 @@ class MainWindow(QMainWindow):
         self.preflight = PreflightPlace(
             self.commands.actions, self.look, store, self.banners, faults, self.desk, self.voice
         )
+        self.pilot = PilotPlace(
+            self.commands.actions, self.look, store, faults, self.desk, self.voice
+        )
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
-        built = {"preflight": self.preflight, "flight": self.flight_place, "gap": self.gap}
+        built = {
+            "preflight": self.preflight,
+            "flight": self.flight_place,
+            "pilot": self.pilot,
+            "gap": self.gap,
+        }
         for place in PLACES:
             self.places.addWidget(built.get(place.id) or ComingPage(place, self.look))
         self._arrange()
@@ -116,6 +125,9 @@ class MainWindow(QMainWindow):
             if complaint:
                 self.banners.show_banner("caution", complaint)
         self._flight_changed()
+        if settings.pilot_window:
+            # When the main window has its screen.
+            QTimer.singleShot(0, self.pilot, self.pilot.open_window)
         if offer_recorders:
             self.opening.look_for_recorders()
 
@@ -141,6 +153,7 @@ class MainWindow(QMainWindow):
         commands.bind(
             self.handlers, self.appearance.handlers, self.opening.handlers, self.crew.handlers,
             self.view.handlers, self.gap.handlers, self.preflight.handlers,
+            self.pilot.handlers,
         )  # fmt: skip
         actions = commands.actions
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
@@ -155,6 +168,7 @@ class MainWindow(QMainWindow):
         self.gap.wanted.connect(lambda: self.show_place("gap"))
         self.gap.changed.connect(self._enable)
         self.preflight.changed.connect(self._enable)
+        self.pilot.changed.connect(self._enable)
         self.preflight.started.connect(lambda: self.show_place("flight"))
         commands.check("mute", self.store.current.muted)
 
@@ -182,8 +196,8 @@ class MainWindow(QMainWindow):
         self.places.setCurrentIndex(self._place_ids.index(place_id))
         self.rail.show_place(place_id)
         self._enable()
-        if place_id in ("gap", "preflight"):
-            (self.gap if place_id == "gap" else self.preflight).begin()
+        if place_id in ("gap", "preflight", "pilot"):
+            {"gap": self.gap, "preflight": self.preflight, "pilot": self.pilot}[place_id].begin()
             return
         page = self.view.charts if self.desk.is_open else self.flight_place.start
         (page if place_id == "flight" else self.places.currentWidget()).setFocus()
@@ -229,7 +243,9 @@ class MainWindow(QMainWindow):
             undoes = self.gap.search.can_undo
         elif self.preflight.shown:
             undoes = self.preflight.can_undo
-        found: list[Need] = [*self.desk.present, *self.gap.present, *self.preflight.present]
+        found: list[Need] = [
+            *self.desk.present, *self.gap.present, *self.preflight.present, *self.pilot.present
+        ]  # fmt: skip
         if undoes:
             found.append("change")
         if self.desk.is_open and self.places.currentWidget() is self.flight_place:
@@ -289,6 +305,7 @@ class MainWindow(QMainWindow):
         self.gap.close_search()
         self.preflight.flush()
         self.preflight.close_calibration()
+        self.pilot.close_window()
         self.desk.close()
         application = QApplication.instance()
         if application is not None:

@@ -95,8 +95,8 @@ def _place(needs: str) -> str:
     """Return the place whose commands need this; empty for commands of the whole window."""
     if needs in ("preflight", "preflight_future", "checklist", "cards", "card"):
         return "preflight"
-    if needs.startswith("gap"):
-        return "gap"
+    if needs.startswith(("gap", "pilot")):
+        return needs.partition("_")[0]
     return "flight" if needs == "charts" else ""
 
 

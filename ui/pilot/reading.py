@@ -148,7 +148,7 @@ def _input(under_way: InputUnderWay, cues: CueSnapshot, units: str) -> _Head:
         tone="strong",
         ring=min(max(left / total, 0.0), 1.0) if total > 0.0 else 0.0,
         count=f"{max(math.ceil(left), 0)}",
-        hints=(Hint(words="let it swing"),),
+        hints=(Hint(words="let it swing", sign="hand"),),
         gauges=gauges,
     )
 

@@ -1,0 +1,68 @@
+"""The cues of the open flight: read for the page, and the crew's choice of a card."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.speaking import Spoken
+from gsapp.flight.cards import CardSet
+from ui.desk import Desk
+
+BELIEVED: Final = 1.0
+"""Seconds without a sample after which what was said last does not stand any more."""
+
+
+class FlightCues:
+    """What the pilot's page knows of the open flight.
+
+    Parameters
+    ----------
+    desk : Desk
+        The open flight.
+    clock : callable
+        Seconds of a clock that never goes back.
+    """
+
+    def __init__(self, desk: Desk, clock: Callable[[], float] = time.monotonic) -> None:
+        self._desk = desk
+        self._clock = clock
+        self._seen: float | None = None
+        self._came = clock()
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether a flight is open."""
+        return self._desk.is_open
+
+    def snapshot(self) -> CueSnapshot | None:
+        """Return the cues; None without a flight, or where it gives none."""
+        session = self._desk.session
+        return getattr(session, "cues", None)
+
+    def silent(self) -> float | None:
+        """Return for how many seconds nothing came of a live flight; None while it comes."""
+        now, newest = self._clock(), self._desk.time
+        if newest != self._seen:
+            self._seen, self._came = newest, now
+        live = self._desk.is_open and not self._desk.is_replay
+        passed = now - self._came
+        return passed if live and newest is not None and passed > BELIEVED else None
+
+    def spoken(self) -> Sequence[Spoken]:
+        """Return what is to be heard, all of the flight so far."""
+        session = self._desk.session
+        return getattr(session, "spoken", ())
+
+    @property
+    def cards(self) -> CardSet | None:
+        """Return the test cards of the flight."""
+        session = self._desk.session
+        return getattr(session, "cards", None)
+
+    def choose(self, card_id: str) -> None:
+        """Have a card flown until it is done; an empty one lets the program choose."""
+        if self._desk.session is not None:
+            self._desk.session.choose_card(card_id)

@@ -1,0 +1,62 @@
+"""What can be done on the page, as buttons with their keys. No Qt widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from PySide6.QtGui import QAction
+
+from ui.preflight.action_bar import Offer
+
+_WORDS: Final[Mapping[str, str]] = {
+    "pilot_dismiss": "Verdict away",
+    "pilot_previous_card": "Card before",
+    "pilot_next_card": "Next card",
+    "pilot_fly_card": "Fly this card",
+    "pilot_repeat": "Last card again",
+    "pilot_any_card": "Best card",
+    "pilot_sticks": "Sticks",
+    "pilot_debrief": "Debrief",
+    "pilot_page": "In flight",
+    "pilot_window": "Own window",
+    "pilot_train": "Train",
+    "mute": "Sound",
+}
+"""Short words of the commands that have a button."""
+
+
+def offers(
+    actions: Mapping[str, QAction], *, debrief: bool, looking: bool, sticks: str
+) -> tuple[Offer, ...]:
+    """Return the buttons below the page: what acts now, the most wanted first.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    debrief : bool
+        Whether the debrief is on screen.
+    looking : bool
+        Whether another card is looked at than that which is to be flown.
+    sticks : str
+        What taking or giving back the sticks is called now; empty without training.
+    """
+    # The verdict's button keeps its place without a verdict, so that no other comes under a thumb.
+    shown = [] if debrief else ["pilot_dismiss"]
+    if not debrief and actions["pilot_fly_card"].isEnabled():
+        shown += ["pilot_previous_card", "pilot_next_card", "pilot_fly_card", "pilot_repeat",
+                  "pilot_any_card"]  # fmt: skip
+    if sticks:
+        shown.insert(0, "pilot_sticks")
+    shown.append("pilot_page" if debrief else "pilot_debrief")
+    shown += ["pilot_window", "pilot_train", "mute"]
+    return tuple(
+        Offer(
+            id=name,
+            text=sticks if name == "pilot_sticks" else _WORDS[name],
+            key=actions[name].shortcut().toString(),
+            first=name == "pilot_fly_card" and looking,
+        )
+        for name in shown
+    )

@@ -1,0 +1,66 @@
+"""From what is to be heard of a flight to the voice of the window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.speaking import Spoken
+from ui.voice.queue import Priority
+from ui.voice.voice import Voice
+
+LATE: Final = 1.5
+"""Seconds of flight after which something is not said any more: it was true a while ago."""
+_PRIORITY: Final[Mapping[str, Priority]] = {
+    "note": Priority.NOTE,
+    "prompt": Priority.PROMPT,
+    "warning": Priority.WARNING,
+}
+
+
+class FlightSpeech:
+    """Says what is new, and keeps everything else silent while the hands are off.
+
+    Which words those are was decided before (`gsapp.excitation.speaking`); of two at once the
+    voice chooses.
+
+    Parameters
+    ----------
+    voice : Voice
+    """
+
+    def __init__(self, voice: Voice) -> None:
+        self._voice = voice
+        self._heard = 0
+
+    def restart(self, spoken: Sequence[Spoken] = ()) -> None:
+        """Begin with another flight; what was to be heard of it before is not said."""
+        self._heard = len(spoken)
+        self._voice.hush(False)
+
+    def hear(self, cues: CueSnapshot | None, spoken: Sequence[Spoken], *, aloud: bool) -> None:
+        """Let be heard what is new.
+
+        Parameters
+        ----------
+        cues : CueSnapshot or None
+            As they stand.
+        spoken : sequence of Spoken
+            All of the flight so far.
+        aloud : bool
+            Whether cues are spoken at all.
+        """
+        if len(spoken) < self._heard:
+            self._heard = 0  # a replay went back
+        new, self._heard = spoken[self._heard :], len(spoken)
+        self._voice.hush(aloud and cues is not None and cues.under_way is not None)
+        if not aloud or cues is None or cues.time is None:
+            return
+        for one in new:
+            if cues.time - one.time > LATE:
+                continue
+            if one.words:
+                self._voice.say(one.words, _PRIORITY[one.priority], through=True)
+            if one.tone:
+                self._voice.tone(one.tone)
