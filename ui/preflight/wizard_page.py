@@ -193,6 +193,9 @@ class WizardPage(QWidget):
             self._in_force.put(shelf)
         except GroundStationError as error:
             self._desk.faults.report(error)
+        if self.run is not None and self.run.view.instrument is None:
+            # The last one: the live numbers are those of today from here on.
+            self._in_force.read_anew()
         self.changed.emit()
 
     # What is shown
