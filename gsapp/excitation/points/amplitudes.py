@@ -25,7 +25,15 @@ AIMED_AT: Final = 0.6
 that comes along adds to the answer, and either must not spoil it."""
 
 _OWN_RATE: Final = {"de": "q", "da": "p", "dr": "r"}
-_RATE_WORDS: Final = {"q": "pitch rate", "p": "roll rate", "r": "yaw rate"}
+_WORDS: Final = {
+    "q": "the pitch rate",
+    "p": "the roll rate",
+    "r": "the yaw rate",
+    "ax": "the forward acceleration",
+    "ay": "the lateral acceleration",
+    "an": "the normal acceleration",
+}
+"""Channels in words; others are called by their id."""
 _SLOPS = 2.0
 """Times the free play of the linkage that an input must have."""
 _LEAST_OF_TRAVEL = 0.03
@@ -176,7 +184,7 @@ def _limits(aircraft: Aircraft, motions: SmallMotions) -> list[_Limit]:
             _Limit(
                 signal=channel,
                 room=_room(resting.get(channel, 0.0), used),
-                words=f"larger, {channel} comes within a tenth of the end of its sensor's range",
+                words=f"larger, {_said(channel)} comes near the end of its sensor's range",
             )
         )
     return found
@@ -272,19 +280,12 @@ def _lowest(
     best = max(swings, key=lambda name: swings[name])
     rate = _OWN_RATE[surface]
     found = _by_linkage(getattr(aircraft.controls, surface))
-    if swings[best] > 0.0:
-        found.append(
-            (
-                WEAK / swings[best],
-                f"smaller, {best} does not stand out of its noise {WEAK:.0f} times",
-            )
-        )
-    if swings[rate] > 0.0:
-        found.append(
-            (
-                FAINT / swings[rate],
-                f"smaller, the {_RATE_WORDS[rate]} does not stand out of its noise "
-                f"{FAINT:.0f} times",
-            )
-        )
+    for name, wanted in ((best, WEAK), (rate, FAINT)):
+        if swings[name] > 0.0:
+            words = f"smaller, {_said(name)} does not stand out of its noise {wanted:.0f} times"
+            found.append((wanted / swings[name], words))
     return max(found, key=lambda one: one[0])
+
+
+def _said(channel: str) -> str:
+    return _WORDS.get(channel, channel)

@@ -87,14 +87,17 @@ def wanted_input(
             motions = _motions(aircraft, model, point)
         source = "model" if flown is model else "flight"
     width, hands_off, mode = _timing(motions, surfaces, kind)
+    step = width.best
     if card is not None:
         width = _card_width(card)
+        if kind != "sweep":  # whose width is that of all of it
+            step = width.best
     if aircraft is None:
         amplitudes: dict[str, Band] = {}
     elif motions is None:
-        amplitudes = {name: without_model(aircraft, name, width.best) for name in surfaces}
+        amplitudes = {name: without_model(aircraft, name, step) for name in surfaces}
     else:
-        amplitudes = _amplitudes(aircraft, motions, surfaces, kind, width.best, noise)
+        amplitudes = _amplitudes(aircraft, motions, surfaces, kind, step, noise)
     if card is not None:
         source = "card"
         for name, asked in card.amplitudes.items():
