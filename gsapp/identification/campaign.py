@@ -341,7 +341,7 @@ def _estimate_about_cg(
         }
     beside: tuple[str, ...] = ()
     if settings.model is None and settings.free is None:
-        beside = _moved_beside(maneuvers, axis, (*free, *held))
+        beside = moved_beside(maneuvers, axis, (*free, *held))
     found = ml.estimate(
         maneuvers,
         replace(
@@ -356,7 +356,7 @@ def _estimate_about_cg(
     return _without(found, beside)
 
 
-def _moved_beside(
+def moved_beside(
     maneuvers: Sequence[Maneuver], axis: Axis, settled: Sequence[str]
 ) -> tuple[str, ...]:
     """Return derivatives of surfaces that moved though not as the input, not settled otherwise.

@@ -167,13 +167,66 @@ def colored_covariance(
     return joint_covariance([part], S.shape[2], lags=lags, prior=prior, passes=passes)
 
 
+def covariance_under(
+    S: FloatArray, W: FloatArray, lagged: FloatArray, *, segments: Sequence[slice] | None = None
+) -> FloatArray:
+    """Return the honest covariance that estimates will have under noise that is known.
+
+    What `joint_covariance` will find in the residuals of a maneuver, before there are any.
+
+    Parameters
+    ----------
+    S : ndarray, shape (n, n_responses, n_parameters)
+    W : ndarray, shape (n_responses, n_responses)
+        The weights that the fit will take.
+    lagged : ndarray, shape (2 Lg + 1, n_responses, n_responses)
+        Autocovariance of the noise; the middle one is that of lag 0.
+    segments : sequence of slice, optional
+
+    Returns
+    -------
+    ndarray, shape (n_parameters, n_parameters)
+        Infinite variances where the information has no inverse.
+    """
+    part = Part(S=S, v=np.zeros(S.shape[:2]), W=W, segments=segments)
+    inverted, lost = _inverse(information(S, W))
+    B = _Work(part, len(lagged) // 2, lagged).gradient_covariance()
+    covariance: FloatArray = inverted @ B @ inverted
+    covariance[lost, lost] = np.inf
+    return covariance
+
+
+def noise_autocovariance(part: Part, *, lags: int | None = None) -> FloatArray:
+    """Return the autocovariance of the noise behind the residuals of a fit of one maneuver.
+
+    What the fit took away is added back.
+
+    Parameters
+    ----------
+    part : Part
+        With all parameters that the fit had.
+    lags : int, optional
+        Lg. By default `gsapp.identification.statistics.correlation.usual_lags`.
+
+    Returns
+    -------
+    ndarray, shape (2 Lg + 1, n_responses, n_responses)
+        The middle one is that of lag 0.
+    """
+    work = _Work(part, lags)
+    inverted, _ = _inverse(information(part.S, part.W, counted=part.v))
+    covariance = inverted @ work.gradient_covariance() @ inverted
+    work.add_back(inverted, covariance)
+    return work.lagged
+
+
 class _Work:
     """The spectra of one maneuver.
 
     All is done in four arrays: fresh memory costs more here than the arithmetic.
     """
 
-    def __init__(self, part: Part, lags: int | None) -> None:
+    def __init__(self, part: Part, lags: int | None, lagged: FloatArray | None = None) -> None:
         self.part = part
         count, responses, width = part.S.shape
         columns = np.arange(width) if part.columns is None else part.columns
@@ -184,7 +237,8 @@ class _Work:
         counted = np.isfinite(part.v)
         self._lost = None if counted.all() else ~counted
         self._per_pair = self._layout.per_pair(counted)
-        self._C = autocovariance(part.v, self._layout)
+        self._C = autocovariance(part.v, self._layout) if lagged is None else lagged
+        self.lagged = self._C
         self._density = self._layout.spectrum_of_lags(self._C * self._taper)
         rows = (self._layout.length, responses, width)
         self._row, self._other = np.zeros(rows), np.empty(rows)
@@ -227,8 +281,8 @@ class _Work:
         np.conjugate(self._scratch, out=self._scratch)
         cross = self._scratch @ self._S.swapaxes(1, 2)
         taken = self._layout.lags_of(cross + cross.conj().swapaxes(1, 2))
-        lagged = self._C + taken * self._per_pair
-        self._density = self._layout.spectrum_of_lags(lagged * self._taper)
+        self.lagged = self._C + taken * self._per_pair
+        self._density = self._layout.spectrum_of_lags(self.lagged * self._taper)
 
 
 def noise_covariance(v: FloatArray, *, diagonal: bool = False) -> FloatArray:

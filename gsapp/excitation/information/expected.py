@@ -1,0 +1,203 @@
+"""The bounds that maximum likelihood will report for a maneuver, from its information matrix.
+
+At known parameters no iteration is needed: one pass over the equations gives the motion and its
+sensitivities, and with the noise of the responses the bounds follow. Layout, equations and
+statistics are those of the fit itself, so that what is expected here is what it reports. The
+motion follows from the input alone; what the responses showed is not looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.dynamics.model import Model
+from gsapp.excitation.information.noise import ResponseNoise
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import RESPONSES, Axis, axis_derivatives, free_derivatives
+from gsapp.identification.campaign import moved_beside
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings, Solution
+from gsapp.identification.maximum_likelihood.layout import lay_out
+from gsapp.identification.maximum_likelihood.problem import Problem
+from gsapp.identification.maximum_likelihood.solution import conclude
+from gsapp.identification.maximum_likelihood.solver import Solver
+from gsapp.identification.statistics import Part as BoundsPart
+from gsapp.identification.statistics import covariance_under, noise_autocovariance
+from gsapp.identification.statistics.correlation import usual_lags
+from gsapp.quantities import FloatArray
+
+UNSEEN = 1e3
+"""A derivative whose bound exceeds this counts as not seen at all."""
+_ITERATIONS = 12
+_PRIOR = 0.5
+"""Share of a derivative that it may be off where a stretch without an input is listened to."""
+_LEAST_PRIOR = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Information:
+    """What a maneuver says of derivatives, initial states and biases projected out.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Derivatives that it sees.
+    matrix : ndarray, shape (n_names, n_names)
+        Inverse of their honest covariance.
+    """
+
+    names: tuple[str, ...]
+    matrix: FloatArray
+
+    @property
+    def stds(self) -> dict[str, float]:
+        """Return the bound of each derivative by this maneuver alone."""
+        variances = np.linalg.inv(self.matrix).diagonal()
+        return dict(zip(self.names, np.sqrt(variances).tolist(), strict=True))
+
+
+def settings_for(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
+    """Return how the maneuver will be fitted after the flight: what is free, what is held.
+
+    Tables 6.2.5 and 6.2.6, and what moved beside the input; the rest is held at the model's.
+    Effects of the model are left out: they hardly change what the bounds are.
+    """
+    free = free_derivatives(axis, maneuver.inputs)
+    free = (*free, *moved_beside((maneuver,), axis, free))
+    held = {name: model.derivative(name) for name in axis_derivatives(axis) if name not in free}
+    return MLSettings(axis=axis, free=free, held=held, max_iterations=_ITERATIONS)
+
+
+def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise) -> Information:
+    """Return the information that a maneuver with this input will bring.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+        Flown or planned: its surfaces, and the air data and attitude that come with them.
+    axis : {"lon", "lat"}
+    model : Model
+        The known parameters.
+    noise : ResponseNoise
+        Of the responses of the axis, at the maneuver's own rate.
+
+    Raises
+    ------
+    FlightError
+        If nothing of it can be fitted, or the model diverges.
+    """
+    settings = settings_for(maneuver, axis, model)
+    heard_of = tuple(name for name in RESPONSES[axis] if name in noise.responses)
+    settings = replace(settings, responses=heard_of)
+    problem = lay_out([maneuver], settings)
+    solver = Solver(problem, settings)
+    point = solver.evaluate(known_start(problem, model))
+    if point is None:
+        raise FlightError(f"the motion of maneuver {maneuver.id} diverges with the model's values")
+    part = problem.parts[0]
+    part.accept()
+    _, _, found = solver.linearize(point)
+    S = np.concatenate(found[0], axis=2).transpose(2, 0, 1)
+    slices, first = [], 0
+    for segment in part.segments:
+        slices.append(slice(first, first + segment.measured.shape[1]))
+        first = slices[-1].stop
+    heard = noise.of(part.responses)
+    W = np.diag(1.0 / heard.variances)
+    covariance = covariance_under(
+        np.ascontiguousarray(S),
+        W,
+        heard.lags(usual_lags(len(S))),
+        segments=None if len(slices) == 1 else slices,
+    )
+    return _projected(problem.names.all, covariance)
+
+
+def known_start(problem: Problem, model: Model) -> FloatArray:
+    """Return the unknowns with derivatives as known, initial states as measured, no bias."""
+    shared = [model.derivative(name) for name in problem.names.all]
+    return np.concatenate((shared, *(part.local_start for part in problem.parts)))
+
+
+def fitted(maneuver: Maneuver, axis: Axis, model: Model) -> Solution:
+    """Fit a maneuver by maximum likelihood from known parameters on; it takes a few rounds.
+
+    Raises
+    ------
+    FlightError
+        If nothing can be fitted, or the model diverges.
+    """
+    settings = settings_for(maneuver, axis, model)
+    problem = lay_out([maneuver], settings)
+    solver = Solver(problem, settings)
+    return conclude(problem, solver, solver.solve(known_start(problem, model)), settings)
+
+
+def brought(solution: Solution) -> Information:
+    """Return what a fit brought, as its honest covariance says."""
+    return _projected(tuple(solution.estimate.derivatives), solution.covariance, solution.names)
+
+
+def heard_in(solution: Solution, rate: float) -> ResponseNoise:
+    """Return the noise behind the residuals of a fit of one maneuver."""
+    (part,) = solution.parts
+    one = BoundsPart(
+        S=part.sensitivities,
+        v=part.residuals,
+        W=part.weights,
+        segments=None if len(part.segments) == 1 else part.segments,
+    )
+    return ResponseNoise(
+        responses=part.responses,
+        rate=rate,
+        lagged=noise_autocovariance(one),
+        seconds=len(part.times) / rate,
+    )
+
+
+def heard_before(stretch: Maneuver, axis: Axis, model: Model) -> ResponseNoise:
+    """Return the noise of a stretch of flight without an input.
+
+    What little the pilot steers there is explained by the model, bent as far as it must.
+
+    Raises
+    ------
+    FlightError
+        If nothing can be fitted, or the model diverges.
+    """
+    free = axis_derivatives(axis)
+    settings = MLSettings(
+        axis=axis, free=free, priors=_priors(free, model), max_iterations=_ITERATIONS
+    )
+    problem = lay_out([stretch], settings)
+    solver = Solver(problem, settings)
+    solution = conclude(problem, solver, solver.solve(known_start(problem, model)), settings)
+    return heard_in(solution, 1.0 / stretch.dt)
+
+
+def _priors(names: tuple[str, ...], model: Model) -> Mapping[str, tuple[float, float]]:
+    found = {}
+    for name in names:
+        value = model.derivative(name)
+        found[name] = value, max(_PRIOR * abs(value), _LEAST_PRIOR)
+    return found
+
+
+def _projected(
+    wanted: tuple[str, ...], covariance: FloatArray, names: tuple[str, ...] | None = None
+) -> Information:
+    """Return the information over those of the wanted derivatives that have a finite bound."""
+    order = wanted if names is None else names
+    kept = [
+        name
+        for name in wanted
+        if name in order
+        and np.isfinite(variance := covariance[order.index(name), order.index(name)])
+        and 0.0 < variance < UNSEEN**2
+    ]
+    places = [order.index(name) for name in kept]
+    matrix: FloatArray = np.linalg.inv(covariance[np.ix_(places, places)])
+    return Information(names=tuple(kept), matrix=matrix)

@@ -1,0 +1,61 @@
+"""The first seconds in the air, from which the noise of the day is heard."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.rows import FlightRows
+
+CLIMB: Final = 8.0
+"""Seconds after take-off that are left out: flaps, full throttle, a steep climb."""
+_KEPT: Final = 60.0
+
+
+class FirstAir:
+    """Waits for so many seconds of flight, and gives their rows once.
+
+    Parameters
+    ----------
+    seconds : float
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._parts: deque[FlightRows] = deque()
+        self._given = False
+
+    def take(self, rows: FlightRows, took_off: float | None) -> FlightRows | None:
+        """Take in the next rows; give the stretch as soon as all of it is there.
+
+        Parameters
+        ----------
+        rows : FlightRows
+        took_off : float or None
+            Flight time, s; None on the ground.
+        """
+        if self._given or not len(rows):
+            return None
+        if rows.fresh:
+            self._parts.clear()
+        self._parts.append(rows)
+        newest = float(rows.times[-1])
+        if took_off is None:
+            while self._parts[0].times[-1] < newest - _KEPT:
+                self._parts.popleft()
+            return None
+        start = took_off + CLIMB
+        if newest < start + self._seconds:
+            return None
+        times = np.concatenate([one.times for one in self._parts])
+        inside = (times >= start) & (times <= start + self._seconds)
+        self._given = True
+        if inside.sum() < 2:
+            return None
+        first = int(np.argmax(inside))
+        values = np.concatenate([one.values for one in self._parts])
+        number = self._parts[0].first + first
+        self._parts.clear()
+        return FlightRows(first=number, times=times[inside], values=values[inside])

@@ -1,0 +1,303 @@
+"""What one maneuver after the other teaches: bounds, values, noise, habits of the pilot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.information.cutting import maneuver_of
+from gsapp.excitation.information.expected import (
+    Information,
+    brought,
+    expected,
+    fitted,
+    heard_before,
+    heard_in,
+)
+from gsapp.excitation.information.habits import FIT, Habits
+from gsapp.excitation.information.noise import ResponseNoise, assumed_noise, pooled
+from gsapp.excitation.points.learned import updated
+from gsapp.excitation.rows import FlightRows
+from gsapp.flight.cards import TestCard
+from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import RESPONSES, Axis, axis_derivatives
+from gsapp.identification.ftr.estimates import LiveEstimate
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import Solution
+from gsapp.identification.statistics.bounds import inverse
+from gsapp.quantities import FloatArray
+
+AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
+LISTENED: Final = 10.0
+"""Seconds before a maneuver in which the noise is heard."""
+_SHORTEST_HEARD: Final = 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Total:
+    """All that the maneuvers of one axis said together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        All derivatives of the axis.
+    matrix : ndarray, shape (n_names, n_names)
+        Sum of the information; zero rows for what none saw.
+    pull : ndarray, shape (n_names,)
+        Sum of information times estimates.
+    """
+
+    names: tuple[str, ...]
+    matrix: FloatArray
+    pull: FloatArray
+
+    @staticmethod
+    def nothing(axis: Axis) -> Total:
+        """Return what is known before the first maneuver."""
+        names = axis_derivatives(axis)
+        return Total(names=names, matrix=np.zeros((len(names),) * 2), pull=np.zeros(len(names)))
+
+    def plus(self, information: Information, values: Mapping[str, float]) -> Total:
+        """Return the total with another maneuver's information and estimates."""
+        places = [self.names.index(name) for name in information.names]
+        own = np.array([values[name] for name in information.names])
+        matrix, pull = self.matrix.copy(), self.pull.copy()
+        matrix[np.ix_(places, places)] += information.matrix
+        pull[places] += information.matrix @ own
+        return Total(names=self.names, matrix=matrix, pull=pull)
+
+    def estimates(self) -> dict[str, tuple[float, float]]:
+        """Return value and bound of each derivative that was seen: those of one joint fit."""
+        covariance = inverse(self.matrix)
+        variances = covariance.diagonal()
+        good = np.isfinite(variances) & (variances > 0.0)
+        values = np.where(np.isfinite(covariance), covariance, 0.0) @ self.pull
+        return {
+            name: (float(values[k]), math.sqrt(variances[k]))
+            for k, name in enumerate(self.names)
+            if good[k]
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Knowledge:
+    """What a flight has taught so far.
+
+    Attributes
+    ----------
+    given : Model
+        The model that the flight began with.
+    totals : mapping of str to Total
+        By axis.
+    heard : mapping of str to tuple of ResponseNoise
+        By axis.
+    habits : Habits
+    earned : mapping of str to LiveEstimate
+        The flight's own FTR estimates.
+    channels : frozenset of str
+        Measured in the latest maneuver.
+    rate : float
+        Of the rows, Hz.
+    mass, density : float
+        At the latest maneuver, kg, kg/m^3.
+    floor : NoiseFloor
+    maneuvers : int
+        That brought something.
+    remarks : tuple of str
+        Why others brought nothing.
+    """
+
+    given: Model
+    rate: float
+    mass: float
+    totals: Mapping[Axis, Total] = field(
+        default_factory=lambda: {axis: Total.nothing(axis) for axis in AXES}
+    )
+    heard: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
+    habits: Habits = field(default_factory=Habits)
+    earned: Mapping[str, LiveEstimate] = field(default_factory=dict)
+    channels: frozenset[str] = frozenset(RESPONSES["both"])
+    density: float = SEA_LEVEL_DENSITY
+    floor: NoiseFloor = field(default_factory=NoiseFloor)
+    maneuvers: int = 0
+    remarks: tuple[str, ...] = ()
+
+    def found(self) -> dict[str, tuple[float, float]]:
+        """Return value and bound of every derivative that some maneuver saw."""
+        return {
+            name: one for total in self.totals.values() for name, one in total.estimates().items()
+        }
+
+    def known(self, aircraft: Aircraft) -> Model:
+        """Return the model with what this flight has earned."""
+        own = {
+            name: LiveEstimate(name=name, value=value, std=std)
+            for name, (value, std) in self.found().items()
+        }
+        return updated(self.given, {**self.earned, **own}, aircraft=aircraft)
+
+    def noise(self, axis: Axis, aircraft: Aircraft) -> ResponseNoise:
+        """Return the noise to be expected, as heard so far; else that of the instruments."""
+        heard = self.heard.get(axis, ())
+        if not heard:
+            return assumed_noise(aircraft, self.floor, RESPONSES[axis], self.rate)
+        return pooled([one for one in heard if one.responses == heard[-1].responses])
+
+    def hearing(self, axis: Axis, noise: ResponseNoise) -> Knowledge:
+        """Return the knowledge with the noise of another stretch."""
+        heard = {**self.heard, axis: (*self.heard.get(axis, ()), noise)}
+        return replace(self, heard=heard)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lesson:
+    """A maneuver to learn from.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    rows : FlightRows
+        From `LISTENED` seconds before it to its end.
+    card : TestCard or None
+        That it was flown for.
+    mass : float
+        kg.
+    floor : NoiseFloor
+    earned : mapping of str to LiveEstimate
+        By FTR until then.
+    """
+
+    verdict: Verdict
+    rows: FlightRows
+    card: TestCard | None
+    mass: float
+    floor: NoiseFloor
+    earned: Mapping[str, LiveEstimate]
+
+
+Learning = Generator[None, None, Knowledge]
+
+
+def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
+    """Learn from a maneuver in steps of some ten milliseconds; give what is known then."""
+    verdict = lesson.verdict
+    habits = before.habits.after(verdict, lesson.card)
+    now = replace(before, habits=habits, floor=lesson.floor, mass=lesson.mass, earned=lesson.earned)
+    if verdict.result not in FIT:
+        return now
+    model = now.known(aircraft)
+    try:
+        maneuver = maneuver_of(
+            lesson.rows,
+            aircraft,
+            verdict.t_start,
+            verdict.t_end,
+            id=verdict.id,
+            inputs=verdict.surfaces,
+            mass=lesson.mass,
+        )
+    except FlightError as error:
+        return _without(now, verdict, error)
+    now = _in_place(now, maneuver)
+    yield
+    stop = verdict.t_start
+    start = max(stop - LISTENED, float(lesson.rows.times[0]))
+    for axis in AXES:
+        now = _listened(now, lesson.rows, (start, stop), aircraft, axis)
+        yield
+    useful = False
+    for axis in axes_of(verdict.surfaces):
+        foreseen: dict[str, float] = {}
+        try:
+            foreseen = expected(maneuver, axis, model, now.noise(axis, aircraft)).stds
+            yield
+            solution = fitted(maneuver, axis, model)
+        except FlightError as error:
+            now = _without(now, verdict, error)
+            continue
+        if not solution.estimate.converged:
+            now = _without(now, verdict, solution.estimate.message)
+            continue
+        yield
+        now, useful = _booked(now, solution, axis, foreseen), True
+        yield
+    return replace(now, maneuvers=now.maneuvers + useful)
+
+
+def listen(before: Knowledge, rows: FlightRows, aircraft: Aircraft) -> Learning:
+    """Hear the noise of a stretch of flight in steps; give what is known then."""
+    now = before
+    for axis in AXES:
+        between = float(rows.times[0]), float(rows.times[-1])
+        now = _listened(now, rows, between, aircraft, axis)
+        yield
+    return now
+
+
+def axes_of(surfaces: tuple[str, ...]) -> tuple[Axis, ...]:
+    """Return the axes that a maneuver is fitted in: longitudinal and lateral each by itself."""
+    found: list[Axis] = []
+    if "de" in surfaces:
+        found.append("lon")
+    if not {"da", "dr"}.isdisjoint(surfaces):
+        found.append("lat")
+    return tuple(found)
+
+
+def _in_place(now: Knowledge, maneuver: Maneuver) -> Knowledge:
+    """Return the knowledge with what is measured, how often and in what air."""
+    density = maneuver.samples("density")
+    there = density[np.isfinite(density)]
+    return replace(
+        now,
+        rate=1.0 / maneuver.dt,
+        channels=frozenset(name for name in maneuver.block.channels if maneuver.has(name)),
+        density=float(there.mean()) if there.size else now.density,
+    )
+
+
+def _listened(
+    now: Knowledge,
+    rows: FlightRows,
+    between: tuple[float, float],
+    aircraft: Aircraft,
+    axis: Axis,
+) -> Knowledge:
+    """Return the knowledge with the noise heard in a stretch of flight; as it was if it cannot."""
+    start, stop = between
+    if stop - start < _SHORTEST_HEARD:
+        return now
+    try:
+        stretch = maneuver_of(rows, aircraft, start, stop, id="no input", inputs=(), mass=now.mass)
+        return now.hearing(axis, heard_before(stretch, axis, now.known(aircraft)))
+    except FlightError:
+        return now
+
+
+def _booked(
+    now: Knowledge, solution: Solution, axis: Axis, foreseen: Mapping[str, float]
+) -> Knowledge:
+    """Return the knowledge with what a fit brought."""
+    information = brought(solution)
+    values = {name: solution.value(name) for name in information.names}
+    ratios = [
+        math.log(std / foreseen[name]) for name, std in information.stds.items() if name in foreseen
+    ]
+    habits = now.habits
+    if ratios:
+        habits = habits.surprised(math.exp(float(np.median(ratios))))
+    totals = {**now.totals, axis: now.totals[axis].plus(information, values)}
+    return replace(now.hearing(axis, heard_in(solution, now.rate)), totals=totals, habits=habits)
+
+
+def _without(now: Knowledge, verdict: Verdict, why: FlightError | str) -> Knowledge:
+    return replace(now, remarks=(*now.remarks, f"{verdict.id} brought nothing: {why}"))

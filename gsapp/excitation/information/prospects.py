@@ -1,0 +1,245 @@
+"""What flying each card some more times would bring, and in which band.
+
+A card is turned out `EXECUTIONS` times as this pilot flies; each gives an information matrix. The
+bounds after one, two, ... further repeats follow by drawing among them, with the luck of noise and
+gusts on top. All of it depends on the request alone, so that it may be done in slices between two
+ticks, in another process, or at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.information.expected import Information, expected
+from gsapp.excitation.information.habits import Habits, executions
+from gsapp.excitation.information.learning import Total, axes_of
+from gsapp.excitation.information.noise import ResponseNoise
+from gsapp.excitation.information.planned import planned
+from gsapp.excitation.information.prospect import Gain, Prospect
+from gsapp.excitation.information.wording import prospect_words
+from gsapp.flight.cards import TestCard
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import Axis, axis_derivatives
+from gsapp.quantities import FloatArray
+
+EXECUTIONS: Final = 12
+DRAWS: Final = 200
+BAND: Final = (0.1, 0.5, 0.9)
+"""Quantiles of a bound: the ends of the band, and what is expected."""
+_MOST_REPEATS: Final = 6
+"""Nobody plans further ahead with one card."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenCard:
+    """A card with repeats missing."""
+
+    card: TestCard
+    missing: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Request:
+    """All that prospects depend on.
+
+    Attributes
+    ----------
+    aircraft : Aircraft
+    model : Model
+        As known now.
+    cards : tuple of OpenCard
+    totals : mapping of str to Total
+        What was learned so far, by axis.
+    noise : mapping of str to ResponseNoise
+        By axis.
+    habits : Habits
+    channels : frozenset of str
+        What this flight measures.
+    rate, mass, density : float
+        Hz, kg, kg/m^3.
+    wanted : mapping of str to float
+        Bounds asked for.
+    lap : float
+        From one maneuver to the next, s.
+    system : {"US", "SI"}
+        Units of the words.
+    """
+
+    aircraft: Aircraft
+    model: Model
+    cards: tuple[OpenCard, ...]
+    totals: Mapping[Axis, Total]
+    noise: Mapping[Axis, ResponseNoise]
+    habits: Habits
+    channels: frozenset[str]
+    rate: float
+    mass: float
+    density: float
+    wanted: Mapping[str, float]
+    lap: float
+    system: str = "US"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reply:
+    """Prospects of all cards that can be judged.
+
+    Attributes
+    ----------
+    by_card : mapping of str to tuple of Prospect
+        For one further repeat, two, ...; the best card first.
+    remarks : tuple of str
+        Why others cannot be judged.
+    """
+
+    by_card: Mapping[str, tuple[Prospect, ...]]
+    remarks: tuple[str, ...] = ()
+
+
+Answering = Generator[None, None, Reply]
+
+
+def prospects(request: Request) -> Reply:
+    """Return what each card would bring, at once."""
+    steps = answer(request)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as done:
+            reply: Reply = done.value
+            return reply
+
+
+def answer(request: Request) -> Answering:
+    """Find what each card would bring, in steps of some ten milliseconds."""
+    found: list[tuple[Prospect, ...]] = []
+    remarks: list[str] = []
+    for one in request.cards:
+        informations: dict[Axis, list[Information]] = {a: [] for a in axes_of(one.card.surfaces)}
+        try:
+            for execution in executions(one.card, request.habits, EXECUTIONS):
+                maneuver = planned(
+                    one.card,
+                    execution,
+                    aircraft=request.aircraft,
+                    model=request.model,
+                    mass=request.mass,
+                    density=request.density,
+                    rate=request.rate,
+                    channels=request.channels,
+                )
+                for axis, collected in informations.items():
+                    collected.append(expected(maneuver, axis, request.model, request.noise[axis]))
+                yield
+        except FlightError as error:
+            remarks.append(f"card {one.card.id} cannot be judged: {error}")
+            continue
+        found.append(_prospects_of(one, informations, request))
+        yield
+    found.sort(key=lambda repeats: -repeats[0].score)
+    return Reply(by_card={one[0].card: one for one in found}, remarks=tuple(remarks))
+
+
+def _prospects_of(
+    one: OpenCard, informations: Mapping[Axis, list[Information]], request: Request
+) -> tuple[Prospect, ...]:
+    repeats = min(one.missing, _MOST_REPEATS)
+    gains: list[list[Gain]] = [[] for _ in range(repeats)]
+    shrunk = np.zeros(repeats)
+    for axis, matrices in informations.items():
+        names, before, after = _bounds_after(
+            request.totals[axis], matrices, request.habits, repeats
+        )
+        # Shape (3, repeats, n_names).
+        bands = np.quantile(after, BAND, axis=0)
+        for row in range(repeats):
+            for column, name in enumerate(names):
+                low, middle, high = bands[:, row, column].tolist()
+                gains[row].append(
+                    Gain(name=name, before=before.get(name), after=middle, low=low, high=high)
+                )
+            shrunk[row] += _shrinkage(names, before, after[:, row], request)
+    seconds = request.lap / request.habits.fit_share
+    counted = max(len(_counted(request.model)), 1)
+    found = []
+    for row in range(repeats):
+        ordered = tuple(sorted(gains[row], key=_by_gain))
+        found.append(
+            Prospect(
+                card=one.card.id,
+                repeats=row + 1,
+                gains=ordered,
+                score=float(shrunk[0]) / counted,
+                seconds=(row + 1) * seconds,
+                words=prospect_words(
+                    one.card, row + 1, ordered, request.model, request.wanted, request.system
+                ),
+            )
+        )
+    return tuple(found)
+
+
+def _bounds_after(
+    total: Total, informations: list[Information], habits: Habits, repeats: int
+) -> tuple[tuple[str, ...], dict[str, float], FloatArray]:
+    """Return names, bounds now, and bounds after each repeat, shape (draws, repeats, n_names)."""
+    seen = {name for one in informations for name in one.names}
+    now = {name: std for name, (_, std) in total.estimates().items()}
+    names = tuple(name for name in total.names if name in seen or name in now)
+    whole = [total.names.index(name) for name in names]
+    matrices = np.zeros((len(informations), len(names), len(names)))
+    for matrix, one in zip(matrices, informations, strict=True):
+        places = [names.index(name) for name in one.names]
+        matrix[np.ix_(places, places)] = one.matrix
+    random = np.random.default_rng(0)
+    chosen = random.integers(len(informations), size=(DRAWS, repeats))
+    luck = random.standard_normal((DRAWS, repeats))
+    surprise = np.exp(habits.surprise.mean + habits.surprise.spread * luck)
+    gained = np.cumsum(matrices[chosen] / surprise[:, :, None, None] ** 2, axis=1)
+    after = gained + total.matrix[np.ix_(whole, whole)]
+    scale = 1.0 / np.sqrt(np.einsum("drii->dri", after))
+    scaled = after * scale[:, :, :, None] * scale[:, :, None, :]
+    stds = scale * np.sqrt(np.einsum("drii->dri", np.linalg.inv(scaled)))
+    return names, now, stds
+
+
+def _counted(model: Model) -> list[str]:
+    """Return the derivatives that bounds are wanted of: biases, and zeros, tell nothing."""
+    return [
+        name
+        for name in axis_derivatives("both")
+        if not name.endswith("_0") and model.derivative(name)
+    ]
+
+
+def _shrinkage(
+    names: tuple[str, ...], before: Mapping[str, float], after: FloatArray, request: Request
+) -> float:
+    """Return by how much the logarithms of the bounds shrink, added up.
+
+    A bound counts from 100 % of its derivative down to what is wanted.
+    """
+    counted = _counted(request.model)
+    total = 0.0
+    for column, name in enumerate(names):
+        if name not in counted:
+            continue
+        value = abs(request.model.derivative(name))
+        least = request.wanted.get(name, 0.0)
+        begun = max(min(before.get(name, value), value), least)
+        reached = np.clip(after[:, column], least, begun)
+        total += float(np.mean(np.log(begun / reached))) if begun > 0.0 else 0.0
+    return total
+
+
+def _by_gain(gain: Gain) -> tuple[bool, float]:
+    if gain.before is None:
+        return True, gain.after
+    return False, math.log(gain.after / gain.before)
