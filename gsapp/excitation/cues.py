@@ -16,6 +16,9 @@ from gsapp.flight.cards import TestCard
 
 EventKind = Literal["trim", "input", "hands-off", "verdict", "danger", "card"]
 
+Why = Literal["chosen", "captured", "most to gain", "next on the list"]
+"""How the card to be flown was found."""
+
 VERDICT_STANDS: Final = 6.0
 """Seconds for which a verdict is the news: until then the pilot is busy with the recovery."""
 
@@ -31,9 +34,10 @@ class CueEvent:
     kind : str
         See `EventKind`.
     state : str
-        ``trim``: a state of `TrimCue`; ``input``: ``begins``; ``hands-off``: ``begins``, ``ends``
-        or ``broken``; ``verdict``: its result; ``danger``: ``caution``, ``warning`` or ``over``;
-        ``card``: ``next``, ``chosen``, ``captured`` or ``done``.
+        ``trim``: a state of `TrimCue`; ``input``: ``begins``, or ``dropped`` where it was none
+        after all; ``hands-off``: ``begins``, ``ends`` or ``broken``; ``verdict``: its result;
+        ``danger``: ``caution``, ``warning`` or ``over``; ``card``: ``next``, ``chosen``,
+        ``captured`` or ``done``.
     words : str
         Short enough to be spoken.
     data : mapping
@@ -73,8 +77,8 @@ class NextCard:
     stick : mapping of str to str
         By surface: "half stick, high rate".
     words : str
-        To be read and spoken: "aileron and rudder doublet: third of stick, high rate; half
-        rudder".
+        To be read and spoken: "aileron and rudder doublet at 100 ft/s, half stick, then two
+        thirds rudder, low rate".
     why : {"chosen", "captured", "most to gain", "next on the list"}
         How it was found.
     problem : str
@@ -87,7 +91,7 @@ class NextCard:
     wanted: WantedInput | None
     stick: Mapping[str, str]
     words: str
-    why: Literal["chosen", "captured", "most to gain", "next on the list"]
+    why: Why
     problem: str = ""
 
 

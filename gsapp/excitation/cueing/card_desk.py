@@ -1,0 +1,215 @@
+"""Which card is to be flown now, and what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.cueing.card_points import CardPoints
+from gsapp.excitation.cueing.card_words import card_words, input_words
+from gsapp.excitation.cueing.flown import cards_flown
+from gsapp.excitation.cues import NextCard, Why
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.information.prospect import Outlook
+from gsapp.excitation.points import guidance
+from gsapp.excitation.points.capture import Capture
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.stick_words import stick_words_of
+from gsapp.excitation.points.wanted import WantedInput
+from gsapp.excitation.rows import FlightRows
+from gsapp.flight.cards import CardProgress, CardSet, CardsFlown, TestCard
+from gsapp.identification.ftr.estimates import LiveEstimate
+
+_AIR_OF: Final = 200
+"""Samples of the air density whose mean is that of the day."""
+
+
+class CardDesk:
+    """Keeps the cards of a flight, and picks the one to be flown now.
+
+    The crew's choice comes first, then the card whose point the aircraft is holding, then the one
+    that gains most, then the first on the list.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+    model : Model or None
+    cards : CardSet or None
+    system : {"US", "SI"}
+        Units of the words.
+
+    Attributes
+    ----------
+    cards : CardSet or None
+    flown : CardsFlown or None
+        How the cards stand.
+    next_card : NextCard or None
+        To be flown now.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        model: Model | None,
+        cards: CardSet | None,
+        system: str = "US",
+    ) -> None:
+        self._aircraft = aircraft
+        self._system = system
+        self._points = CardPoints(aircraft, model, system)
+        self._capture = Capture()
+        self.cards = cards
+        self.restart()
+
+    def use(self, cards: CardSet | None) -> None:
+        """Take other cards; what was flown so far is to be told again."""
+        self.cards = cards
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what was flown and chosen; the flight begins anew."""
+        self.flown: CardsFlown | None = None
+        self.next_card: NextCard | None = None
+        self._points.restart()
+        self._capture.restart()
+        self._air: list[float] = []
+        self._chosen = ""
+        self._rate_switch: float | None = None
+        self._settled: tuple[object, ...] = ()
+        self._changes = 0
+        self.note(())
+
+    # --- what happens ---------------------------------------------------------------------------
+
+    def take(self, rows: FlightRows) -> None:
+        """Take in the next rows."""
+        self._capture.take(rows)
+        self._breathe(rows)
+        switch = rows["rate_switch"]
+        switch = switch[np.isfinite(switch)]
+        if switch.size:
+            self._rate_switch = float(switch[-1])
+
+    def choose(self, card_id: str) -> None:
+        """Let the crew's choice count until that card is done; an empty one ends it."""
+        self._chosen = card_id
+
+    def note(self, verdicts: Sequence[Verdict]) -> None:
+        """Take in all verdicts given so far."""
+        self._changes += 1
+        if verdicts:
+            self._points.flew_level(verdicts[-1])
+        if self.cards is not None:
+            self.flown = cards_flown(self.cards, verdicts)
+            points = [self._points.point(one.card)[0] for one in self._open()]
+            self._capture.aim([point for point in points if point is not None])
+
+    def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
+        """Let wanted inputs follow from derivatives estimated in this flight."""
+        self._changes += 1
+        self._points.earned(estimates)
+
+    def _breathe(self, rows: FlightRows) -> None:
+        """Learn the air of the day, once."""
+        if len(self._air) >= _AIR_OF:
+            return
+        density = rows["density"]
+        self._air += density[np.isfinite(density)].tolist()
+        if len(self._air) >= _AIR_OF:
+            self._changes += 1
+            self._points.breathe(float(np.mean(self._air)))
+
+    # --- which card -----------------------------------------------------------------------------
+
+    def look(self, outlook: Outlook | None) -> bool:
+        """Settle which card is to be flown; return whether that or what it asks for changed."""
+        card, why = self._pick(outlook)
+        settled = (card and card.id, why, self._changes)
+        if settled == self._settled:
+            return False
+        self._settled = settled
+        self.next_card = None if card is None else self._asked(card, why)
+        return True
+
+    def _pick(self, outlook: Outlook | None) -> tuple[TestCard | None, Why]:
+        open_ones = {one.card.id: one.card for one in self._open()}
+        if self._chosen in open_ones:
+            return open_ones[self._chosen], "chosen"
+        self._chosen = ""
+        flyable = [card for card in open_ones.values() if self._points.point(card)[0] is not None]
+        preferred, why = self._preferred(flyable, outlook)
+        held = [] if self._capture.captured is None else [self._capture.captured.card]
+        held += [point.card for point in self._capture.held]
+        if held and preferred is not None and preferred.id not in held:
+            # The best of those that can be flown where the aircraft is.
+            best, _ = self._preferred([card for card in flyable if card.id in held], outlook)
+            if best is not None:
+                return best, "captured"
+        if preferred is None and open_ones:
+            return next(iter(open_ones.values())), "next on the list"
+        return preferred, why
+
+    def _preferred(
+        self, cards: Sequence[TestCard], outlook: Outlook | None
+    ) -> tuple[TestCard | None, Why]:
+        known = {card.id: card for card in cards}
+        ranked = [] if outlook is None or outlook.next is None else list(outlook.prospects)
+        for prospect in ranked:
+            if prospect.card in known:
+                return known[prospect.card], "most to gain"
+        return (cards[0] if cards else None), "next on the list"
+
+    def _open(self) -> list[CardProgress]:
+        return [] if self.flown is None else [one for one in self.flown.cards if one.missing]
+
+    def _asked(self, card: TestCard, why: Why) -> NextCard:
+        point, problem = self._points.point(card)
+        wanted = self._points.wanted(card)
+        best = {name: band.best for name, band in wanted.amplitudes.items()}
+        stick = stick_words_of(self._aircraft, best, rate_switch=self._rate_switch)
+        progress = next((one for one in self._open() if one.card.id == card.id), None)
+        return NextCard(
+            card=card,
+            good=0 if progress is None else progress.good,
+            point=point,
+            wanted=wanted,
+            stick=stick,
+            words=f"{card_words(card, self._system)}, {input_words(stick)}",
+            why=why,
+            problem=problem,
+        )
+
+    # --- what is wanted -------------------------------------------------------------------------
+
+    def wanted_for(self, surfaces: Sequence[str], kind: str, V: float | None) -> WantedInput | None:
+        """Return what is wanted of an input that was not expected, at an airspeed (m/s).
+
+        An open card that asks for such an input there says so, else the model.
+        """
+        for one in self._open():
+            card = one.card
+            near = V is None or abs(V - card.speed) <= card.tolerance.speed
+            if set(card.surfaces) == set(surfaces) and card.kind == kind and near:
+                return self._points.wanted(card)
+        return self._points.without_card(tuple(surfaces), kind, V)
+
+    def wanted_of(self, verdict: Verdict) -> WantedInput | None:
+        """Return what was wanted of an input that was judged."""
+        card = None if self.cards is None else self.cards.card(verdict.card)
+        if card is not None:
+            return self._points.wanted(card)
+        return self._points.without_card(verdict.surfaces, verdict.kind, verdict.V)
+
+    def point_of(self, verdict: Verdict) -> TestPoint | None:
+        """Return the test point of an input that was judged; None where no card asks for it."""
+        card = None if self.cards is None else self.cards.card(verdict.card)
+        return None if card is None else self._points.point(card)[0]
+
+    def guidance(self, speed: float | None, alpha: float | None) -> str:
+        """Return short advice towards the test point; empty where there is nothing to say."""
+        point = None if self.next_card is None else self.next_card.point
+        return guidance.guidance(point, speed=speed, alpha=alpha, system=self._system)

@@ -1,0 +1,132 @@
+"""What cards, and inputs that no card asks for, want: test point, amplitudes, stick words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.points.making import TestPointError, point_at, test_point
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.trim_curve import TrimCurve
+from gsapp.excitation.points.wanted import WantedInput
+from gsapp.excitation.points.wanting import wanted_input
+from gsapp.flight.cards import TestCard
+from gsapp.identification.ftr.estimates import LiveEstimate
+
+_SAME_SPEED: Final = 1.0
+"""Inputs without a card are judged by the same wants within so many m/s."""
+
+
+class CardPoints:
+    """Finds and remembers wants; the same question costs nothing the second time.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+    model : Model or None
+    system : {"US", "SI"}
+        Units of the sentences.
+    """
+
+    def __init__(self, aircraft: Aircraft | None, model: Model | None, system: str) -> None:
+        self._aircraft = aircraft
+        self._model = model
+        self._system = system
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the day and the flight."""
+        self._density = SEA_LEVEL_DENSITY
+        self._steady: list[tuple[float, float]] = []
+        self._estimates: Mapping[str, LiveEstimate] = {}
+        self._forget()
+
+    def _forget(self) -> None:
+        self._curves: dict[float, TrimCurve] = {}
+        self._points: dict[str, tuple[TestPoint | None, str]] = {}
+        self._wanted: dict[tuple[object, ...], WantedInput] = {}
+
+    def breathe(self, density: float) -> None:
+        """Take the air of the day, kg/m^3."""
+        self._density = density
+        self._forget()
+
+    def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
+        """Let wanted inputs follow from derivatives estimated in this flight."""
+        self._estimates = estimates
+        self._wanted.clear()
+
+    def flew_level(self, verdict: Verdict) -> None:
+        """Learn where the vane stands in trimmed flight, from an input that began in trim."""
+        off = any(finding.result == "not-trimmed" for finding in verdict.findings)
+        if verdict.V is None or verdict.alpha is None or off:
+            return
+        self._steady.append((verdict.V, verdict.alpha))
+        self._curves.clear()
+        self._points.clear()
+
+    def point(self, card: TestCard) -> tuple[TestPoint | None, str]:
+        """Return the test point of a card; None, and why, where it cannot be flown."""
+        found = self._points.get(card.id)
+        if found is None:
+            try:
+                curve = self._curve(card.flap)
+                found = test_point(card, curve, system=self._system), ""
+            except TestPointError as error:
+                found = None, f"card {card.id}: {error}"
+            self._points[card.id] = found
+        return found
+
+    def wanted(self, card: TestCard) -> WantedInput:
+        """Return what a card wants, within what the aircraft and its sensors allow."""
+        found = self._wanted.get((card.id,))
+        if found is None:
+            found = self._wanted[(card.id,)] = wanted_input(
+                card.surfaces,
+                card.kind,
+                aircraft=self._aircraft,
+                model=self._model,
+                point=self.point(card)[0],
+                card=card,
+                estimates=self._estimates,
+            )
+        return found
+
+    def without_card(self, surfaces: tuple[str, ...], kind: str, V: float | None) -> WantedInput:
+        """Return what is wanted of an input that no card asks for, at an airspeed (m/s)."""
+        near = None if V is None else round(V / _SAME_SPEED)
+        key = (surfaces, kind, near)
+        found = self._wanted.get(key)
+        if found is None:
+            speed = None if near is None else near * _SAME_SPEED
+            found = self._wanted[key] = wanted_input(
+                surfaces,
+                kind,
+                aircraft=self._aircraft,
+                model=self._model,
+                point=self.point_without_card(speed),
+                estimates=self._estimates,
+            )
+        return found
+
+    def point_without_card(self, speed: float | None) -> TestPoint | None:
+        """Return level flight at an airspeed (m/s); None where there is none."""
+        if speed is None:
+            return None
+        try:
+            return point_at(speed=speed, curve=self._curve(0.0), system=self._system)
+        except TestPointError:
+            return None
+
+    def _curve(self, flap: float) -> TrimCurve | None:
+        if self._aircraft is None or self._model is None:
+            return None
+        found = self._curves.get(flap)
+        if found is None:
+            made = TrimCurve(self._aircraft, self._model, rho=self._density, flap=flap)
+            found = self._curves[flap] = made.retrimmed(self._steady)
+        return found

@@ -1,0 +1,129 @@
+"""Everything that changed what the crew was told, in order of flight time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gsapp.excitation.cues import CueEvent, NextCard
+from gsapp.excitation.dangers.danger import Danger, Urgency
+from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
+from gsapp.excitation.trim.cue import TrimCue
+from gsapp.flight.cards.card import SURFACES
+
+_URGENCY: Mapping[Urgency, str] = {Urgency.CAUTION: "caution", Urgency.WARNING: "warning"}
+
+
+class CueLog:
+    """Notes changes from one tick to the next.
+
+    Parameters
+    ----------
+    system : {"US", "SI"}
+        Units of the words.
+
+    Attributes
+    ----------
+    events : list of CueEvent
+        All of the flight.
+    """
+
+    def __init__(self, system: str = "US") -> None:
+        self._system = system
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything; the flight begins anew."""
+        self.events: list[CueEvent] = []
+        self._trim = ""
+        self._phase = ""
+        self._input = 0.0
+        self._dangers: dict[str, Danger] = {}
+        self._card: tuple[str, str] = ("", "")
+
+    def trim(self, cue: TrimCue) -> None:
+        """Note a change of the trim cue."""
+        if cue.state == self._trim:
+            return
+        self._trim = cue.state
+        worst = cue.worst
+        told = cue.state == "fly" and worst is not None
+        self._add(
+            cue.time,
+            "trim",
+            cue.state,
+            worst.words(self._system) if told and worst is not None else "",
+            {
+                "off": [
+                    {"quantity": off.quantity, "amount": off.amount, "share": off.share}
+                    for off in cue.off
+                    if off.share > 1.0
+                ],
+                "gusts": cue.gusts,
+                "leg_left": cue.leg_left,
+            },
+        )
+
+    def under_way(self, time: float, now: InputUnderWay | None) -> None:
+        """Note the beginning of an input, and begin and end of its hands-off interval."""
+        phase = "" if now is None else now.phase
+        begun = now is not None and (not self._phase or now.t_input != self._input)
+        if begun and now is not None:
+            if self._phase == "hands-off":
+                self._add(time, "hands-off", "broken", "", {"t_input": self._input})
+            words = " and ".join(SURFACES[name] for name in now.surfaces)
+            facts = {"t_input": now.t_input, "surfaces": list(now.surfaces)}
+            self._add(time, "input", "begins", words, facts)
+            self._input, self._phase = now.t_input, "moving"
+        if phase == "hands-off" and self._phase == "moving" and now is not None:
+            facts = {"t_input": now.t_input, "seconds": now.hands_off_total}
+            self._add(time, "hands-off", "begins", "hands off", facts)
+        elif phase != "hands-off" and self._phase == "hands-off":
+            state = "ends" if not phase else "broken"
+            self._add(time, "hands-off", state, "", {"t_input": self._input})
+        elif not phase and self._phase == "moving":
+            self._add(time, "input", "dropped", "", {"t_input": self._input})
+        self._phase = phase
+
+    def verdict(self, verdict: Verdict) -> None:
+        """Note a verdict."""
+        self._add(
+            verdict.given_at,
+            "verdict",
+            verdict.result,
+            verdict.advice,
+            {
+                "id": verdict.id,
+                "t_input": verdict.t_input,
+                "surfaces": list(verdict.surfaces),
+                "card": verdict.card,
+                "counts": verdict.counts,
+            },
+        )
+
+    def dangers(self, time: float, standing: Sequence[Danger]) -> None:
+        """Note dangers that arose, grew worse, or are over."""
+        now = {danger.key: danger for danger in standing}
+        for key in [key for key in self._dangers if key not in now]:
+            self._add(time, "danger", "over", "", {"key": key})
+        for danger in standing:
+            former = self._dangers.get(danger.key)
+            if former is None or former.urgency < danger.urgency:
+                facts = {"key": danger.key, "sentence": danger.words}
+                self._add(time, "danger", _URGENCY[danger.urgency], danger.spoken, facts)
+        self._dangers = now
+
+    def card(self, time: float, card: NextCard | None, *, all_done: bool) -> None:
+        """Note that another card is to be flown, or why."""
+        key = ("", "done" if all_done else "") if card is None else (card.card.id, card.why)
+        if key == self._card:
+            return
+        former, self._card = self._card, key
+        if card is not None and card.card.id != former[0]:
+            state = card.why if card.why in ("chosen", "captured") else "next"
+            self._add(time, "card", state, card.words, {"card": card.card.id, "why": card.why})
+        elif card is None and all_done:
+            self._add(time, "card", "done", "all cards are flown", {})
+
+    def _add(self, time: float, kind: Any, state: str, words: str, data: dict[str, Any]) -> None:
+        self.events.append(CueEvent(time=time, kind=kind, state=state, words=words, data=data))

@@ -1,0 +1,56 @@
+"""What can be judged in a flight, by what, and what cannot and why: in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.dangers.danger import Danger
+from gsapp.excitation.information.prospect import Outlook
+from gsapp.excitation.trim.cue import TrimCue
+from gsapp.quantities import channel
+
+NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
+NO_MODEL = "no model: inputs are judged by the card and by their shape, bounds are not predicted"
+NO_CARDS = "no test cards: any speed counts as a test point"
+
+
+def missing(
+    aircraft: Aircraft | None,
+    model: Model | None,
+    *,
+    has_cards: bool,
+    trim: TrimCue | None,
+    dangers: Sequence[Danger] = (),
+    outlook: Outlook | None = None,
+) -> tuple[str, ...]:
+    """Return what cannot be judged, the gravest first.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+    model : Model or None
+    has_cards : bool
+        Whether there are test cards.
+    trim : TrimCue or None
+        Says itself what it cannot see.
+    dangers : sequence of Danger
+        Their channels are not believed.
+    outlook : Outlook or None
+        Says what stands in for what is not known.
+    """
+    found: list[str] = []
+    doubted = dict.fromkeys(name for danger in dangers for name in danger.channels)
+    if doubted:
+        found.append(f"not believed: {', '.join(channel(name).title for name in doubted)}")
+    found += [] if trim is None else trim.missing
+    found += [NO_AIRCRAFT] if aircraft is None else []
+    found += [NO_MODEL] if model is None else []
+    found += [] if has_cards else [NO_CARDS]
+    found += [] if outlook is None else outlook.remarks
+    return _once(found)
+
+
+def _once(words: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words))

@@ -1,0 +1,114 @@
+"""What the flight has learned: derivatives by regression, bounds and prospects from information."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.cueing.estimates import FlightEstimates
+from gsapp.excitation.cueing.recent import RecentRows
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.information.book import InformationBook
+from gsapp.excitation.information.learning import LISTENED
+from gsapp.excitation.information.prospect import Outlook
+from gsapp.excitation.rows import FlightRows
+from gsapp.flight.cards import CardsFlown, TestCard
+from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.foundation import FlightError
+from gsapp.identification.ftr.estimates import LiveEstimate
+
+SLICE: Final = 0.003
+"""Seconds of work on what comes next that a step of a session may take."""
+
+_EVERY: Final = 10
+"""Ticks from one look ahead to the next; the time left is told in seconds."""
+
+
+class Lessons:
+    """Follows one flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+    model : Model or None
+    rate : float
+        Of the grid, Hz.
+    system : {"US", "SI"}
+        Units of the words.
+
+    Attributes
+    ----------
+    outlook : Outlook or None
+        As of the last look; None before the first.
+    """
+
+    def __init__(
+        self, aircraft: Aircraft | None, model: Model | None, rate: float, system: str = "US"
+    ) -> None:
+        self._book = InformationBook(aircraft, model, rate, system=system)
+        self._estimates = _estimates_of(aircraft, rate)
+        self._settle_into()
+
+    def restart(self) -> None:
+        """Forget everything; the flight begins anew."""
+        self._book.restart()
+        if self._estimates is not None:
+            self._estimates.restart()
+        self._settle_into()
+
+    def _settle_into(self) -> None:
+        self.outlook: Outlook | None = None
+        self._ticks = 0
+        self._revision = 0
+
+    @property
+    def estimates(self) -> Mapping[str, LiveEstimate]:
+        """Return the derivatives that the flight has earned."""
+        return {} if self._estimates is None else self._estimates.earned
+
+    def take(self, rows: FlightRows) -> bool:
+        """Take in the rows of a tick; return whether other derivatives were earned."""
+        self._book.take(rows)
+        if self._estimates is None:
+            return False
+        self._estimates.take(rows)
+        if self._estimates.revision == self._revision:
+            return False
+        self._revision = self._estimates.revision
+        self._book.earned(self._estimates.earned)
+        return True
+
+    def judged(
+        self,
+        verdict: Verdict,
+        recent: RecentRows,
+        noise: NoiseFloor | None,
+        card: TestCard | None,
+    ) -> None:
+        """Learn from a maneuver."""
+        rows = recent.between(verdict.t_start - LISTENED, verdict.t_end)
+        self._book.flown(verdict, rows, noise, card)
+        if self._estimates is not None:
+            self._estimates.judged(verdict)
+
+    def look(self, time: float, flown: CardsFlown | None) -> None:
+        """Look ahead, twice a second of flight time (s)."""
+        if self._ticks % _EVERY == 0:
+            self.outlook = self._book.outlook(time, flown)
+        self._ticks += 1
+
+    def work(self) -> None:
+        """Do a slice of the work that the next look needs."""
+        self._book.work(SLICE)
+
+
+def _estimates_of(aircraft: Aircraft | None, rate: float) -> FlightEstimates | None:
+    """Return the regression; None where no aircraft or too low a rate allows it."""
+    if aircraft is None:
+        return None
+    try:
+        return FlightEstimates(aircraft, rate)
+    except FlightError:
+        return None
