@@ -27,6 +27,7 @@ from gsapp.identification.moment_reference import (
     model_about_flown_cg,
 )
 from gsapp.identification.results import DerivativeEstimate, Estimate, Method
+from gsapp.quantities import FloatArray
 
 _STIRRED = 0.01
 """Peak-to-peak deflection (rad) from which a surface counts as moved."""
@@ -219,12 +220,12 @@ def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignV
         for name, one in estimate.derivatives.items():
             if one.status == "estimated" and one.value is not None and one.std:
                 collected.setdefault(name, []).append((one.value, one.std))
-    return {name: _mean(np.array(pairs)) for name, pairs in collected.items()}
+    return {name: mean_of(*np.array(pairs).T) for name, pairs in collected.items()}
 
 
-def _mean(pairs: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> CampaignValue:
-    values, variances = pairs[:, 0], pairs[:, 1] ** 2
-    weights = 1.0 / variances
+def mean_of(values: FloatArray, stds: FloatArray) -> CampaignValue:
+    """Return the weighted mean of values with their bounds, each of shape (n,)."""
+    weights = 1.0 / stds**2
     return CampaignValue(
         mean=float(weights @ values / weights.sum()),
         std=float(1.0 / math.sqrt(weights.sum())),

@@ -1,0 +1,184 @@
+"""The summary of a campaign, derivative by derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.dynamics.buildup import derivative_names
+from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult, mean_of
+from gsapp.identification.summary.dependence import Dependence, proven, trends
+from gsapp.identification.summary.outliers import Outlier, far_off, reasons_for
+from gsapp.identification.summary.points import Point, points_of, values_of
+from gsapp.identification.summary.spread import Honesty, honesty
+
+_WILD_VALUES: Final = 2
+"""Derivatives of one maneuver that must lie far off ..."""
+_WILD_SHARE: Final = 0.3
+"""... and their share among those it gave, for the maneuver itself to be called wild."""
+_GOOD_FIT: Final = 0.95
+"""R2 of every response from which a fit is good."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DerivativeSummary:
+    """One derivative over a campaign.
+
+    Attributes
+    ----------
+    name : str
+    points : tuple of Point
+        All of them, in order of maneuvers.
+    outliers : tuple of Outlier
+        Those left out of `value`.
+    value : CampaignValue
+        Weighted mean of the points that stand.
+    honesty : Honesty or None
+        Their scatter against their bounds; None for fewer than three.
+    trends : tuple of Dependence
+    """
+
+    name: str
+    points: tuple[Point, ...]
+    outliers: tuple[Outlier, ...]
+    value: CampaignValue
+    honesty: Honesty | None
+    trends: tuple[Dependence, ...]
+
+    @property
+    def kept(self) -> tuple[Point, ...]:
+        """Return the points that stand."""
+        out = {one.point.maneuver for one in self.outliers}
+        return tuple(one for one in self.points if one.maneuver not in out)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WildManeuver:
+    """A maneuver whose values lie far off in several derivatives.
+
+    Attributes
+    ----------
+    maneuver : str
+    derivatives : tuple of str
+    of : int
+        Derivatives that it gave in all.
+    fits_well : bool
+        Whether its fit is good all the same: then it is its data or its conditions that differ.
+    reasons : tuple of str
+    """
+
+    maneuver: str
+    derivatives: tuple[str, ...]
+    of: int
+    fits_well: bool
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CampaignSummary:
+    """A campaign.
+
+    Attributes
+    ----------
+    derivatives : mapping of str to DerivativeSummary
+        In the order of the build-up.
+    wild : tuple of WildManeuver
+        The worst first.
+    bounds_ratio : float or None
+        Scatter over bounds of all derivatives together: the median of their ratios. 1 if the
+        bounds are honest; None where nothing was flown three times.
+    """
+
+    derivatives: Mapping[str, DerivativeSummary]
+    wild: tuple[WildManeuver, ...]
+    bounds_ratio: float | None
+
+
+def summarize_campaign(result: CampaignResult) -> CampaignSummary:
+    """Return means, honesty of bounds, outliers and trends of a campaign.
+
+    Parameters
+    ----------
+    result : CampaignResult
+    """
+    points = points_of(result)
+    order = {name: place for place, name in enumerate(derivative_names())}
+    names = sorted(points, key=lambda name: order.get(name, len(order)))
+    count = sum(len(one) for one in points.values())
+    by_id = {one.maneuver.id: one for one in result.results}
+    found = {name: _summarize(name, points[name], count, by_id) for name in names}
+    found = _with_proofs(found)
+    ratios = [one.honesty.ratio for one in found.values() if one.honesty is not None]
+    return CampaignSummary(
+        derivatives=found,
+        wild=_wild(found, by_id),
+        bounds_ratio=float(np.median(ratios)) if ratios else None,
+    )
+
+
+def _with_proofs(found: Mapping[str, DerivativeSummary]) -> dict[str, DerivativeSummary]:
+    """Return the summaries with each trend judged beside all others."""
+    stand = iter(
+        proven(np.array([trend.p_value for one in found.values() for trend in one.trends])).tolist()
+    )
+    return {
+        name: replace(one, trends=tuple(replace(trend, proven=next(stand)) for trend in one.trends))
+        for name, one in found.items()
+    }
+
+
+def _summarize(
+    name: str, points: tuple[Point, ...], count: int, results: Mapping[str, ManeuverResult]
+) -> DerivativeSummary:
+    off = far_off(points, count)
+    kept = tuple(one for place, one in enumerate(points) if place not in off)
+    values, stds = values_of(kept)
+    return DerivativeSummary(
+        name=name,
+        points=points,
+        outliers=tuple(
+            Outlier(
+                point=points[place],
+                sigmas=sigmas,
+                reasons=reasons_for(points[place], kept, results.get(points[place].maneuver)),
+            )
+            for place, sigmas in off.items()
+        ),
+        value=mean_of(values, stds),
+        honesty=honesty(values, stds),
+        trends=trends(kept),
+    )
+
+
+def _wild(
+    derivatives: Mapping[str, DerivativeSummary], results: Mapping[str, ManeuverResult]
+) -> tuple[WildManeuver, ...]:
+    off: dict[str, dict[str, Outlier]] = {}
+    given: dict[str, int] = {}
+    for name, one in derivatives.items():
+        for point in one.points:
+            given[point.maneuver] = given.get(point.maneuver, 0) + 1
+        for outlier in one.outliers:
+            off.setdefault(outlier.point.maneuver, {})[name] = outlier
+    found = []
+    for maneuver, outliers in off.items():
+        of = given[maneuver]
+        if len(outliers) < _WILD_VALUES or len(outliers) < _WILD_SHARE * of:
+            continue
+        estimate = results[maneuver].estimate
+        fits = () if estimate is None else tuple(estimate.fit.values())
+        found.append(
+            WildManeuver(
+                maneuver=maneuver,
+                derivatives=tuple(outliers),
+                of=of,
+                fits_well=bool(fits) and min(fit.r2 for fit in fits) > _GOOD_FIT,
+                reasons=tuple(
+                    dict.fromkeys(text for one in outliers.values() for text in one.reasons)
+                ),
+            )
+        )
+    return tuple(sorted(found, key=lambda one: -len(one.derivatives) / one.of))
