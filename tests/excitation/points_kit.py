@@ -1,0 +1,102 @@
+"""Doublets flown open loop on the nonlinear simulator, for what is said of inputs beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.atmosphere import Atmosphere
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model, load_model
+from gsapp.dynamics.pilot.plan import SHAPES
+from gsapp.dynamics.simulation import Commands, Simulator
+from gsapp.dynamics.trim import Trim, trim
+from gsapp.excitation.points.point import TestPoint
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import FOOT
+
+DT = 0.01
+HEIGHT = 100.0
+BEFORE = 1.0
+
+
+@cache
+def b777() -> tuple[Aircraft, Model]:
+    """Return the shipped aircraft and its model."""
+    return load_aircraft("b777"), load_model("b777")
+
+
+def density() -> float:
+    """Return the density of the air in which doublets are flown, kg/m^3."""
+    return float(Atmosphere().density(HEIGHT))
+
+
+def point(speed: float) -> TestPoint:
+    """Return a test point at a speed in ft/s."""
+    return TestPoint(
+        speed=speed * FOOT, speed_tolerance=1.5, alpha_tolerance=0.03, density=density()
+    )
+
+
+def start(simulator: Simulator, level: Trim) -> dict[str, float]:
+    """Begin in steady flight; return the controls that keep it."""
+    polar = level.polar
+    controls = {
+        name: float(value)
+        for name, value in level.controls.items()
+        if name in ("de", "da", "dr", "flap", "throttle")
+    }
+    simulator.start_in_air(
+        V=float(polar.V),
+        alpha=float(polar.alpha),
+        beta=float(polar.beta),
+        attitude=(float(polar.phi), float(polar.theta), 0.0),
+        height=HEIGHT,
+        commands=Commands(**controls),
+    )
+    return controls
+
+
+def flown(
+    speed: float,
+    amplitudes: Mapping[str, float],
+    width: float,
+    *,
+    kind: str = "doublet",
+    after: float = 1.5,
+) -> dict[str, FloatArray]:
+    """Return the true motion of inputs one after the other, from a second before.
+
+    Parameters
+    ----------
+    speed : float
+        ft/s.
+    amplitudes : mapping of str to float
+        By surface in the order in which they move, rad; negative ones go the other way first.
+    width, after : float
+        Of one step, and hands off, s.
+    """
+    aircraft, model = b777()
+    simulator = Simulator(aircraft, model, dt=DT)
+    level = trim(FlightModel(aircraft, model), V=speed * FOOT, rho=density())
+    controls = start(simulator, level)
+    steps = SHAPES[kind]
+    length = len(steps) * width
+    rows = []
+    for row in range(round((BEFORE + len(amplitudes) * length + after) / DT)):
+        moved = dict(controls)
+        for number, (surface, size) in enumerate(amplitudes.items()):
+            place = (row * DT - BEFORE - number * length) / width
+            if -1e-9 < place < len(steps) - 1e-9:
+                moved[surface] += steps[int(place + 1e-9)] * size
+        simulator.step(Commands(**moved))
+        rows.append(simulator.sample())
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def deviation(line: FloatArray) -> float:
+    """Return the largest deviation from where it began."""
+    return float(np.max(np.abs(line - line[0])))

@@ -1,0 +1,379 @@
+"""Inputs that are asked for excite as promised, flown on the nonlinear simulator."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.dynamics.model import Model
+from gsapp.excitation.points.amplitudes import noise_of
+from gsapp.excitation.points.learned import updated
+from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.excitation.points.wanting import USUAL_WIDTH, wanted_input
+from gsapp.flight.cards import TestCard, load_cards
+from gsapp.flight.maneuvers.grading import ANSWERING, FAINT, WEAK, Passage, Setting, grade_maneuver
+from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.flight.maneuvers.shape import measure, smoothed
+from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
+from gsapp.identification.ftr.estimates import LiveEstimate
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
+from tests.excitation.points_kit import BEFORE, DT, b777, deviation, flown, point
+
+SINGLE = (("de",), ("da",), ("dr",))
+
+
+def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> WantedInput:
+    aircraft, model = b777()
+    return wanted_input(surfaces, kind, aircraft=aircraft, model=model, point=point(speed))
+
+
+def _nearest_limit(motion: dict[str, FloatArray]) -> float:
+    """Return how much of the first limit was used: 1 is at a limit."""
+    aircraft, _ = b777()
+    limits, sensors = aircraft.limits, aircraft.sensors
+    ranges = {"alpha": limits.alpha_linear, "an": limits.load_factor}
+    shares = []
+    for name, (low, high) in ranges.items():
+        at = float(motion[name][0])
+        shares += [
+            (float(motion[name].max()) - at) / (high - at),
+            (at - float(motion[name].min())) / (at - low),
+        ]
+    shares.append(deviation(motion["beta"]) / limits.beta_linear)
+    shares += [deviation(motion[name]) / (0.9 * sensors.gyro.range[1]) for name in "pqr"]
+    shares.append(deviation(motion["ay"]) / (0.9 * sensors.accelerometer.range[1]))
+    return max(shares)
+
+
+@pytest.mark.parametrize("speed", [75.0, 100.0, 115.0])
+@pytest.mark.parametrize("surfaces", [*SINGLE, ("da", "dr")])
+def test_the_largest_reaches_a_limit_and_goes_no_further(
+    surfaces: tuple[str, ...], speed: float
+) -> None:
+    """Flown either way first, the worse one is within a quarter of the first limit."""
+    wanted = _wanted(surfaces, speed)
+    used = []
+    for sign in (1.0, -1.0):
+        sizes = {name: band.high for name, band in wanted.amplitudes.items()}
+        sizes[surfaces[-1]] *= sign
+        used.append(_nearest_limit(flown(speed, sizes, wanted.width.best)))
+    assert max(used) == pytest.approx(1.0, abs=0.25)
+
+
+def _signal_to_noise(motion: dict[str, FloatArray], surface: str, width: float) -> dict[str, float]:
+    """Return the peak-to-peak answers over the noise that the aircraft file gives."""
+    noise = noise_of(b777()[0])
+    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + 1.0) / DT))
+    return {
+        name: float(np.ptp(smoothed(motion[name][heard], DT))) / noise[name]
+        for name in ANSWERING[surface]
+    }
+
+
+@pytest.mark.parametrize("surfaces", SINGLE)
+def test_the_smallest_stands_out_of_the_noise_and_half_of_it_does_not(
+    surfaces: tuple[str, ...],
+) -> None:
+    """The rate about its axis stands out 12 times, the best channel 25 times, and just so."""
+    surface = surfaces[0]
+    wanted = _wanted(surfaces, 100.0)
+    low, width = wanted.amplitudes[surface].low, wanted.width.best
+    rate = {"de": "q", "da": "p", "dr": "r"}[surface]
+    margins = []
+    # Half of what the linkage moves must be flown on top: the surface is what is measured.
+    for size in (low, 0.5 * low):
+        play = 0.5 * b777()[0].controls.de.slop
+        motion = flown(100.0, {surface: size + play}, width)
+        found = _signal_to_noise(motion, surface, width)
+        margins.append(min(found[rate] / FAINT, max(found.values()) / WEAK))
+    assert margins[0] == pytest.approx(1.0, abs=0.25)
+    assert margins[1] < 0.75
+
+
+@pytest.mark.parametrize("surface", ["de", "da", "dr"])
+def test_the_grader_agrees_with_the_band(surface: str) -> None:
+    """What lies well within the band is never graded too small nor too large afterwards."""
+    aircraft, _ = b777()
+    wanted = _wanted((surface,), 100.0)
+    band, width = wanted.amplitudes[surface], wanted.width.best
+    noise = noise_of(aircraft)
+    floor = NoiseFloor(std={**noise, surface: 0.05 * DEGREE})
+    random = np.random.default_rng(5000)
+    for size in (1.1 * band.low + 0.2 * DEGREE, 0.9 * band.high):
+        motion = flown(100.0, {surface: size}, width, after=2.5)
+        count = motion["V"].size
+        rows = np.full((count, len(SIGNALS)), np.nan)
+        for name in ("de", "da", "dr", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V"):
+            sigma = noise.get(name, 0.05 * DEGREE if name.startswith("d") else 0.0)
+            rows[:, COLUMN[name]] = motion[name] + sigma * random.standard_normal(count)
+        times = DT * np.arange(count)
+        end = BEFORE + 2.0 * width
+        moved = measure(
+            surface, times, rows[:, COLUMN[surface]], BEFORE + 0.15, end + 0.1, 0.05 * DEGREE
+        )
+        assert moved is not None
+        passage = Passage(
+            times=times, rows=rows, t_input=BEFORE, t_input_end=end, t_end=float(times[-1])
+        )
+        _, reasons = grade_maneuver(passage, Setting(aircraft=aircraft, noise=floor), [moved])
+        assert not [reason for reason in reasons if "too small" in reason or "too large" in reason]
+        assert not [reason for reason in reasons if "clipped" in reason]
+
+
+@pytest.mark.parametrize(("surface", "answer"), [("de", "q"), ("da", "p"), ("dr", "beta")])
+@pytest.mark.parametrize("speed", [85.0, 110.0])
+def test_the_width_leaves_the_most_motion_behind(surface: str, answer: str, speed: float) -> None:
+    """A scan of doublets of one size: the free answer is largest at the width asked for."""
+    wanted = _wanted((surface,), speed)
+    width = wanted.width
+    trials = width.best * np.array([0.4, 0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35])
+    left = []
+    for trial in trials.tolist():
+        motion = flown(speed, {surface: 3.0 * DEGREE}, trial, after=1.2)
+        free = motion[answer][round((BEFORE + 2.0 * trial) / DT) :]
+        left.append(float(np.ptp(free)))
+    best = float(trials[int(np.argmax(left))])
+    assert width.low <= best <= width.high
+    assert best == pytest.approx(width.best, rel=0.36)
+    # As asked for, hardly less than the best; much quicker, clearly less.
+    assert left[4] > 0.9 * max(left)
+    assert left[0] < 0.8 * max(left)
+
+
+def test_width_and_hands_off_follow_the_modes_of_the_source() -> None:
+    """Half of the natural period is one step; two periods of the oscillation hands off."""
+    de, dr = _wanted(("de",), 100.0), _wanted(("dr",), 100.0)
+    # Short period -4.5 +/- 3.1i, dutch roll -1.45 +/- 5.3i 1/s at 100 ft/s, by the eigenvalues.
+    assert (de.mode, dr.mode) == ("short period", "dutch roll")
+    assert de.width.best == pytest.approx(math.pi / abs(-4.46 + 3.10j), rel=0.03)
+    assert dr.width.best == pytest.approx(math.pi / abs(-1.45 + 5.31j), rel=0.03)
+    assert de.hands_off == pytest.approx(2.0 * math.tau / 3.10, rel=0.03)
+    assert dr.hands_off == pytest.approx(2.0 * math.tau / 5.31, rel=0.03)
+    assert _wanted(("da",), 100.0).mode == "roll"
+    assert _wanted(("da",), 100.0).hands_off == dr.hands_off
+    assert _wanted(("de", "dr"), 100.0).hands_off == de.hands_off
+
+
+def test_a_3211_puts_its_step_of_two_where_a_doublet_puts_one() -> None:
+    """The middle step lasts half a period; a pulse lasts as long as one step of a doublet."""
+    doublet = _wanted(("de",), 100.0).width.best
+    assert _wanted(("de",), 100.0, "3-2-1-1").width.best == pytest.approx(0.5 * doublet)
+    assert _wanted(("de",), 100.0, "pulse").width.best == pytest.approx(doublet)
+
+
+def test_shipped_cards_are_within_what_the_aircraft_allows() -> None:
+    """Each card's amplitude lies in its band, and stays what is aimed at."""
+    aircraft, model = b777()
+    for card in load_cards("b777").cards:
+        wanted = wanted_input(
+            card.surfaces,
+            card.kind,
+            aircraft=aircraft,
+            model=model,
+            point=point(card.speed / FOOT),
+            card=card,
+        )
+        assert wanted.source == "card"
+        assert wanted.width.best == card.width
+        for name, asked in card.amplitudes.items():
+            band = wanted.amplitudes[name]
+            assert band.best == pytest.approx(asked)
+            assert band.low < asked < band.high
+
+
+def _card(amplitude: str, **more: object) -> TestCard:
+    return TestCard.model_validate(
+        {
+            "id": "R9",
+            "speed": "100 ft/s",
+            "surfaces": ["dr"],
+            "amplitude": amplitude,
+            "width": "0.5 s",
+            **more,
+        }
+    )
+
+
+def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
+    """Its upper end gives way to sideslip; one that asks for far too much is not followed."""
+    aircraft, model = b777()
+
+    def asked(amplitude: str) -> Band:
+        return wanted_input(
+            ("dr",),
+            "doublet",
+            aircraft=aircraft,
+            model=model,
+            point=point(100.0),
+            card=_card(amplitude),
+        ).amplitudes["dr"]
+
+    clipped = asked("14 deg")
+    assert clipped.best == pytest.approx(14.0 * DEGREE)
+    assert clipped.high < 1.35 * 14.0 * DEGREE
+    assert "beta leaves its linear range" in clipped.why_high
+    wild = asked("30 deg")
+    assert wild.best < 15.0 * DEGREE
+    assert "the card asks for more" in wild.why_high
+    faint = asked("1.7 deg")
+    assert faint.best == pytest.approx(1.7 * DEGREE)
+    assert faint.low > 0.65 * 1.7 * DEGREE
+    assert "stand out" in faint.why_low
+
+
+def _estimate(name: str, value: float, std: float) -> LiveEstimate:
+    return LiveEstimate(name=name, value=value, std=std, cramer_rao=std, status="estimated")
+
+
+def test_the_flight_itself_takes_the_place_of_the_model() -> None:
+    """A stiffer aircraft, as estimated in flight, asks for quicker elevator doublets."""
+    aircraft, model = b777()
+    stiff = {"Cm_alpha": _estimate("Cm_alpha", -0.8, 0.05)}
+    by_model = _wanted(("de",), 100.0)
+    by_flight = wanted_input(
+        ("de",), "doublet", aircraft=aircraft, model=model, point=point(100.0), estimates=stiff
+    )
+    truth = wanted_input(
+        ("de",),
+        "doublet",
+        aircraft=aircraft,
+        model=model.with_derivatives({"Cm_alpha": -0.8}),
+        point=point(100.0),
+    )
+    assert (by_model.source, by_flight.source) == ("model", "flight")
+    assert by_flight.width.best < 0.9 * by_model.width.best
+    assert by_flight.width == truth.width
+    assert by_flight.amplitudes == truth.amplitudes
+
+
+@pytest.mark.parametrize(
+    "estimate",
+    [
+        _estimate("Cm_alpha", -0.8, 0.3),  # a bound of more than 30 %
+        _estimate("Cm_alpha", 0.4, 0.02),  # unstable all of a sudden
+        _estimate("Cm_alpha", -1.5, 0.02),  # more than three times what was known
+        _estimate("Cm_0", 0.05, 0.001),  # a bias
+        LiveEstimate(name="Cm_alpha", value=None, std=None, cramer_rao=None, status="unknown"),
+    ],
+)
+def test_what_is_not_sure_replaces_nothing(estimate: LiveEstimate) -> None:
+    """Wide bounds, reversed signs, wild values, biases and the unknown leave the model alone."""
+    aircraft, model = b777()
+    assert updated(model, {estimate.name: estimate}, aircraft=aircraft) is model
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    scales=st.lists(st.floats(0.2, 4.0), min_size=8, max_size=8),
+    unstable=st.booleans(),
+    speed=st.floats(62.0, 130.0),
+    surfaces=st.sampled_from([("de",), ("da",), ("dr",), ("da", "dr"), ("de", "da", "dr")]),
+    kind=st.sampled_from(["doublet", "3-2-1-1", "pulse", "multistep"]),
+)
+def test_bands_are_bands_for_any_aircraft(
+    scales: list[float],
+    unstable: bool,
+    speed: float,
+    surfaces: tuple[str, ...],
+    kind: str,
+) -> None:
+    """Stiff, limp, unstable or without an oscillation: every band is a band, nothing raises."""
+    aircraft, model = b777()
+    names = ("Cm_alpha", "Cm_q", "Cm_de", "Cl_p", "Cn_beta", "Cn_r", "Cl_beta", "CY_beta")
+    values = {
+        name: scale * model.derivative(name) for name, scale in zip(names, scales, strict=True)
+    }
+    if unstable:
+        values["Cm_alpha"] *= -0.3
+    wanted = wanted_input(
+        surfaces,
+        kind,
+        aircraft=aircraft,
+        model=model.with_derivatives(values),
+        point=point(speed),
+    )
+    assert list(wanted.amplitudes) == list(surfaces)
+    for band in (*wanted.amplitudes.values(), wanted.width):
+        assert 0.0 < band.low <= band.best <= band.high < math.inf
+        assert band.why_low
+        assert band.why_high
+    assert 2.0 <= wanted.hands_off <= 6.0
+
+
+def test_without_a_model_little_is_promised() -> None:
+    """No model: the linkage and the stops; no aircraft: the card alone, or nothing."""
+    aircraft, model = b777()
+    bare = wanted_input(("dr",), "doublet", aircraft=aircraft, model=None, point=point(100.0))
+    assert bare.width == USUAL_WIDTH
+    assert bare.amplitudes["dr"].high > 4.0 * bare.amplitudes["dr"].low
+    # A model that cannot be flown is as good as none.
+    broken = Model(name="broken", derivatives={"CN_alpha": 4.0})
+    assert (
+        wanted_input(("dr",), "doublet", aircraft=aircraft, model=broken, point=point(100.0))
+        == bare
+    )
+    assert wanted_input(("dr",), "doublet", aircraft=aircraft, model=model, point=None) == bare
+    carded = wanted_input(
+        ("dr",), "doublet", aircraft=None, model=None, point=None, card=_card("10 deg")
+    )
+    assert carded.amplitudes["dr"].best == pytest.approx(10.0 * DEGREE)
+    assert wanted_input(("dr",), "doublet", aircraft=None, model=None, point=None).amplitudes == {}
+
+
+def test_measured_noise_raises_the_least_amplitude() -> None:
+    """Twice the noise of all instruments asks for twice the least amplitude."""
+    aircraft, model = b777()
+
+    def least(noise: dict[str, float] | None) -> float:
+        return (
+            wanted_input(
+                ("dr",),
+                "doublet",
+                aircraft=aircraft,
+                model=model,
+                point=point(100.0),
+                noise=noise,
+            )
+            .amplitudes["dr"]
+            .low
+        )
+
+    loud = {name: 2.0 * value for name, value in noise_of(aircraft).items()}
+    assert least(loud) == pytest.approx(2.0 * least(None))
+    assert least({"r": math.nan}) == least(None)
+
+
+def test_play_before_the_linkage_comes_on_top() -> None:
+    """Where the servo is measured, half of the play is added to what the surface needs."""
+    aircraft, model = b777()
+    rudder = aircraft.controls.dr.model_copy(update={"kind": "servo", "slop": 2.0 * DEGREE})
+    controls = aircraft.controls.model_copy(update={"dr": rudder})
+    loose = aircraft.model_copy(update={"controls": controls})
+    on_surface = wanted_input(
+        ("dr",), "doublet", aircraft=aircraft, model=model, point=point(100.0)
+    )
+    at_servo = wanted_input(("dr",), "doublet", aircraft=loose, model=model, point=point(100.0))
+    assert at_servo.amplitudes["dr"].high == pytest.approx(
+        on_surface.amplitudes["dr"].high + 1.0 * DEGREE
+    )
+
+
+def test_load_factor_and_range_of_the_accelerometer_count() -> None:
+    """With half of the range, the accelerometer is what limits an elevator doublet."""
+    aircraft, model = b777()
+    short = aircraft.sensors.accelerometer.model_copy(
+        update={"range": (-2.0 * GRAVITY, 2.0 * GRAVITY)}
+    )
+    sensors = aircraft.sensors.model_copy(update={"accelerometer": short})
+    coarse = aircraft.model_copy(update={"sensors": sensors})
+    band = wanted_input(
+        ("de",), "doublet", aircraft=coarse, model=model, point=point(100.0)
+    ).amplitudes["de"]
+    assert "normal acceleration" in band.why_high
+    motion = flown(100.0, {"de": band.high}, _wanted(("de",), 100.0).width.best)
+    assert deviation(motion["an"]) == pytest.approx(0.8 * GRAVITY, rel=0.25)
