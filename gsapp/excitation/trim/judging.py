@@ -1,0 +1,133 @@
+"""What is off, which way and by how much, from means over the last second."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.trim.cue import Off
+from gsapp.excitation.trim.tolerances import TrimTolerances
+
+_LEAST_ROOM: Final = 0.25
+"""Share of the tolerance of a bank not seen that is left however little is known of it."""
+
+
+class Motion(NamedTuple):
+    """Means over a window, SI; NaN where missing. `spread` is how well the bank is known."""
+
+    roll_rate: float
+    pitch_rate: float
+    yaw_rate: float
+    speed: float
+    acceleration: float
+    alpha: float
+    bank: float
+    climb: float
+    height: float
+    spread: float
+
+
+def mean_motion(motions: Iterable[Motion]) -> Motion:
+    """Return the mean of some motions; what is missing in one is missing."""
+    columns = list(zip(*motions, strict=True))
+    return Motion(*(sum(column) / len(column) for column in columns))
+
+
+def judge(
+    motion: Motion, tolerances: TrimTolerances, point: TestPoint | None, *, attitude: bool
+) -> tuple[Off, ...]:
+    """Return how far each thing that is measured is from where it should be, the worst first.
+
+    Parameters
+    ----------
+    motion : Motion
+    tolerances : TrimTolerances
+    point : TestPoint or None
+        None leaves out speed, angle of attack and height.
+    attitude : bool
+        Whether the bank is measured. Else its tolerance shrinks by how badly it is known.
+    """
+    found: list[Off] = []
+
+    def add(quantity: str, amount: float, tolerance: float, channel: str) -> None:
+        if math.isfinite(amount):
+            found.append(
+                Off(
+                    quantity=quantity,
+                    amount=amount,
+                    share=abs(amount) / tolerance,
+                    channel=channel,
+                )
+            )
+
+    unseen = tolerances.bank_unseen
+    room = tolerances.bank if attitude else max(unseen - motion.spread, _LEAST_ROOM * unseen)
+    add("bank", motion.bank, room, "phi" if attitude else "r")
+    add("roll rate", motion.roll_rate, tolerances.roll_rate, "p")
+    add("pitch rate", motion.pitch_rate, tolerances.pitch_rate, "q")
+    add("yaw rate", motion.yaw_rate, tolerances.yaw_rate, "r")
+    add("acceleration", motion.acceleration, tolerances.acceleration, "ax")
+    add("climb", motion.climb, tolerances.climb, "climb_rate")
+    if point is not None:
+        if point.speed is not None:
+            add("speed", motion.speed - point.speed, point.speed_tolerance, "V")
+        if point.alpha is not None:
+            add("alpha", motion.alpha - point.alpha, point.alpha_tolerance, "alpha")
+        if point.height is not None:
+            add("height", motion.height - point.height, tolerances.height, "height")
+    return tuple(sorted(found, key=lambda off: -off.share))
+
+
+def judged_by(
+    motion: Motion,
+    point: TestPoint | None,
+    *,
+    attitude: bool,
+    beta: bool,
+    leg: str,
+) -> tuple[str, ...]:
+    """Return by what each thing is judged, in words."""
+    found = []
+    if attitude:
+        found.append("wings: attitude")
+    elif math.isfinite(motion.bank):
+        slip = "lateral acceleration and beta" if beta else "lateral acceleration"
+        found.append(f"wings: turn rate, rate of roll and {slip}, for want of attitude")
+    if math.isfinite(motion.climb):
+        found.append("climb: height and accelerations")
+    if math.isfinite(motion.speed):
+        found.append("speed: airspeed")
+    if math.isfinite(motion.alpha):
+        found.append("alpha: its vane, put back to the CG for upwash and pitch rate")
+    if point is None:
+        found.append("no test point: steadiness alone, at any speed")
+    if leg:
+        found.append(f"straight leg: {'position' if leg == 'position' else 'earlier laps'}")
+    return tuple(found)
+
+
+def not_judged(
+    motion: Motion, point: TestPoint | None, *, calm: bool, leg: str, stuck: Iterable[str]
+) -> tuple[str, ...]:
+    """Return what cannot be judged, in words."""
+    found = []
+    for name, value in (
+        ("bank: neither attitude nor yaw rate", motion.bank),
+        ("roll rate", motion.roll_rate),
+        ("pitch rate", motion.pitch_rate),
+        ("yaw rate", motion.yaw_rate),
+        ("speed: no airspeed", motion.speed),
+        ("climb: no height", motion.climb),
+    ):
+        if not math.isfinite(value):
+            found.append(name)
+    if point is not None and point.alpha is not None and not math.isfinite(motion.alpha):
+        found.append("alpha: at 1 g the speed stands for it")
+    if not calm:
+        found.append("how calm the air is")
+    if not leg:
+        found.append("straight leg: no earlier lap to go by")
+    found += [f"{name} stands still: not believed" for name in stuck]
+    return tuple(found)

@@ -1,0 +1,85 @@
+"""Whether the aircraft flies; and what its gyros show while it stands, which is their zero."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch
+from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
+from gsapp.quantities.constants import DEGREE
+
+_FLOWN: Final = ("p", "q", "r", "V", "altitude")
+_FEWEST_FRAMES: Final = 6
+"""Frames of standing still that tell a zero."""
+_LARGEST_ZERO: Final = 5.0 * DEGREE
+"""What is more, rad/s, is motion or a broken gyro."""
+_SLOW: Final = 12.0
+"""Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
+
+
+class StandWatch:
+    """Follows one flight tick by tick.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without one an airspeed decides, and without that all counts as flown.
+    dt : float
+        Between ticks, s.
+
+    Attributes
+    ----------
+    airborne, standing : bool
+        Flies; stands still on the ground.
+    zeros : tuple of float
+        Of p, q, r, rad/s: to be taken off what they show.
+    """
+
+    def __init__(self, aircraft: Aircraft | None, dt: float) -> None:
+        self._watch = None if aircraft is None else AirborneWatch(aircraft)
+        self._length = round(FRAME / dt)
+        self._frame: list[tuple[float, ...]] = []
+        self._frames = 0
+        self._still = np.zeros(3)
+        self._still_frames = 0
+        self.airborne = False
+        self.standing = False
+        self.zeros = (0.0, 0.0, 0.0)
+
+    def step(self, values: tuple[float, ...]) -> None:
+        """Go on by one tick: p, q, r (rad/s), V (m/s), altitude (m); NaN where missing."""
+        self._frame.append(values)
+        if len(self._frame) < self._length:
+            return
+        means = [_mean(column) for column in zip(*self._frame, strict=True)]
+        self._frame.clear()
+        self._frames += 1
+        speed = means[3]
+        if self._watch is None:
+            self.airborne = not speed < _SLOW
+            self.standing = False
+            return
+        row = np.full(len(SIGNALS), np.nan)
+        row[[COLUMN[name] for name in _FLOWN]] = means
+        self._watch.add(self._frames * FRAME, row)
+        self.airborne = self._watch.airborne
+        self.standing = not self.airborne and bool(self._watch.standing)
+        if self.standing:
+            self._learn(means[:3])
+
+    def _learn(self, rates: list[float]) -> None:
+        shown = [rate if abs(rate) < _LARGEST_ZERO else 0.0 for rate in rates]
+        self._still += shown
+        self._still_frames += 1
+        if self._still_frames >= _FEWEST_FRAMES:
+            p, q, r = (self._still / self._still_frames).tolist()
+            self.zeros = (p, q, r)
+
+
+def _mean(values: tuple[float, ...]) -> float:
+    known = [value for value in values if math.isfinite(value)]
+    return sum(known) / len(known) if known else math.nan

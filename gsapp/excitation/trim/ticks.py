@@ -1,0 +1,102 @@
+"""Rows to ticks: means of what the trim cue looks at, without channels that are not to be believed.
+
+What a channel does within a tick is noise and vibration to the cue, but for one thing: a channel
+that does not do even that for two seconds in the air is stuck.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.rows import FlightRows
+from gsapp.quantities import BoolArray, FloatArray
+
+SEEN: Final = (
+    "p", "q", "r", "ax", "ay", "an", "alpha", "beta", "V", "phi", "theta",
+    "altitude", "climb_rate", "height", "north", "east", "latitude", "longitude",
+)  # fmt: skip
+"""Columns of a tick."""
+PLACE: Final = {name: place for place, name in enumerate(SEEN)}
+
+_QUICK: Final = 11
+"""The first of `SEEN`: quick ones, which never show the same value for long."""
+_SPARES: Final = {name: (f"{name}.2", f"{name}.3") for name in ("p", "q", "r")}
+_STUCK: Final = 2.0
+"""s without any change."""
+
+
+class TickMeans:
+    """Averages rows over ticks.
+
+    Parameters
+    ----------
+    tick : int
+        Rows in a tick.
+    dt : float
+        Length of a tick, s.
+
+    Attributes
+    ----------
+    distrusted : frozenset of str
+        Channels that others found not to be trusted; read as missing.
+    """
+
+    def __init__(self, tick: int, dt: float) -> None:
+        self._tick = tick
+        self._longest = round(_STUCK / dt)
+        self.distrusted: frozenset[str] = frozenset()
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what the rows before held."""
+        self._last = np.full(_QUICK, np.nan)
+        self._same = np.zeros(_QUICK, dtype=np.int64)
+
+    @property
+    def stuck(self) -> tuple[str, ...]:
+        """Return the channels that stand still, those of the latest tick."""
+        return tuple(SEEN[place] for place in np.flatnonzero(self._same >= self._longest))
+
+    def take(self, rows: FlightRows) -> FloatArray:
+        """Return the mean of each whole tick, shape (n, len(SEEN)); NaN where missing."""
+        tick, count = self._tick, len(rows) // self._tick
+        values = np.column_stack([self._read(rows, name) for name in SEEN])[: count * tick]
+        still = self._still(values[:, :_QUICK], count)
+        shaped = values.reshape(count, tick, len(SEEN))
+        there = np.isfinite(shaped)
+        total, present = np.zeros((count, len(SEEN))), np.zeros((count, len(SEEN)))
+        for place in range(tick):
+            total += np.where(there[:, place], shaped[:, place], 0.0)
+            present += there[:, place]
+        means = np.where(present > 0.0, total / np.maximum(present, 1.0), np.nan)
+        means[:, :_QUICK][still] = np.nan
+        for name in self.distrusted & PLACE.keys():
+            if name not in _SPARES:
+                means[:, PLACE[name]] = np.nan
+        return means
+
+    def _read(self, rows: FlightRows, name: str) -> FloatArray:
+        """Return a channel; of a rate the first sensor that is to be trusted and has a sample."""
+        found = rows[name]
+        if name not in _SPARES:
+            return found
+        if name in self.distrusted:
+            found = np.full(len(rows), np.nan)
+        for spare in _SPARES[name]:
+            if spare not in self.distrusted and np.isnan(found).any():
+                found = np.where(np.isnan(found), rows[spare], found)
+        return found
+
+    def _still(self, values: FloatArray, count: int) -> BoolArray:
+        """Return which channels were stuck at the end of each tick, shape (count, _QUICK)."""
+        before = np.concatenate((self._last[np.newaxis], values[:-1]))
+        same = (values == before).reshape(count, self._tick, _QUICK).all(axis=1)
+        if count:
+            self._last = values[-1]
+        stuck = np.zeros((count, _QUICK), dtype=np.bool_)
+        for place in range(count):
+            self._same = np.where(same[place], self._same + 1, 0)
+            stuck[place] = self._same >= self._longest
+        return stuck

@@ -1,0 +1,238 @@
+"""The trim cue, live: whether the aircraft is level, steady and at its test point.
+
+Rows become ticks of 0.05 s, ticks the motion of the last second (`senses`), and that is held
+against the stated tolerances (`judging`, `tolerances`). Fixed rules then say what to do, and
+`states` keeps them from flickering.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.rows import TICK, FlightRows
+from gsapp.excitation.trim.cue import Off, TrimCue, TrimState
+from gsapp.excitation.trim.judging import Motion, judge, judged_by, mean_motion, not_judged
+from gsapp.excitation.trim.senses import Senses
+from gsapp.excitation.trim.states import ENTER, LEAVE, STEADY, StateKeeper
+from gsapp.excitation.trim.ticks import TickMeans
+from gsapp.excitation.trim.tolerances import TOLERANCES, TrimTolerances
+
+BEFORE_TURN: Final = 3.0
+"""No GO with less of the straight leg left, s."""
+REACTION: Final = 1.0
+"""From GO to the first stick, s."""
+_AGAIN: Final = 1.0
+"""A leg found too short stays so unless it grows by this, s."""
+_LOST_RATE: Final = 3.0
+"""Times its tolerance, over 0.3 s: a rate that ends GO at once."""
+_LOST: Final = 1.5
+"""Times its tolerance, over a second: anything that ends GO at once."""
+_SURELY_ROUGH: Final = 1.0
+_CALM_AGAIN: Final = 0.9
+
+
+class TrimWatch:
+    """Follows a flight and says whether an input may begin.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without one, alpha is taken as its vane shows it, and an airspeed of 12 m/s is flight.
+    rate : float
+        Of the rows, Hz.
+    tolerances : TrimTolerances
+        What counts as trimmed.
+
+    Attributes
+    ----------
+    cue : TrimCue or None
+        The latest; None before the first tick.
+
+    Notes
+    -----
+    At 1 g the airspeed fixes the angle of attack. So alpha is judged only where it is measured.
+    The vane's reading is put back to the center of gravity for upwash, pitch and roll rate; what
+    its calibration leaves is far within the tolerance of a test point.
+    """
+
+    def __init__(
+        self, aircraft: Aircraft | None, rate: float, tolerances: TrimTolerances = TOLERANCES
+    ) -> None:
+        self._aircraft = aircraft
+        self._tolerances = tolerances
+        self._tick = max(1, round(TICK * rate))
+        self._dt = self._tick / rate
+        self._point: TestPoint | None = None
+        self._needed = 0.0
+        self._means = TickMeans(self._tick, self._dt)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the flight; the test point stays."""
+        self._senses = Senses(self._aircraft, self._dt, self._tolerances)
+        self._changes: list[TrimCue] = []
+        self._held_until = -math.inf
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forget what does not lead up to the next row."""
+        self._means.restart()
+        self._senses.restart()
+        self._keeper: StateKeeper | None = None
+        self._steady = 0.0
+        self._rough = False
+        self._motions: deque[Motion] = deque(
+            maxlen=2 * round(self._tolerances.steady / self._dt) + 1
+        )
+        self.cue: TrimCue | None = None
+
+    @property
+    def changes(self) -> tuple[TrimCue, ...]:
+        """Return one cue for each change of state since the flight began."""
+        return tuple(self._changes)
+
+    # What others know -----------------------------------------------------------------
+
+    def aim(self, point: TestPoint | None) -> None:
+        """Judge against a test point from now on; None judges steadiness alone, at any speed."""
+        self._point = point
+
+    def hold_off(self, until: float) -> None:
+        """Give no GO before this flight time, s: an input is under way."""
+        self._held_until = until
+
+    def leg_needed(self, seconds: float) -> None:
+        """Give no GO unless an input and its answer of this length, s, end before the turn."""
+        self._needed = seconds
+
+    def distrust(self, channels: tuple[str, ...]) -> None:
+        """Read these channels as missing from now on; an empty tuple trusts all again."""
+        self._means.distrusted = frozenset(channels)
+
+    # Rows -----------------------------------------------------------------------------
+
+    def take(self, rows: FlightRows) -> None:
+        """Judge at the end of each whole tick of these rows."""
+        if rows.fresh:
+            self._begin()
+        ticks = self._means.take(rows)
+        last = self._tick - 1
+        for place, _ in enumerate(self._senses.take(ticks)):
+            self._judge(float(rows.times[place * self._tick + last]))
+
+    def _judge(self, time: float) -> None:
+        senses, point = self._senses, self._point
+        motion, airborne = senses.motion, senses.stand.airborne
+        self._motions.append(motion)
+        off = judge(motion, self._tolerances, point, attitude=senses.attitude) if airborne else ()
+        wanted = self._wanted(time, off, airborne=airborne)
+        changed = False
+        if self._keeper is None:
+            self._keeper, changed = StateKeeper(wanted, time), True
+        elif self._keeper.step(time, wanted, lost=self._lost(off, wanted)):
+            changed = True
+        state = self._keeper.state
+        blind = state == "blind"
+        leg = senses.leg
+        self.cue = TrimCue(
+            time=time,
+            state=state,
+            since=self._keeper.since,
+            off=() if blind else self._with_unrest(off) if airborne else (),
+            judged_by=()
+            if blind
+            else judged_by(
+                motion,
+                point,
+                attitude=senses.attitude,
+                beta=senses.beta,
+                leg=leg.told_by,
+            ),
+            missing=not_judged(
+                motion,
+                point,
+                calm=not math.isnan(senses.unrest.share),
+                leg=leg.told_by,
+                stuck=self._means.stuck if airborne else (),
+            ),
+            gusts=senses.unrest.gusts if airborne else None,
+            leg_left=leg.left,
+            progress=min(self._steady / STEADY, 1.0) if state in ("hold", "go") else 0.0,
+        )
+        if changed:
+            self._changes.append(self.cue)
+
+    # Rules ----------------------------------------------------------------------------
+
+    def _wanted(self, time: float, off: Sequence[Off], *, airborne: bool) -> TrimState:
+        """Return what the state would be if it were new."""
+        motion = self._senses.motion
+        if all(math.isnan(rate) for rate in motion[:3]):
+            self._steady = 0.0
+            return "blind"
+        if not airborne:
+            self._steady = 0.0
+            return "fly"
+        state = None if self._keeper is None else self._keeper.state
+        worst = off[0].share if off else 0.0
+        trimmed = worst <= (LEAVE if state in ("hold", "go") else ENTER)
+        self._rough = self._roughness() > (_CALM_AGAIN if self._rough else _SURELY_ROUGH)
+        self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
+        if self._senses.leg.turning or self._too_short(state):
+            return "turn"
+        if self._rough and self._senses.unrest.lasting and (trimmed or self._fine_on_average()):
+            return "gusty"
+        if not trimmed:
+            return "fly"
+        held_off = time < self._held_until
+        sure = state == "go" or (self._steady >= STEADY and worst <= ENTER)
+        return "go" if sure and not self._rough and not held_off else "hold"
+
+    def _roughness(self) -> float:
+        share = self._senses.unrest.share
+        return 0.0 if math.isnan(share) else share
+
+    def _too_short(self, state: TrimState | None) -> bool:
+        left = self._senses.leg.left
+        if left is None:
+            return False
+        least = max(BEFORE_TURN, self._needed + REACTION if self._needed > 0.0 else 0.0)
+        return left < least + (_AGAIN if state == "turn" else 0.0)
+
+    def _fine_on_average(self) -> bool:
+        """Return whether three seconds together are as they should be: gusts come and go."""
+        second = (len(self._motions) - 1) // 2
+        if second < 1:
+            return False
+        three = mean_motion([self._motions[place] for place in (0, second, 2 * second)])
+        off = judge(three, self._tolerances, self._point, attitude=self._senses.attitude)
+        return not off or off[0].share <= 1.0
+
+    def _lost(self, off: Sequence[Off], wanted: TrimState) -> bool:
+        """Return whether GO must end at once."""
+        if wanted in ("blind", "turn") or (off and off[0].share > _LOST):
+            return True
+        limits = self._tolerances
+        rates = (limits.roll_rate, limits.pitch_rate, limits.yaw_rate)
+        return any(
+            abs(rate) > _LOST_RATE * limit
+            for rate, limit in zip(self._senses.quick, rates, strict=True)
+        )
+
+    def _with_unrest(self, off: tuple[Off, ...]) -> tuple[Off, ...]:
+        """Add the unrest, in its place by size."""
+        unrest = self._senses.unrest
+        if math.isnan(unrest.share):
+            return off
+        restless = Off(
+            quantity="unrest",
+            amount=unrest.gusts or 0.0,
+            share=unrest.share,
+            channel=unrest.worst,
+        )
+        return tuple(sorted((*off, restless), key=lambda one: -one.share))
