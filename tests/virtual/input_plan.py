@@ -13,7 +13,7 @@ from gsapp.quantities.constants import DEGREE, FOOT
 SURFACES = ("de", "da", "dr")
 NOMINAL = {"de": 4.5 * DEGREE, "da": 6.0 * DEGREE, "dr": 10.0 * DEGREE}
 """Amplitudes that the shipped test cards ask for; drawn ones lie around them."""
-WIDTHS = {"de": 0.45, "da": 0.4, "dr": 0.5}
+WIDTHS = {"de": 0.58, "da": 0.36, "dr": 0.56}
 SPEEDS = tuple(speed * FOOT for speed in (85.0, 92.0, 100.0, 108.0))
 
 
@@ -111,7 +111,7 @@ def draw(seed: int, surfaces: tuple[str, ...] = ()) -> InputPlan:
 
     size = math.exp(0.15 * random.standard_normal())
     if chance(0.3):
-        size = float(np.exp(random.uniform(math.log(0.15), math.log(2.6))))
+        size = float(np.exp(random.uniform(math.log(0.1), math.log(2.6))))
     width = math.exp(0.1 * random.standard_normal())
     if chance(0.2):
         width = float(np.exp(random.uniform(math.log(0.4), math.log(2.6))))

@@ -318,8 +318,17 @@ def _other_stick(
     return found
 
 
-def _turbulence(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> list[Defect]:
-    """Compare what the aircraft did before the input with what it did in answer."""
+def unrest(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> tuple[float, str]:
+    """Compare what the aircraft did before the input with what it did in answer.
+
+    Returns
+    -------
+    ratio : float
+        Largest of the answering channels: standard deviation before the input, beyond the noise
+        floor, over that of the answer.
+    channel : str
+        Which one; empty for none.
+    """
     worst, channel = 0.0, ""
     for name in dict.fromkeys(name for surface in surfaces for name in ANSWERING[surface]):
         before = passage.samples(name, passage.t_input - 2.0 * TRIM_TIME, passage.t_input)
@@ -327,10 +336,15 @@ def _turbulence(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> 
         if before.size < 20 or after.size < 5:
             continue
         # What the noise floor explains is no turbulence.
-        unrest = math.sqrt(max(_spread(before) ** 2 - setting.noise.of(name) ** 2, 0.0))
-        ratio = unrest / max(float(after.std()), 1e-12)
+        size = math.sqrt(max(_spread(before) ** 2 - setting.noise.of(name) ** 2, 0.0))
+        ratio = size / max(float(after.std()), 1e-12)
         if ratio > worst:
             worst, channel = ratio, name
+    return worst, channel
+
+
+def _turbulence(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> list[Defect]:
+    worst, channel = unrest(passage, setting, surfaces)
     if worst < 0.25:
         return []
     return [

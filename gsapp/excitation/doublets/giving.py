@@ -1,0 +1,113 @@
+"""From a measured input to its verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gsapp.excitation.doublets.judging import Case, findings, unjudged
+from gsapp.excitation.doublets.measuring import Measured
+from gsapp.excitation.doublets.verdict import Finding, Verdict
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.wanted import WantedInput
+from gsapp.excitation.trim.tolerances import TrimTolerances
+from gsapp.flight.cards import TestCard
+from gsapp.flight.cards.matching import compare
+from gsapp.flight.maneuvers.detection import described
+from gsapp.flight.maneuvers.grading import TRIM_TIME, Setting
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What an input is held against.
+
+    Attributes
+    ----------
+    wanted : WantedInput or None
+    point : TestPoint or None
+    card : TestCard or None
+    """
+
+    wanted: WantedInput | None = None
+    point: TestPoint | None = None
+    card: TestCard | None = None
+
+
+def give_verdict(
+    name: str,
+    now: float,
+    measured: Measured,
+    asked: Asked,
+    setting: Setting,
+    tolerances: TrimTolerances,
+    *,
+    known_aircraft: bool = True,
+    system: str = "US",
+) -> Verdict:
+    """Return the verdict on an input.
+
+    What a grade calls unfit for an estimate is never good here: what the verdict's own judges
+    have nothing against is ``unclear`` then, with the grader's reason.
+
+    Parameters
+    ----------
+    name : str
+        Its id.
+    now : float
+        Flight time, s.
+    measured : Measured
+    asked : Asked
+    setting : Setting
+    tolerances : TrimTolerances
+    known_aircraft : bool
+        Whether there is an aircraft file.
+    system : {"US", "SI"}
+        Units of the words.
+    """
+    travel = setting.half_travel
+    by_size = sorted(measured.inputs, key=lambda one: -one.quickest / travel(one.surface))
+    case = Case(
+        measured=measured,
+        kind=by_size[0].kind,
+        wanted=asked.wanted,
+        point=asked.point,
+        setting=setting,
+        tolerances=tolerances,
+        known_aircraft=known_aircraft,
+        system=system,
+    )
+    found = findings(case)
+    graded = described(name, measured.passage, setting, by_size)
+    if not found and graded.grade == "D":
+        found = (Finding(result="unclear", words=graded.reasons[0]),)
+    result = found[0].result if found else "good"
+    advice = found[0].words if found else "good"
+    card, counts = "", False
+    if asked.card is not None and asked.card.kind == case.kind:
+        attempt = compare(asked.card, graded)
+        card, counts = asked.card.id, result == "good" and attempt.counts
+        if result == "good" and not counts:
+            advice = f"good, but not for the card: {attempt.reasons[0].partition(',')[0]}"
+    passage = measured.passage
+    return Verdict(
+        id=name,
+        given_at=now,
+        t_start=passage.t_input - TRIM_TIME,
+        t_input=passage.t_input,
+        t_input_end=passage.t_input_end,
+        t_end=passage.t_end,
+        surfaces=measured.surfaces,
+        kind=case.kind,
+        amplitudes={one.surface: one.amplitude for one in measured.inputs},
+        halves={one.surface: tuple(length for _, length in one.runs) for one in measured.inputs},
+        symmetry=measured.symmetry,
+        left_over=measured.left_over,
+        cross=measured.cross,
+        V=measured.trim.get("V"),
+        alpha=graded.alpha,
+        result=result,
+        findings=found,
+        advice=advice,
+        card=card,
+        counts=counts,
+        judged_by=unjudged(case),
+    )

@@ -1,0 +1,369 @@
+"""The verdict on a measured input: what speaks against it, the worst first, and what to do.
+
+Bands of amplitude and width come from the wanted input. An input that began within `START_FACTOR`
+times the tolerances of the trim cue still counts: GO asks for more than an estimate needs. The
+order is that of what makes an input useless: nothing to judge by, a sensor at its end, a start out
+of trim, a second stick, an answer lost in the noise, an answer out of the linear range, gusts;
+last a width that misses the mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.doublets.measuring import Measured
+from gsapp.excitation.doublets.verdict import Finding, Result
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.stick_words import more_words, stick_words, width_words
+from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.excitation.trim.tolerances import TrimTolerances
+from gsapp.flight.cards.card import SURFACES as SURFACE_WORDS
+from gsapp.flight.maneuvers.grading import (
+    ANSWERING,
+    TRIM_TIME,
+    Setting,
+    unrest,
+)
+from gsapp.flight.maneuvers.shape import SurfaceInput
+from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.quantities.constants import DEGREE
+
+START_FACTOR: Final = 2.0
+"""Times the tolerances of GO within which a start still counts."""
+OTHER_STICK: Final = 0.35
+"""Share of the main input, both as shares of travel, from which another stick spoils it."""
+LEFT_OVER: Final = 0.4
+"""Share of its amplitude that a surface may stay away from its trim."""
+HANDS_OFF: Final = 0.5
+"""Share of the wanted hands-off interval that is enough: one period of the oscillation."""
+GUST_SHARE: Final = 0.5
+"""Share of the answer that gusts may make."""
+OUT_FOR: Final = 0.1
+"""Seconds out of the linear range that count."""
+SAMPLES_NEEDED: Final = 0.8
+"""Share of the samples that must be there."""
+
+_LEAST_CROSS: Final = 0.5 * DEGREE
+_CLIPPED_FOR: Final = 0.03
+"""Seconds at the end of a sensor's range that count."""
+_UNREST: Final = 0.6
+"""Unrest before the input over its answer that counts for gusts where no model tells more; the
+grader calls it a large defect."""
+_SMALLER: Final = 0.75
+"""Advice after an answer that was too large, where no band tells better."""
+
+_TURNING: Final = {
+    "p": ("rolling right", "rolling left"),
+    "q": ("pitching up", "pitching down"),
+    "r": ("yawing right", "yawing left"),
+}
+_SPEED_UNITS: Final = {"US": ("ft/s", "feet per second"), "SI": ("m/s", "meters per second")}
+_OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "g"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """All that a verdict is drawn from.
+
+    Attributes
+    ----------
+    measured : Measured
+    kind : str
+        Shape of the main input.
+    wanted : WantedInput or None
+        None where nothing is known of what is wanted: shape and answer alone are judged.
+    point : TestPoint or None
+    setting : Setting
+    tolerances : TrimTolerances
+    known_aircraft : bool
+        Whether there is an aircraft file.
+    system : {"US", "SI"}
+        Units of the words.
+    """
+
+    measured: Measured
+    kind: str
+    wanted: WantedInput | None
+    point: TestPoint | None
+    setting: Setting
+    tolerances: TrimTolerances
+    known_aircraft: bool = True
+    system: str = "US"
+
+    @property
+    def aircraft(self) -> Aircraft:
+        """Return the aircraft."""
+        return self.setting.aircraft
+
+    @property
+    def dt(self) -> float:
+        """Return the time between samples, s."""
+        return float(np.median(np.diff(self.measured.passage.times)))
+
+    def stick(self, surface: str, amplitude: float) -> str:
+        """Return a deflection in the pilot's words."""
+        aircraft = self.aircraft if self.known_aircraft else None
+        return stick_words(aircraft, surface, amplitude, rate_switch=self.measured.rate_switch)
+
+    def name(self, one: SurfaceInput) -> str:
+        """Return what an input is called: "rudder doublet"."""
+        return f"{SURFACE_WORDS[one.surface]} {one.kind}"
+
+
+def findings(case: Case) -> tuple[Finding, ...]:
+    """Return what speaks against an input, the worst first; nothing for a good one."""
+    return tuple(finding for judge in _JUDGES for finding in judge(case))
+
+
+def unjudged(case: Case) -> tuple[str, ...]:
+    """Return what could not be judged, in words."""
+    measured, found = case.measured, []
+    if case.wanted is None:
+        found.append("amplitude and width: no card and no model tell what is wanted")
+    for name, words in (("alpha", "angle of attack"), ("beta", "sideslip")):
+        wanted = name == "alpha" if measured.surfaces == ("de",) else True
+        if wanted and name not in measured.flow:
+            found.append(f"linear range: {words} is not measured")
+    found += [f"{channel(name).title} stands at the end of its range" for name in measured.stuck]
+    if measured.gusts is None:
+        found.append("gusts during the input: no model tells what it explains")
+    if "bank" not in measured.trim:
+        found.append("bank at the start: nothing tells it")
+    elif not measured.bank_seen:
+        found.append("bank at the start by rates and accelerations, for want of attitude")
+    return tuple(found)
+
+
+# --- the judges, in the order in which they are heard ------------------------------------------
+
+
+def _unclear(case: Case) -> list[Finding]:
+    passage, found = case.measured.passage, []
+    start = passage.t_input - TRIM_TIME
+    total = int(np.diff(np.searchsorted(passage.times, (start, passage.t_end)))[0])
+    for surface in case.measured.surfaces:
+        count = passage.samples(surface, start, passage.t_end).size
+        if count < SAMPLES_NEEDED * total:
+            missing = 100.0 * (1.0 - count / max(total, 1))
+            words = f"{SURFACE_WORDS[surface]} signal missing for {missing:.0f} percent"
+            found.append(Finding(result="unclear", words=words, surface=surface))
+        heard = [
+            name
+            for name in ANSWERING[surface]
+            if name not in case.measured.stuck
+            and passage.samples(name, start, passage.t_end).size >= SAMPLES_NEEDED * total
+        ]
+        if not heard:
+            words = f"nothing measures what the {SURFACE_WORDS[surface]} does"
+            found.append(Finding(result="unclear", words=words, surface=surface))
+    wanted = case.wanted
+    if wanted is not None and wanted.kind == "doublet" and case.kind != "doublet":
+        words = f"that was a {case.kind}, no doublet"
+        found.append(Finding(result="unclear", words=words))
+    return found
+
+
+def _clipped(case: Case) -> list[Finding]:
+    found = []
+    worst = sorted(case.measured.clipped.items(), key=lambda item: -item[1])
+    for name, count in worst:
+        if count * case.dt >= _CLIPPED_FOR:
+            found.append(_too_large(case, name, f"{_spoken(name)} clipped"))
+    return found
+
+
+def _not_trimmed(case: Case) -> list[Finding]:
+    allowed, trim = case.tolerances, case.measured.trim
+    seen = case.measured.bank_seen
+    checks = [
+        ("p", START_FACTOR * allowed.roll_rate, 0.0),
+        ("q", START_FACTOR * allowed.pitch_rate, 0.0),
+        ("r", START_FACTOR * allowed.yaw_rate, 0.0),
+        ("bank", START_FACTOR * (allowed.bank if seen else allowed.bank_unseen), 0.0),
+    ]
+    point = case.point
+    if point is not None and point.speed is not None:
+        checks.append(("V", START_FACTOR * point.speed_tolerance, point.speed))
+    elif point is not None and point.alpha is not None:
+        checks.append(("alpha", START_FACTOR * point.alpha_tolerance, point.alpha))
+    off = []
+    for name, room, wanted in checks:
+        if name in trim and abs(trim[name] - wanted) > room:
+            off.append((abs(trim[name] - wanted) / room, name, trim[name] - wanted))
+    return [
+        Finding(
+            result="not-trimmed",
+            words=f"not trimmed: {_off_words(name, amount, case.system)}",
+            channel={"bank": "phi"}.get(name, name),
+        )
+        for _, name, amount in sorted(off, reverse=True)
+    ]
+
+
+def _other_stick(case: Case) -> list[Finding]:
+    measured, found = case.measured, []
+    travel = case.setting.half_travel
+    whole = max(one.amplitude / travel(one.surface) for one in measured.inputs)
+    for surface, moved in sorted(measured.cross.items(), key=lambda item: -item[1]):
+        share = moved / travel(surface) / whole
+        if share > OTHER_STICK and moved > _LEAST_CROSS:
+            words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
+            found.append(Finding(result="spoiled", words=words, surface=surface))
+    for surface, share in measured.left_over.items():
+        if share > LEFT_OVER:
+            words = f"spoiled: {SURFACE_WORDS[surface]} not brought back"
+            found.append(Finding(result="spoiled", words=words, surface=surface))
+    wanted = case.wanted
+    if wanted is not None and measured.free < HANDS_OFF * wanted.hands_off:
+        words = f"spoiled: hands off for {max(measured.free, 0.0):.1f} seconds only"
+        found.append(Finding(result="spoiled", words=words))
+    return found
+
+
+def _too_small(case: Case) -> list[Finding]:
+    found = []
+    for one in case.measured.inputs:
+        band = _band(case, one.surface)
+        if band is None or one.amplitude >= band.low:
+            continue
+        factor = band.best / max(one.amplitude, 1e-9)
+        change = f"{more_words(factor)}, {case.stick(one.surface, band.best)}"
+        words = f"{case.name(one)} too small: {change}"
+        found.append(Finding(result="too-small", words=words, surface=one.surface, factor=factor))
+    return found
+
+
+def _beyond(case: Case) -> list[Finding]:
+    limits, found = case.aircraft.limits, []
+    for name, (low, high) in (
+        ("alpha", limits.alpha_linear),
+        ("beta", (-limits.beta_linear, limits.beta_linear)),
+        ("an", limits.load_factor),
+    ):
+        values = case.measured.flow.get(name)
+        if values is not None and _outside(values, low, high) * case.dt >= OUT_FOR:
+            found.append(_too_large(case, name, f"{_OUT[name]} left its linear range"))
+    if found:
+        return found
+    for one in case.measured.inputs:
+        # What the card asks for, and what no vane shows, is judged by the surface.
+        blind = not {"alpha", "beta"} & set(case.measured.flow)
+        band = _band(case, one.surface)
+        by_card = case.wanted is not None and case.wanted.source == "card"
+        if band is not None and (by_card or blind) and one.amplitude > band.high:
+            found.append(_larger_than(case, one, band))
+    return found
+
+
+def _gusty(case: Case) -> list[Finding]:
+    gusts = case.measured.gusts
+    if gusts is not None:
+        spoiled = gusts > GUST_SHARE
+    else:
+        ratio, _ = unrest(case.measured.passage, case.setting, case.measured.surfaces)
+        spoiled = ratio > _UNREST
+    words = "spoiled by gusts: wait for calmer air"
+    return [Finding(result="spoiled", words=words)] if spoiled else []
+
+
+def _width(case: Case) -> list[Finding]:
+    wanted = case.wanted
+    if wanted is None:
+        return []
+    found = []
+    for one in case.measured.inputs:
+        if one.kind != wanted.kind:
+            continue
+        width, band = step_width(one), wanted.width
+        if band.low <= width <= band.high:
+            continue
+        result: Result = "too-fast" if width < band.low else "too-slow"
+        words = f"{case.name(one)} {result.replace('-', ' ')}: {width_words(width, band.best)}"
+        found.append(
+            Finding(
+                result=result, words=words, surface=one.surface, factor=band.best / max(width, 1e-3)
+            )
+        )
+    return found
+
+
+_JUDGES: Final[tuple[Callable[[Case], list[Finding]], ...]] = (
+    _unclear,
+    _clipped,
+    _not_trimmed,
+    _other_stick,
+    _too_small,
+    _beyond,
+    _gusty,
+    _width,
+)
+
+
+# --- small things ------------------------------------------------------------------------------
+
+_UNITS: Final[Mapping[str, float]] = {"doublet": 2.0, "3-2-1-1": 7.0, "pulse": 1.0}
+
+
+def step_width(one: SurfaceInput) -> float:
+    """Return the length of one step of an input, s: its excursions over their units."""
+    lengths = [length for _, length in one.runs]
+    return sum(lengths) / _UNITS.get(one.kind, float(len(lengths)))
+
+
+def _outside(values: FloatArray, low: float, high: float) -> int:
+    with np.errstate(invalid="ignore"):
+        return int(((values < low) | (values > high)).sum())
+
+
+def _band(case: Case, surface: str) -> Band | None:
+    return None if case.wanted is None else case.wanted.amplitudes.get(surface)
+
+
+def _too_large(case: Case, name: str, why: str) -> Finding:
+    """Return the finding for a signal that went too far."""
+    main = max(
+        case.measured.inputs, key=lambda one: (name in ANSWERING[one.surface], one.amplitude)
+    )
+    band = _band(case, main.surface)
+    factor = _SMALLER if band is None else min(band.best / max(main.amplitude, 1e-9), 0.9)
+    words = f"{case.name(main)} too large: {why}, {more_words(factor)}"
+    return Finding(
+        result="too-large", words=words, surface=main.surface, factor=factor, channel=name
+    )
+
+
+def _larger_than(case: Case, one: SurfaceInput, band: Band) -> Finding:
+    factor = band.best / one.amplitude
+    change = f"{more_words(factor)}, {case.stick(one.surface, band.best)}"
+    words = f"{case.name(one)} too large: {change}"
+    return Finding(result="too-large", words=words, surface=one.surface, factor=factor)
+
+
+def _spoken(name: str) -> str:
+    return {
+        "p": "roll rate",
+        "q": "pitch rate",
+        "r": "yaw rate",
+        "alpha": "angle of attack",
+        "beta": "sideslip",
+    }.get(name, "acceleration")
+
+
+def _off_words(name: str, amount: float, system: str) -> str:
+    """Return what was off at the start, and which way."""
+    if name in _TURNING:
+        return _TURNING[name][amount < 0.0]
+    if name == "bank":
+        wing = "right" if amount > 0.0 else "left"
+        return f"{wing} wing low {abs(amount) / DEGREE:.0f} degrees"
+    if name == "V":
+        unit, words = _SPEED_UNITS[system]
+        by = from_si(abs(amount), unit, "speed")
+        return f"{by:.0f} {words} {'fast' if amount > 0.0 else 'slow'}"
+    size = "large" if amount > 0.0 else "small"
+    return f"angle of attack {abs(amount) / DEGREE:.0f} degrees too {size}"

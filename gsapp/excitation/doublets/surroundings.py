@@ -1,0 +1,130 @@
+"""What must be known before an input can be told: does it fly, how noisy, how hands steer it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch
+from gsapp.flight.maneuvers.grading import Setting
+from gsapp.flight.maneuvers.moves import QuickMoves
+from gsapp.flight.maneuvers.noise import WINDOW, NoiseFloor, NoiseMeter
+from gsapp.quantities import FloatArray
+
+SETTLED: Final = 6.0
+"""Seconds after take-off in which the pilot is busy with flying, as the detection has it."""
+_BEGAN_FLYING: Final = 1.5
+"""A stretch that flies so soon after its beginning, s, did not take off in it."""
+
+
+class Surroundings:
+    """Follows a flight in frames of about half a second, counted from time zero.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    rate : float
+        Of the rows, Hz.
+    tick : int
+        Rows in a tick; frames are whole ticks.
+
+    Attributes
+    ----------
+    setting : Setting
+        The aircraft with the noise floor of each channel, as far as it is known.
+    quick : QuickMoves
+        Thresholds that tell an input from steering.
+    """
+
+    def __init__(self, aircraft: Aircraft, rate: float, tick: int) -> None:
+        self._aircraft = aircraft
+        self._rate = rate
+        self._ticks = max(round(FRAME * rate / tick), 1)
+        self._window = round(WINDOW / FRAME)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the flight."""
+        self._watch = AirborneWatch(self._aircraft)
+        self._meter = NoiseMeter()
+        self.setting = Setting(aircraft=self._aircraft, noise=NoiseFloor())
+        self.quick = QuickMoves(self.setting, self._rate)
+        self._began = -math.inf
+        self.interrupt(0.0)
+
+    def interrupt(self, time: float) -> None:
+        """Begin a stretch at a time (s) to which nothing leads up; what was learned stays."""
+        self.quick.restart()
+        self._began = time
+        self._rows: list[FloatArray] = []
+        self._peaks: list[FloatArray] = []
+        self._frames: list[FloatArray] = []
+        self._held: list[FloatArray] = []
+        self._steering = True
+
+    def flies(self, time: float) -> bool:
+        """Return whether the aircraft flies at a time (s), and take-off is over."""
+        since = self._watch.since
+        took_off = since > self._began + _BEGAN_FLYING
+        return self._watch.airborne and (not took_off or time - since > SETTLED)
+
+    def take(
+        self, number: int, time: float, rows: FloatArray, peaks: FloatArray, *, steering: bool
+    ) -> None:
+        """Take in a tick.
+
+        Parameters
+        ----------
+        number : int
+            Of the tick, counted from time zero.
+        time : float
+            Of its last row, s.
+        rows : ndarray, shape (n, len(SIGNALS))
+        peaks : ndarray, shape (3,)
+            The furthest that each surface went, as `QuickMoves.measure` gives it.
+        steering : bool
+            Whether the rows surely hold no input.
+        """
+        self._rows.append(rows)
+        self._peaks.append(peaks)
+        self._steering = self._steering and steering
+        if (number + 1) % self._ticks == 0:
+            self._end_frame(time)
+
+    def dismiss(self) -> None:
+        """Learn from what was taken for an input and was steering."""
+        self.quick.learn(self._held)
+        self._held = []
+
+    def accept(self) -> None:
+        """Forget the moves of an input: they say nothing about steering."""
+        self._held = []
+
+    def _end_frame(self, time: float) -> None:
+        rows = np.concatenate(self._rows)
+        there = np.isfinite(rows)
+        present = there.sum(axis=0)
+        means = np.where(there, rows, 0.0).sum(axis=0) / np.where(present > 0, present, np.nan)
+        self._watch.add(time - (len(rows) - 1) / self._rate, means)
+        if self._watch.airborne:
+            furthest = np.array(self._peaks).max(axis=0)
+            if self._steering:
+                self.quick.learn([furthest])
+            else:
+                self._held.append(furthest)
+        self._rows, self._peaks, self._steering = [], [], True
+        self._frames.append(rows)
+        if len(self._frames) < self._window:
+            return
+        self._meter.add(
+            np.concatenate(self._frames),
+            airborne=self._watch.airborne,
+            standing=self._watch.standing,
+        )
+        self._frames = []
+        self.setting = replace(self.setting, noise=self._meter.floor)
+        self.quick.settle(self.setting)

@@ -1,0 +1,316 @@
+"""Truth labels of flown inputs from the simulator's states and stated bands; and watches flown."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
+from inputs import FlownInput
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.model import load_model
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.doublets.watch import DoubletWatch
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.wanted import WantedInput
+from gsapp.excitation.points.wanting import wanted_input
+from gsapp.excitation.rows import FlightRows, RowStream
+from gsapp.excitation.trim.tolerances import TOLERANCES
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE, FOOT
+
+RATE = 100.0
+NEAR = 0.1
+"""Cases this near to a boundary, as a share of it, are scored apart."""
+START = 2.0
+"""Times the tolerances of GO within which a start counts."""
+OTHER_STICK, LEFT_OVER, HANDS_OFF, GUSTS = 0.35, 0.4, 0.5, 0.5
+"""Stated: share of the main input by which another stick spoils; of its amplitude by which a stick
+is not brought back; of the wanted interval that hands must be off; of the answer that is gust."""
+CLIPPED_FOR, OUT_FOR = 0.03, 0.1
+"""Stated: seconds beyond a sensor's range, and out of the linear range, that count."""
+MOVED = 0.5 * DEGREE
+"""Stated: a surface that goes further with the hands off is a hand put on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Label:
+    """What an input truly was.
+
+    Attributes
+    ----------
+    result : str
+        As `Verdict.result`.
+    near : tuple of str
+        Criteria so near to their boundary that the result may as well be another.
+    values : dict
+        Each criterion over its limit: more than 1 speaks against the input.
+    """
+
+    result: str
+    near: tuple[str, ...]
+    values: dict[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heard:
+    """What a watch said of a flown input.
+
+    Attributes
+    ----------
+    verdicts : tuple of Verdict
+    recognized : float
+        When an input was first under way near the true one, s; NaN for never.
+    countdown : float
+        When hands off was first told, s; NaN for never.
+    begun : list of float
+        When anything was first taken for an input, s.
+    """
+
+    verdicts: tuple[Verdict, ...]
+    recognized: float
+    countdown: float
+    begun: list[float]
+
+
+def point_of(flown: FlownInput) -> TestPoint:
+    return TestPoint(
+        speed=flown.plan.speed, speed_tolerance=5.0 * FOOT, alpha_tolerance=1.5 * DEGREE
+    )
+
+
+def wanted_of(flown: FlownInput, surfaces: tuple[str, ...] = (), kind: str = "") -> WantedInput:
+    """Return what the true model wants of the aircraft with the noise of the day."""
+    return wanted_input(
+        surfaces or flown.plan.surfaces,
+        kind or flown.plan.kind,
+        aircraft=flown.aircraft,
+        model=load_model("b777"),
+        point=point_of(flown),
+    )
+
+
+def rows_in_ticks(*blocks: Block) -> Iterator[FlightRows]:
+    stream = RowStream(RATE)
+    for block in blocks:
+        for rows in itertools.chain(stream.feed(block), stream.finish()):
+            for low in range(0, len(rows), stream.tick):
+                yield rows.part(low, min(low + stream.tick, len(rows)))
+
+
+def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b777") -> Heard:
+    """Watch a flown input tick by tick.
+
+    Parameters
+    ----------
+    flown : FlownInput
+    expected : bool
+        Whether the crew has said what comes.
+    model : str or None
+        What the watch knows of the aircraft.
+    """
+    watch = DoubletWatch(
+        load_aircraft("b777"),
+        RATE,
+        model=None if model is None else load_model(model),
+        wanted_for=lambda surfaces, kind, speed: wanted_of(flown, surfaces, kind),
+    )
+    if expected:
+        watch.expect(wanted_of(flown), point_of(flown), None)
+    else:
+        watch.expect(None, point_of(flown), None)
+    blocks = [flown.measured] if flown.ground is None else [flown.ground, flown.measured]
+    recognized = countdown = math.nan
+    begun: list[float] = []
+    known = 0.0
+    for rows in rows_in_ticks(*blocks):
+        watch.take(rows)
+        now = watch.under_way
+        if now is None:
+            continue
+        if now.t_input != known:
+            begun.append(now.time)
+            known = now.t_input
+        if abs(now.t_input - flown.t_input) < 0.6 and math.isnan(recognized):
+            recognized = now.time
+        if now.phase == "hands-off" and math.isnan(countdown) and now.time > flown.t_input:
+            countdown = now.time
+    return Heard(verdicts=watch.verdicts, recognized=recognized, countdown=countdown, begun=begun)
+
+
+# --- the truth ---------------------------------------------------------------------------------
+
+
+def label(flown: FlownInput, wanted: WantedInput) -> Label:
+    """Return what an input truly was, in the stated order of what makes one useless."""
+    values = _criteria(flown, wanted)
+    near = []
+    for name, value in values.items():
+        if value > 1.0 + NEAR:
+            return Label(result=_RESULTS[name], near=tuple(near), values=values)
+        if value > 1.0 - NEAR:
+            near.append(name)
+    over = [name for name in near if values[name] > 1.0]
+    return Label(result=_RESULTS[over[0]] if over else "good", near=tuple(near), values=values)
+
+
+_RESULTS = {
+    "clipped": "too-large",
+    "trim": "not-trimmed",
+    "stick": "spoiled",
+    "back": "spoiled",
+    "hands": "spoiled",
+    "small": "too-small",
+    "linear": "too-large",
+    "gusts": "spoiled",
+    "quick": "too-fast",
+    "slow": "too-slow",
+}
+
+
+def first_move(flown: FlownInput) -> float:
+    """Return when the first surface truly left its place, s: by a tenth of its amplitude."""
+    truth = flown.truth
+    low = int(np.searchsorted(truth.times, flown.t_input))
+    found = []
+    for surface in flown.plan.surfaces:
+        level = float(truth[surface][low - 20 : low].mean())
+        away = np.abs(truth[surface][low:] - level)
+        size = abs(flown.plan.amplitudes[surface])
+        gone = np.flatnonzero(away > 0.1 * size)
+        if gone.size:
+            found.append(float(truth.times[low + int(gone[0])]))
+    return min(found)
+
+
+def _criteria(flown: FlownInput, wanted: WantedInput) -> dict[str, float]:
+    truth, plan, aircraft = flown.truth, flown.plan, flown.aircraft
+    times = truth.times
+    begin = int(np.searchsorted(times, flown.t_input - 1e-6))
+    second = slice(begin - 100, begin)
+    back = int(np.searchsorted(times, flown.t_let_go + 0.35))
+    shapes = {name: _shape(truth, name, begin, back) for name in plan.surfaces}
+    rest_from, hand = _hand(flown, max(shape.end for shape in shapes.values()))
+    stop = min(hand, rest_from + wanted.hands_off)
+    whole = slice(begin, int(np.searchsorted(times, stop)))
+    means = {name: float(truth[name][second].mean()) for name in ("p", "q", "r", "phi", "V")}
+    bank = TOLERANCES.bank if plan.attitude else TOLERANCES.bank_unseen
+    share = {name: _share(aircraft, name, shape.amplitude) for name, shape in shapes.items()}
+    main = max(share.values())
+    others = [
+        _share(aircraft, name, float(np.abs(truth[name][whole] - truth[name][second].mean()).max()))
+        for name in ("de", "da", "dr")
+        if name not in plan.surfaces
+    ]
+    gyro = aircraft.sensors.gyro.range[1]
+    limits = aircraft.limits
+    low_alpha, high_alpha = limits.alpha_linear
+    alpha, beta, an = truth["alpha"][whole], truth["beta"][whole], truth["an"][whole]
+    return {
+        "clipped": max(_held(np.abs(truth[name][whole]), CLIPPED_FOR) for name in "pqr") / gyro,
+        "trim": max(
+            abs(means["p"]) / (START * TOLERANCES.roll_rate),
+            abs(means["q"]) / (START * TOLERANCES.pitch_rate),
+            abs(means["r"]) / (START * TOLERANCES.yaw_rate),
+            abs(means["phi"]) / (START * bank),
+            abs(means["V"] - plan.speed) / (START * 5.0 * FOOT),
+        ),
+        "stick": max(others) / main / OTHER_STICK,
+        "back": max(shape.left_over for shape in shapes.values()) / LEFT_OVER,
+        "hands": HANDS_OFF * wanted.hands_off / max(hand - rest_from, 1e-3),
+        "small": max(
+            wanted.amplitudes[name].low / shape.amplitude for name, shape in shapes.items()
+        ),
+        "linear": max(
+            _held(alpha, OUT_FOR) / high_alpha,
+            _held(-alpha, OUT_FOR) / -low_alpha,
+            _held(np.abs(beta), OUT_FOR) / limits.beta_linear,
+            _held(an, OUT_FOR) / limits.load_factor[1],
+            _held(-an, OUT_FOR) / -limits.load_factor[0],
+        ),
+        "gusts": gust_share(flown, stop) / GUSTS,
+        "quick": max(wanted.width.low / shape.width for shape in shapes.values()),
+        "slow": max(shape.width / wanted.width.high for shape in shapes.values()),
+    }
+
+
+def gust_share(flown: FlownInput, stop: float) -> float:
+    """Return the gusts' part of the true answer over what it is without them."""
+    calm = flown.calm
+    low = int(np.searchsorted(flown.truth.times, calm.times[0] - 1e-6))
+    count = int(np.searchsorted(calm.times, stop))
+    axes = []
+    if "de" in flown.plan.surfaces:
+        axes.append(("alpha", "q", "an"))
+    if {"da", "dr"} & set(flown.plan.surfaces):
+        axes.append(("beta", "p", "r", "ay"))
+    shares = []
+    for names in axes:
+        squares = [
+            float(np.var(flown.truth[name][low : low + count] - calm[name][:count]))
+            / float(np.var(calm[name][:count]))
+            for name in names
+        ]
+        shares.append(math.sqrt(sum(squares) / len(squares)))
+    return max(shares)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    amplitude: float
+    width: float
+    left_over: float
+    end: float
+
+
+def _shape(truth: Block, surface: str, begin: int, back: int) -> _Shape:
+    """Return size, step, rest and end of a doublet as the surface truly made it."""
+    level = float(truth[surface][begin - 20 : begin].mean())
+    away = truth[surface][begin : back + 30] - level
+    amplitude = 0.5 * float(np.ptp(away))
+    rest = float(truth[surface][back + 5 : back + 30].mean()) - level
+    first, second = sorted((int(np.argmax(away)), int(np.argmin(away))))
+    start = int(np.flatnonzero(np.abs(away[: first + 1]) > 0.5 * abs(away[first]))[0])
+    half = rest + 0.5 * (away[second] - rest)
+    later = np.flatnonzero(np.sign(away[second]) * (away[second:] - half) < 0.0)
+    end = second + (int(later[0]) if later.size else 0)
+    return _Shape(
+        amplitude=amplitude,
+        width=0.5 * (end - start) / RATE,
+        left_over=abs(rest) / amplitude,
+        end=float(truth.times[begin + end]),
+    )
+
+
+def _hand(flown: FlownInput, end: float) -> tuple[float, float]:
+    """Return when all surfaces came to rest after the input, and when one moved again, s."""
+    truth = flown.truth
+    low = int(np.searchsorted(truth.times, max(end, flown.t_let_go) + 0.3))
+    moved = float(truth.times[-1])
+    for surface in ("de", "da", "dr"):
+        if any(one.surface == surface for one in flown.plan.meddling):
+            # Where another stick meddles, its own criterion judges.
+            continue
+        level = float(truth[surface][low : low + 10].mean())
+        gone = np.flatnonzero(np.abs(truth[surface][low:] - level) > MOVED)
+        if gone.size:
+            moved = min(moved, float(truth.times[low + int(gone[0])]))
+    return end + 0.1, moved
+
+
+def _share(aircraft: object, surface: str, size: float) -> float:
+    low, high = getattr(aircraft.controls, surface).travel  # type: ignore[attr-defined]
+    return size / (0.5 * (high - low))
+
+
+def _held(values: np.ndarray, seconds: float) -> float:
+    """Return what the values exceed for so long in all."""
+    count = max(round(seconds * RATE), 1)
+    return float(np.sort(values)[-min(count, values.size)])
