@@ -231,13 +231,16 @@ class Desk(QObject):
         folder = found.handle.folder
         self._open(lambda: Session.follow(folder), folder.name)
 
-    def connect_aircraft(self, request: ConnectRequest) -> None:
-        """Record a link in a process of its own, and follow it."""
+    def connect_aircraft(self, request: ConnectRequest, *, trial: bool = False) -> None:
+        """Record a link in a process of its own, and follow it.
+
+        A flight for trial gets a copy of what waits for the next one.
+        """
 
         def begin() -> Session:
             # A second connection to the same flight joins what is recorded already.
             if not request.folder.is_dir() or find_recorder(request.folder) is None:
-                self._prepare(request)
+                self._prepare(request, trial=trial)
                 start_recorder(request.link, request.folder)
             return Session.follow(request.folder)
 

@@ -27,6 +27,7 @@ from ui.look import Look
 from ui.places import Place
 
 _LINKS_OFFERED = 3
+_TRAIN = "Ctrl+Shift+T"
 
 
 def label(text: str, role: str = "", *, wrap: bool = False) -> QLabel:
@@ -289,7 +290,13 @@ class StartPage(CenteredPage):
             self._flow.addWidget(button)
             self.buttons[choice.command] = button
         self.column.addWidget(row)
-        self.column.addSpacing(16)
+        self.column.addSpacing(8)
+        self.train = QPushButton(f"Train: fly the virtual aircraft with keys   {key_text(_TRAIN)}")
+        self.train.setProperty("tall", True)
+        self.train.setAccessibleName(f"Train with the virtual aircraft, {key_text(_TRAIN)}")
+        self.train.clicked.connect(lambda: self.chosen.emit("pilot_train"))
+        self.column.addWidget(self.train, 0, Qt.AlignmentFlag.AlignLeft)
+        self.column.addSpacing(8)
         self._links_holder = QWidget()
         self._links = FlowLayout(self._links_holder, spacing=look.px(8))
         self.column.addWidget(self._links_holder)

@@ -169,6 +169,7 @@ class MainWindow(QMainWindow):
         self.gap.changed.connect(self._enable)
         self.preflight.changed.connect(self._enable)
         self.pilot.changed.connect(self._enable)
+        self.pilot.wanted.connect(lambda: self.show_place("pilot"))
         self.preflight.started.connect(lambda: self.show_place("flight"))
         commands.check("mute", self.store.current.muted)
 
@@ -306,6 +307,7 @@ class MainWindow(QMainWindow):
         self.preflight.flush()
         self.preflight.close_calibration()
         self.pilot.close_window()
+        self.pilot.training.stop()
         self.desk.close()
         application = QApplication.instance()
         if application is not None:

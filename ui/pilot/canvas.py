@@ -13,7 +13,7 @@ from ui.pilot.fitting import fit
 from ui.pilot.gauge_drawing import paint_gauge
 from ui.pilot.regions import Regions, regions
 from ui.pilot.shapes import paint_ring, paint_shape
-from ui.pilot.sheet import Hint, Sheet, Tone
+from ui.pilot.sheet import CardLines, Hint, Sheet, Tone
 
 _ALIGN: Final = Qt.AlignmentFlag
 _WRAP: Final = Qt.TextFlag.TextWordWrap
@@ -164,12 +164,15 @@ class PilotCanvas(QWidget):
         lead = box.adjusted(0, 0, 0, -0.8 * high)
         words = box.adjusted(0, 0.2 * high, 0, -0.36 * high)
         gain = box.adjusted(0, 0.66 * high, 0, 0)
+        if card == CardLines():
+            return
         painter.setPen(self._look.color("line"))
         painter.drawLine(box.topLeft(), time.topRight())
         self._text(painter, card.lead, lead, 24, "muted")
         self._text(painter, card.words, words, 400, "text", bold=True)
         self._text(painter, card.gain, gain, 400, "caution" if card.problem else "text", wrap=True)
-        self._text(painter, "FLIGHT", lead_of(time), 24, "muted", right=True)
+        if card.time or card.room:
+            self._text(painter, "FLIGHT", lead_of(time), 24, "muted", right=True)
         upper = time.adjusted(0, 0.2 * high, 0, -0.36 * high)
         lower = time.adjusted(0, 0.66 * high, 0, 0)
         self._text(painter, card.time, upper, 400, "text", bold=True, right=True)

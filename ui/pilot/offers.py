@@ -55,7 +55,8 @@ def offers(
         Offer(
             id=name,
             text=sticks if name == "pilot_sticks" else _WORDS[name],
-            key=actions[name].shortcut().toString(),
+            # Letters are sticks while a trainee flies: the last key is no letter.
+            key=actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString(),
             first=name == "pilot_fly_card" and looking,
         )
         for name in shown

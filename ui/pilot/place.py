@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 
 from ui.commands import Need
 from ui.desk import Desk
@@ -18,10 +18,13 @@ from ui.pilot.calm import Calm
 from ui.pilot.canvas import PilotCanvas
 from ui.pilot.choosing import Choosing, last_card
 from ui.pilot.flight_cues import FlightCues
+from ui.pilot.key_capture import KeyCapture
 from ui.pilot.offers import offers
 from ui.pilot.reading import Reading, sheet_of
 from ui.pilot.second import PilotWindow
 from ui.pilot.speech import FlightSpeech
+from ui.pilot.training import Training
+from ui.pilot.training_line import TrainingLine
 from ui.preflight.action_bar import ActionBar
 from ui.settings import SettingsStore
 from ui.voice.voice import Voice
@@ -55,6 +58,8 @@ class PilotPlace(QWidget):
     ----------
     changed : Signal
         Other commands are of use now.
+    wanted : Signal
+        The place should be on screen.
     cues : FlightCues
         What is known of the open flight.
     window_of_its_own : PilotWindow or None
@@ -62,6 +67,7 @@ class PilotPlace(QWidget):
     """
 
     changed = Signal()
+    wanted = Signal()
 
     def __init__(
         self,
@@ -96,6 +102,11 @@ class PilotPlace(QWidget):
         self.canvas = PilotCanvas(look)
         self.stack.addWidget(self.canvas)
         column.addWidget(self.stack, 1)
+        self.training = Training(desk)
+        self.help = TrainingLine(look)
+        column.addWidget(self.help)
+        self._capture = KeyCapture(self.training, self.canvas)
+        self.training.changed.connect(self._training_changed)
         self.buttons = ActionBar(look)
         self.buttons.pressed.connect(lambda name: actions[name].trigger())
         column.addWidget(self.buttons)
@@ -117,7 +128,7 @@ class PilotPlace(QWidget):
             **self._card_handlers,
             "pilot_dismiss": self.dismiss,
             "pilot_train": self.train,
-            "pilot_sticks": self.take_sticks,
+            "pilot_sticks": self.training.exchange,
         }
 
     @property
@@ -146,6 +157,8 @@ class PilotPlace(QWidget):
                 found.append("pilot_cards")
             if self._standing_verdict():
                 found.append("pilot_verdict")
+            if self.training.running:
+                found.append("pilot_training")
         return tuple(found)
 
     # What the crew does
@@ -187,11 +200,25 @@ class PilotPlace(QWidget):
         self._dismissed = self._standing_verdict() or self._dismissed
         self.refresh()
 
-    def train(self) -> None:
-        """Begin a training flight."""
+    # Training
 
-    def take_sticks(self) -> None:
-        """Take the sticks, or give them back."""
+    def train(self) -> None:
+        """Begin a training flight, on the page."""
+        self.go(debrief=False)
+        self.wanted.emit()
+        self.training.start()
+
+    def _training_changed(self) -> None:
+        """Show who has the sticks, and that the flight began or ended."""
+        self.help.show_training(self.training)
+        if self.training.flies:
+            self.go(debrief=False)
+        self.refresh()
+
+    def _sticks_words(self) -> str:
+        if not self.training.running:
+            return ""
+        return "Give it back" if self.training.flies else "I have it"
 
     # The second window
 
@@ -273,6 +300,13 @@ class PilotPlace(QWidget):
         self._calm = Calm(time.monotonic)
         self.speech.restart(self.cues.spoken())
         self.refresh()
+        # Whoever shows the flight elsewhere may have taken the keyboard along.
+        QTimer.singleShot(0, self, self._keep_keyboard)
+
+    def _keep_keyboard(self) -> None:
+        focus = QApplication.focusWidget()
+        if self.shown and not (focus is not None and self.isAncestorOf(focus)):
+            self.begin()
 
     def _samples_came(self) -> None:
         """Look at the cues as soon as samples came, but not at every one."""

@@ -1,0 +1,253 @@
+"""What stands on the pilot's page for every state of the cues, without a window."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from pilot_kit import BASE, CARD, CARDS, NEXT, OUTLOOK, STATES, VERDICT, cue, danger, moving
+
+from gsapp.excitation.cues import VERDICT_STANDS
+from gsapp.excitation.doublets.verdict import Result
+from gsapp.quantities.constants import FOOT
+from ui.pilot.calm import HOLD, Calm
+from ui.pilot.choosing import Choosing, last_card
+from ui.pilot.reading import Reading, sheet_of
+from ui.pilot.sheet import Sheet
+from ui.pilot.wording import RESULTS
+from ui.pilot.wording import STATES as STATE_WORDS
+
+
+def sheet(name: str, **more: object) -> Sheet:
+    """Return the page of one of the states made by hand."""
+    return sheet_of(Reading(cues=STATES[name], open=True, **more))  # type: ignore[arg-type]
+
+
+WORDS = {
+    "fly": "FLY", "hold": "HOLD", "go": "GO", "gusty": "WAIT", "turn": "TURN", "blind": "NO CUE",
+    "input": "INPUT", "hands-off": "HANDS OFF", "too-small": "TOO SMALL", "good": "GOOD",
+    "danger": "LAND", "caution": "FLY",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "word"), WORDS.items())
+def test_each_state_has_its_word(name: str, word: str) -> None:
+    """One big state, and what it says is said to those who hear it."""
+    shown = sheet(name)
+    assert shown.word == word
+    assert shown.said.startswith(word)
+
+
+def test_no_two_states_look_alike_without_color() -> None:
+    """Word and shape tell every state and verdict from every other."""
+    for table in (STATE_WORDS, RESULTS):
+        words = [word for word, _, _ in table.values()]
+        shapes = [shape for _, shape, _ in table.values()]
+        assert len(set(words)) == len(words)
+        assert len(set(shapes)) == len(shapes)
+    assert set(RESULTS) == set(Result.__args__)
+
+
+def test_what_is_off_comes_largest_first_with_its_way() -> None:
+    shown = sheet("fly")
+    assert shown.hints[0].words.endswith("slow")
+    assert "left wing low" in shown.hints[1].words
+    assert [hint.sign for hint in shown.hints] == ["up", "wing-left"]
+    # The large shape is that of the largest.
+    assert shown.sign == "up"
+
+
+def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
+    slow = sheet("fly").hints[0].words
+    cues = replace(BASE, guidance=f"{slow}: a little power")
+    assert sheet_of(Reading(cues=cues, open=True)).hints[0].words.endswith("a little power")
+
+
+def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
+    (gauge,) = sheet("fly").gauges
+    assert (gauge.title, gauge.number, gauge.unit) == ("SPEED", "97", "ft/s")
+    assert gauge.wanted == "want 100 ± 5"
+    assert gauge.inside
+    assert gauge.low is not None
+    assert gauge.low < gauge.at < gauge.best < gauge.high
+    (metric,) = sheet("fly", units="SI").gauges
+    assert (metric.number, metric.unit, metric.wanted) == ("30", "m/s", "want 30 ± 2")
+
+
+def test_without_airspeed_the_angle_of_attack_is_the_test_point() -> None:
+    point = replace(NEXT.point, speed=None, alpha=0.08)
+    cues = replace(BASE, speed=None, card=replace(NEXT, point=point))
+    (gauge,) = sheet_of(Reading(cues=cues, open=True)).gauges
+    assert (gauge.title, gauge.number) == ("ALPHA", "4.2")
+
+
+def test_a_missing_value_is_a_dash_without_a_marker() -> None:
+    (gauge,) = sheet("blind").gauges
+    assert (gauge.number, gauge.at) == ("–", None)
+    assert gauge.wanted == "want 100 ± 5"
+
+
+def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
+    counts = []
+    for left in (2.4, 1.6, 0.9, 0.1):
+        cues = replace(BASE, under_way=moving("hands-off", left))
+        shown = sheet_of(Reading(cues=cues, open=True))
+        counts.append((shown.count, round(shown.ring, 2)))
+    assert counts == [("3", 1.0), ("2", 0.67), ("1", 0.38), ("1", 0.04)]
+    aileron, rudder = shown.gauges
+    assert (aileron.title, aileron.inside, rudder.title, rudder.inside) == (
+        "AILERON", True, "RUDDER", False,
+    )  # fmt: skip
+
+
+def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
+    shown = sheet("too-small")
+    assert shown.hints[0].words == "rudder: half again, two thirds stick"
+    assert sheet("too-small", dismissed=VERDICT.id).word == "FLY"
+    old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_STANDS + 0.1)
+    assert sheet_of(Reading(cues=old, open=True)).word == "FLY"
+
+
+def test_a_good_one_says_how_many_there_are() -> None:
+    assert sheet("good").hints[0].words == "C1: 2 of 4"
+
+
+def test_a_danger_stands_in_place_of_all() -> None:
+    """Even of an input under way; a caution stands beside the state."""
+    assert (sheet("danger").word, sheet("danger").hints[0].words) == ("LAND", "nose sensors lost")
+    cues = replace(STATES["hands-off"], dangers=(danger("stall: nose down"),))
+    assert sheet_of(Reading(cues=cues, open=True)).word == "NOSE DOWN"
+    assert sheet("caution").hints[-1].words == "yaw gyro clips"
+    short = replace(BASE, dangers=(danger("too high"),))
+    assert sheet_of(Reading(cues=short, open=True)).word == "TOO HIGH"
+
+
+def test_nothing_old_stands_once_no_samples_come() -> None:
+    """GO is not left standing over a dead link, nor a speed, nor a leg."""
+    shown = sheet("go", silent=2.4)
+    assert shown.word == "NO DATA"
+    assert "2.4 s" in shown.hints[0].words
+    assert shown.gauges[0].number == "–"
+    assert shown.leg == "–"
+
+
+def test_seconds_of_leg_are_rounded_down_and_marked_when_short() -> None:
+    assert (sheet("fly").leg, sheet("fly").leg_short) == ("7", False)
+    cues = replace(BASE, trim=replace(cue("go"), leg_left=3.9))
+    shown = sheet_of(Reading(cues=cues, open=True))
+    assert (shown.leg, shown.leg_short) == ("3", True)
+    unknown = replace(BASE, trim=replace(cue("go"), leg_left=None))
+    assert sheet_of(Reading(cues=unknown, open=True)).leg == "–"
+
+
+def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
+    card = sheet("fly").card
+    assert card.lead == "NEXT C1 · 2 of 4 good · most to gain"
+    assert card.words == NEXT.words
+    assert card.gain.endswith("Cn_r from 35 % to 15 %")
+    assert (card.time, card.room) == ("04:10 left", "6 maneuvers")
+    refused = replace(BASE, card=replace(NEXT, point=None, problem="flies level at 4.2 deg"))
+    shown = sheet_of(Reading(cues=refused, open=True)).card
+    assert (shown.gain, shown.problem) == ("flies level at 4.2 deg", True)
+    done = replace(BASE, card=None, outlook=replace(OUTLOOK, time_left=None))
+    assert sheet_of(Reading(cues=done, open=True)).card.words == "all cards flown: land"
+    none = replace(BASE, card=None, wanted=0)
+    assert "no test cards" in sheet_of(Reading(cues=none, open=True)).card.words
+
+
+def test_the_small_line_says_what_cannot_be_judged() -> None:
+    assert sheet("fly").foot.startswith("Not judged: bank angle")
+
+
+def test_without_a_flight_or_cues_the_page_says_so() -> None:
+    assert sheet_of(Reading()).word == "NO FLIGHT"
+    assert sheet_of(Reading(open=True)).word == "NO CUE"
+
+
+# Calm
+
+
+class Clock:
+    """A clock that stands until it is told."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.floats(0.01, 0.3), st.floats(90.0, 110.0), st.sampled_from(["fly", "go"])),
+        min_size=2,
+        max_size=60,
+    )
+)
+def test_words_change_at_most_twice_a_second_and_states_at_once(
+    steps: list[tuple[float, float, str]],
+) -> None:
+    """However speed and state jump about."""
+    clock = Clock()
+    calm = Calm(clock)
+    shown: Sheet | None = None
+    changed = -1.0
+    for wait, speed, state in steps:
+        clock.now += wait
+        cues = replace(STATES[state], speed=speed * FOOT)
+        made = sheet_of(Reading(cues=cues, open=True))
+        before, shown = shown, calm.calmed(made)
+        assert shown.word == made.word
+        # The marker is never held back.
+        assert shown.gauges[0].at == made.gauges[0].at
+        if before is not None and shown.gauges[0].number != before.gauges[0].number:
+            assert clock.now - changed >= HOLD or shown.word != before.word
+        if before is None or (shown.gauges[0].number, shown.word) != (
+            before.gauges[0].number,
+            before.word,
+        ):
+            changed = clock.now
+
+
+# Cards
+
+
+def test_cards_are_gone_through_around_the_end_and_one_is_taken() -> None:
+    choosing = Choosing()
+    ids = [card.id for card in CARDS.cards]
+    here = ids.index(CARD.id)
+    assert choosing.chosen(BASE) == CARD.id
+    seen = []
+    for _ in ids:
+        choosing.step(CARDS, BASE, 1)
+        card = choosing.browsed(CARDS)
+        seen.append(card.id if card is not None else CARD.id)
+    assert seen == [*ids[here + 1 :], *ids[: here + 1]]
+    choosing.step(CARDS, BASE, -1)
+    assert choosing.chosen(BASE) == ids[here - 1]
+    choosing.forget()
+    assert choosing.browsed(CARDS) is None
+    assert last_card(STATES["too-small"], CARDS) == "C1"
+    assert last_card(BASE, CARDS) == ""
+
+
+def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
+    browsed = next(card for card in CARDS.cards if card.id != "C1")
+    card = sheet_of(Reading(cues=BASE, open=True, browsed=browsed)).card
+    assert card.lead == f"LOOKING AT {browsed.id} · Enter flies it"
+    assert card.words == browsed.heading
+
+
+def test_the_page_is_made_without_qt() -> None:
+    code = "import sys, ui.pilot.reading, ui.pilot.calm, ui.pilot.choosing; " \
+        "sys.exit(any('PySide6' in name for name in sys.modules))"  # fmt: skip
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

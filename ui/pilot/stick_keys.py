@@ -1,0 +1,137 @@
+"""Keys as sticks: which are pressed, and where that pushes. No Qt widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import Qt
+
+_PUSHES: Final[Mapping[Qt.Key, tuple[str, float]]] = {
+    Qt.Key.Key_Down: ("pitch", 1.0),
+    Qt.Key.Key_Up: ("pitch", -1.0),
+    Qt.Key.Key_Right: ("roll", 1.0),
+    Qt.Key.Key_Left: ("roll", -1.0),
+    Qt.Key.Key_D: ("yaw", 1.0),
+    Qt.Key.Key_A: ("yaw", -1.0),
+}
+"""Sticks: while a key is down. The stick is pulled with Down, as it is towards oneself."""
+_CLICKS: Final[Mapping[Qt.Key, tuple[str, float]]] = {
+    Qt.Key.Key_W: ("throttle", 0.04),
+    Qt.Key.Key_S: ("throttle", -0.04),
+}
+"""The throttle lever moves by so much of its travel at each press, and stays."""
+_TRIM: Final = 0.02
+"""Share of a trim lever's travel at each press of a stick's key with Ctrl."""
+_SIZES: Final[Mapping[Qt.Key, float]] = {
+    Qt.Key.Key_1: 0.25,
+    Qt.Key.Key_2: 1.0 / 3.0,
+    Qt.Key.Key_3: 0.5,
+    Qt.Key.Key_4: 2.0 / 3.0,
+    Qt.Key.Key_5: 1.0,
+}
+"""How far a key pushes its stick, as the words of the cues go: quarter, third, half ..."""
+SIZE_WORDS: Final[Mapping[float, str]] = {
+    0.25: "quarter stick",
+    1.0 / 3.0: "third of stick",
+    0.5: "half stick",
+    2.0 / 3.0: "two thirds",
+    1.0: "full stick",
+}
+_RATES: Final[Mapping[Qt.Key, bool]] = {Qt.Key.Key_9: False, Qt.Key.Key_0: True}
+"""Position of the rate switch."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Push:
+    """Where the keys push, -1 to 1; pulled, right, right are positive."""
+
+    pitch: float = 0.0
+    roll: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Click:
+    """A lever to be moved by a share of its travel."""
+
+    axis: str
+    by: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Size:
+    """How far keys push from now on, as a share of full stick."""
+
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rate:
+    """Position of the rate switch."""
+
+    high: bool
+
+
+Doing = Click | Size | Rate
+"""What a press does once, beside pushing a stick."""
+
+
+class StickKeys:
+    """The keys that are down.
+
+    Two keys of one stick that are down together push it the way of the later one, as a thumb goes
+    from one side to the other.
+    """
+
+    def __init__(self) -> None:
+        self._down: list[Qt.Key] = []
+
+    @staticmethod
+    def flies(key: Qt.Key) -> bool:
+        """Return whether a key belongs to the sticks while the trainee flies."""
+        return key in _PUSHES or key in _CLICKS or key in _SIZES or key in _RATES
+
+    def press(self, key: Qt.Key, *, trim: bool, again: bool) -> Doing | None:
+        """Take a key that went down; return what it does once.
+
+        Parameters
+        ----------
+        key : Qt.Key
+        trim : bool
+            Whether Ctrl is down, which makes the key of a stick one of its trim lever.
+        again : bool
+            Whether it is the keyboard that repeats a key which is down.
+        """
+        if key in _PUSHES:
+            axis, way = _PUSHES[key]
+            if trim:
+                return Click(axis=axis, by=way * _TRIM)
+            if not again:
+                self.release(key)
+                self._down.append(key)
+            return None
+        if key in _CLICKS:
+            axis, by = _CLICKS[key]
+            return Click(axis=axis, by=by)
+        if key in _SIZES and not again:
+            return Size(share=_SIZES[key])
+        if key in _RATES and not again:
+            return Rate(high=_RATES[key])
+        return None
+
+    def release(self, key: Qt.Key) -> None:
+        """Take a key that went up."""
+        if key in self._down:
+            self._down.remove(key)
+
+    def let_go(self) -> None:
+        """Take all hands off the sticks, as when the window is left."""
+        self._down.clear()
+
+    @property
+    def push(self) -> Push:
+        """Return where the keys push now."""
+        axes = dict(_PUSHES[key] for key in self._down)
+        return Push(**axes)
