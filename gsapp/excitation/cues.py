@@ -34,8 +34,8 @@ class CueEvent:
     kind : str
         See `EventKind`.
     state : str
-        ``trim``: a state of `TrimCue`; ``input``: ``begins``, or ``dropped`` where it was none
-        after all; ``hands-off``: ``begins``, ``ends`` or ``broken``; ``verdict``: its result;
+        ``trim``: a state of `TrimCue`; ``input``: ``made``, noted once the sticks are let go;
+        ``hands-off``: ``begins``, ``ends`` or ``broken``; ``verdict``: its result;
         ``danger``: ``caution``, ``warning`` or ``over``; ``card``: ``next``, ``chosen``,
         ``captured`` or ``done``.
     words : str

@@ -7,7 +7,8 @@ The rule:
    was held back is said afterwards, if it still stands.
 2. GO is a tone and one word. Losing it again is what is off, in a few words.
 3. What is off is said when it becomes another thing, or the same by a good deal more; else it is
-   repeated ever more rarely: a pilot who climbs to the test point knows that he climbs.
+   repeated ever more rarely. What is off by far is not said at all: a pilot who climbs to the test
+   point knows that he climbs.
 4. A verdict is one sentence. The next card is said when the pilot has time to listen.
 
 All that is decided here follows from flight time, so a replay says what was said in flight. Who
@@ -19,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 from gsapp.excitation.cues import CueEvent
 from gsapp.excitation.dangers.danger import Danger, Urgency
@@ -41,6 +42,10 @@ _SOONEST: Final = 3.0
 """Seconds after which the same thing may be said with another number."""
 _REPEATS: Final = (5.0, 10.0, 20.0, 40.0)
 """Seconds until the same words are said again, the first time, the second time ..."""
+_FAR: Final = 3.0
+"""What is off by more than so many tolerances is seen by every pilot: he is on his way."""
+_RECOVERY: Final = 3.0
+"""Seconds after a verdict that belong to it, and to flying on."""
 _UNTIL_VERDICT: Final = 1.5
 """Seconds after a hands-off interval that are left to its verdict."""
 _QUIET: Final = 2.5
@@ -81,15 +86,6 @@ class Spoken:
     priority: Priority
     tone: str = ""
 
-    def to_json(self) -> dict[str, Any]:
-        """Return what a program reads."""
-        return {
-            "time": round(self.time, 6),
-            "words": self.words,
-            "priority": self.priority,
-            "tone": self.tone,
-        }
-
 
 def aloud(words: str) -> str:
     """Return words as a voice should say them: units in full."""
@@ -120,6 +116,8 @@ class Announcer:
     def restart(self) -> None:
         """Forget what was said; the flight begins anew."""
         self._silent_until = -math.inf
+        self._recovers_until = -math.inf
+        self._moving = False
         self._last_words = -math.inf  # when a sentence was given
         self._note: str | None = None  # waits until the pilot has time
         self._held: dict[str, Danger] = {}
@@ -132,6 +130,8 @@ class Announcer:
         events: Sequence[CueEvent],
         trim: TrimCue | None,
         standing: Sequence[Danger] = (),
+        *,
+        moving: bool = False,
     ) -> tuple[Spoken, ...]:
         """Take in what happened since, and return what is to be heard, the most urgent first.
 
@@ -145,21 +145,26 @@ class Announcer:
             As it stands.
         standing : sequence of Danger
             That stand.
+        moving : bool
+            Whether the sticks move quickly: an input, unless it turns out to be steering.
         """
         said: list[Spoken] = []
+        self._moving = moving
         for event in events:
             if event.kind == "danger":
                 said += self._danger(event, standing)
-            elif event.kind in ("input", "hands-off"):
+            elif event.kind == "hands-off":
                 said += self._interval(event)
             elif event.kind == "verdict":
                 self._silent_until = -math.inf
+                self._recovers_until = event.time + _RECOVERY
                 said.append(self._say(event.time, aloud(event.words), "prompt"))
             elif event.kind == "card":
                 self._note = aloud(event.words)
-        if time >= self._silent_until:
+        if not self._silent(time):
             said += self._held_back(time, standing)
-            said += self._trim(time, trim)
+            if time >= self._recovers_until:
+                said += self._trim(time, trim)
             said += self._noted(time)
         return tuple(sorted(said, key=lambda one: _ORDER.index(one.priority)))
 
@@ -168,14 +173,15 @@ class Announcer:
             self._last_words = time
         return Spoken(time=time, words=words, priority=priority, tone=tone)
 
+    def _silent(self, time: float) -> bool:
+        return self._moving or time < self._silent_until
+
     def _interval(self, event: CueEvent) -> list[Spoken]:
-        """Fall silent for an input and its answer."""
+        """Fall silent for the answer to an input."""
         if event.state == "begins":
             self._silent_until = math.inf
             self._nagging = _Nagging()
-            if event.kind == "hands-off":
-                return [self._say(event.time, "hands off", "prompt", HANDS_OFF_TONE)]
-            return []
+            return [self._say(event.time, "hands off", "prompt", HANDS_OFF_TONE)]
         self._silent_until = event.time + _UNTIL_VERDICT
         if event.state == "ends":
             return [Spoken(time=event.time, words="", priority="prompt", tone=HANDS_ON_TONE)]
@@ -188,7 +194,7 @@ class Announcer:
         warning = event.state == "warning"
         urgent = warning and any(word in event.words for word in _URGENT)
         tone = "warning" if warning else "caution"
-        if event.time < self._silent_until and not urgent:
+        if self._silent(event.time) and not urgent:
             key = event.data.get("key")
             self._held.update({one.key: one for one in standing if one.key == key})
             return [Spoken(time=event.time, words="", priority="warning", tone=tone)]
@@ -216,8 +222,11 @@ class Announcer:
             return [self._say(time, "go", "prompt", GO_TONE)] if former != "go" else []
         lost = LOST_TONE if former == "go" else ""
         if trim.state == "fly" and trim.worst is not None:
-            due = self._nagging.due(time, _key(trim.worst), abs(trim.worst.amount), bool(lost))
             words = aloud(trim.worst.words(self._system))
+            due = bool(lost) or trim.worst.share <= _FAR
+            due = due and self._nagging.due(
+                time, _key(trim.worst), abs(trim.worst.amount), bool(lost)
+            )
         elif trim.state == "gusty":
             due, words = self._nagging.due(time, "gusty", 1.0, bool(lost)), "gusty, wait"
         elif trim.state == "turn" and former in ("go", "hold"):

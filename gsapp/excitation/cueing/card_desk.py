@@ -125,15 +125,30 @@ class CardDesk:
 
     # --- which card -----------------------------------------------------------------------------
 
-    def look(self, outlook: Outlook | None) -> bool:
-        """Settle which card is to be flown; return whether that or what it asks for changed."""
-        card, why = self._pick(outlook)
+    def look(self, outlook: Outlook | None, *, stay: bool = False) -> bool:
+        """Settle which card is to be flown; return whether that or what it asks for changed.
+
+        Parameters
+        ----------
+        outlook : Outlook or None
+            Which card gains most.
+        stay : bool
+            Whether that is still being worked out: the card stays unless it is done.
+        """
+        card, why = self._stay() if stay else self._pick(outlook)
         settled = (card and card.id, why, self._changes)
         if settled == self._settled:
             return False
         self._settled = settled
         self.next_card = None if card is None else self._asked(card, why)
         return True
+
+    def _stay(self) -> tuple[TestCard | None, Why]:
+        now = self.next_card
+        open_ids = {one.card.id for one in self._open()}
+        if now is None or now.card.id not in open_ids or self._chosen in open_ids:
+            return (None, "next on the list") if now is None else self._pick(None)
+        return now.card, now.why
 
     def _pick(self, outlook: Outlook | None) -> tuple[TestCard | None, Why]:
         open_ones = {one.card.id: one.card for one in self._open()}
@@ -142,16 +157,22 @@ class CardDesk:
         self._chosen = ""
         flyable = [card for card in open_ones.values() if self._points.point(card)[0] is not None]
         preferred, why = self._preferred(flyable, outlook)
-        held = [] if self._capture.captured is None else [self._capture.captured.card]
-        held += [point.card for point in self._capture.held]
-        if held and preferred is not None and preferred.id not in held:
+        held = self._held(flyable)
+        if held and preferred not in held:
             # The best of those that can be flown where the aircraft is.
-            best, _ = self._preferred([card for card in flyable if card.id in held], outlook)
-            if best is not None:
-                return best, "captured"
+            best, _ = self._preferred(held, outlook)
+            return best, "captured"
         if preferred is None and open_ones:
             return next(iter(open_ones.values())), "next on the list"
         return preferred, why
+
+    def _held(self, cards: Sequence[TestCard]) -> list[TestCard]:
+        """Return the cards that can be flown at the point that the aircraft has captured."""
+        captured = self._capture.captured
+        point = None if self.cards is None or captured is None else self.cards.card(captured.card)
+        if point is None:
+            return []
+        return [card for card in cards if abs(card.speed - point.speed) <= card.tolerance.speed]
 
     def _preferred(
         self, cards: Sequence[TestCard], outlook: Outlook | None

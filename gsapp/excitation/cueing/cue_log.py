@@ -8,6 +8,7 @@ from typing import Any
 from gsapp.excitation.cues import CueEvent, NextCard
 from gsapp.excitation.dangers.danger import Danger, Urgency
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
+from gsapp.excitation.rows import TICK
 from gsapp.excitation.trim.cue import TrimCue
 from gsapp.flight.cards.card import SURFACES
 
@@ -36,8 +37,8 @@ class CueLog:
         """Forget everything; the flight begins anew."""
         self.events: list[CueEvent] = []
         self._trim = ""
-        self._phase = ""
-        self._input = 0.0
+        self._answer: float | None = None  # when the input began whose answer is awaited
+        self._left = 0.0  # of the time for which the hands should be off, s
         self._dangers: dict[str, Danger] = {}
         self._card: tuple[str, str] = ("", "")
 
@@ -65,25 +66,27 @@ class CueLog:
         )
 
     def under_way(self, time: float, now: InputUnderWay | None) -> None:
-        """Note the beginning of an input, and begin and end of its hands-off interval."""
-        phase = "" if now is None else now.phase
-        begun = now is not None and (not self._phase or now.t_input != self._input)
-        if begun and now is not None:
-            if self._phase == "hands-off":
-                self._add(time, "hands-off", "broken", "", {"t_input": self._input})
+        """Note an input, once the sticks are let go, and its hands-off interval.
+
+        Quick moves before that may turn out to be steering.
+        """
+        free = now is not None and now.phase == "hands-off"
+        if self._answer is not None and (not free or now is None or now.t_input != self._answer):
+            state = "ends" if now is None and self._left <= TICK else "broken"
+            self._add(time, "hands-off", state, "", {"t_input": self._answer})
+            self._answer = None
+        self._left = 0.0 if now is None else now.hands_off_left
+        if free and now is not None and self._answer is None:
+            self._answer = now.t_input
             words = " and ".join(SURFACES[name] for name in now.surfaces)
-            facts = {"t_input": now.t_input, "surfaces": list(now.surfaces)}
-            self._add(time, "input", "begins", words, facts)
-            self._input, self._phase = now.t_input, "moving"
-        if phase == "hands-off" and self._phase == "moving" and now is not None:
+            facts = {
+                "t_input": now.t_input,
+                "surfaces": list(now.surfaces),
+                "amplitudes": dict(now.amplitudes),
+            }
+            self._add(time, "input", "made", words, facts)
             facts = {"t_input": now.t_input, "seconds": now.hands_off_total}
             self._add(time, "hands-off", "begins", "hands off", facts)
-        elif phase != "hands-off" and self._phase == "hands-off":
-            state = "ends" if not phase else "broken"
-            self._add(time, "hands-off", state, "", {"t_input": self._input})
-        elif not phase and self._phase == "moving":
-            self._add(time, "input", "dropped", "", {"t_input": self._input})
-        self._phase = phase
 
     def verdict(self, verdict: Verdict) -> None:
         """Note a verdict."""

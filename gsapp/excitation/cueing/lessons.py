@@ -10,12 +10,11 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.cueing.estimates import FlightEstimates
 from gsapp.excitation.cueing.recent import RecentRows
 from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.information.book import InformationBook
+from gsapp.excitation.information.book import READY, InformationBook
 from gsapp.excitation.information.learning import LISTENED
 from gsapp.excitation.information.prospect import Outlook
 from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import CardsFlown, TestCard
-from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.estimates import LiveEstimate
 
@@ -24,6 +23,8 @@ SLICE: Final = 0.003
 
 _EVERY: Final = 10
 """Ticks from one look ahead to the next; the time left is told in seconds."""
+_MARGIN: Final = 0.6
+"""Seconds after which the look that follows the work was surely taken."""
 
 
 class Lessons:
@@ -47,6 +48,7 @@ class Lessons:
     def __init__(
         self, aircraft: Aircraft | None, model: Model | None, rate: float, system: str = "US"
     ) -> None:
+        self._foresees = aircraft is not None and model is not None
         self._book = InformationBook(aircraft, model, rate, system=system)
         self._estimates = _estimates_of(aircraft, rate)
         self._settle_into()
@@ -61,6 +63,7 @@ class Lessons:
     def _settle_into(self) -> None:
         self.outlook: Outlook | None = None
         self._ticks = 0
+        self._ready_at = 0.0
         self._revision = 0
 
     @property
@@ -80,24 +83,25 @@ class Lessons:
         self._book.earned(self._estimates.earned)
         return True
 
-    def judged(
-        self,
-        verdict: Verdict,
-        recent: RecentRows,
-        noise: NoiseFloor | None,
-        card: TestCard | None,
-    ) -> None:
-        """Learn from a maneuver."""
+    def judged(self, verdict: Verdict, recent: RecentRows, card: TestCard | None) -> None:
+        """Learn from a maneuver, flown for a card or for none."""
         rows = recent.between(verdict.t_start - LISTENED, verdict.t_end)
-        self._book.flown(verdict, rows, noise, card)
+        self._book.flown(verdict, rows, card=card)
+        self._ready_at = verdict.given_at + READY + _MARGIN
         if self._estimates is not None:
             self._estimates.judged(verdict)
 
-    def look(self, time: float, flown: CardsFlown | None) -> None:
-        """Look ahead, twice a second of flight time (s)."""
+    def look(self, time: float, flown: CardsFlown | None) -> bool:
+        """Look ahead, twice a second of flight time (s); return whether that can be gone by.
+
+        For some seconds after a maneuver, and at the beginning, it is still being worked out.
+        """
+        if self._ticks == 0:
+            self._ready_at = time + READY + _MARGIN
         if self._ticks % _EVERY == 0:
             self.outlook = self._book.outlook(time, flown)
         self._ticks += 1
+        return time >= self._ready_at or not self._foresees
 
     def work(self) -> None:
         """Do a slice of the work that the next look needs."""

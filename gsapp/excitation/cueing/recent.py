@@ -43,9 +43,7 @@ class RecentRows:
             return None
         first = int(np.argmax(inside))
         values = np.concatenate([one.values for one in parts])
-        return FlightRows(
-            first=parts[0].first + first, times=times[inside], values=values[inside]
-        )
+        return FlightRows(first=parts[0].first + first, times=times[inside], values=values[inside])
 
     def mean(self, channel: str, seconds: float) -> float | None:
         """Return the mean of a channel over the newest seconds, SI; None where it is missing."""

@@ -1,0 +1,309 @@
+"""`Cueing`: all watches of a flight, joined."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Sequence
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.cueing.card_desk import CardDesk
+from gsapp.excitation.cueing.card_words import seconds_of
+from gsapp.excitation.cueing.cue_log import CueLog
+from gsapp.excitation.cueing.flown import with_card
+from gsapp.excitation.cueing.judging import missing
+from gsapp.excitation.cueing.lessons import Lessons
+from gsapp.excitation.cueing.recent import RecentRows
+from gsapp.excitation.cueing.trim_history import TrimHistory
+from gsapp.excitation.cues import CueEvent, CueSnapshot
+from gsapp.excitation.dangers.watch import DangerWatch
+from gsapp.excitation.debrief_maneuver import JudgedManeuver, curves_of
+from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
+from gsapp.excitation.doublets.watch import DoubletWatch
+from gsapp.excitation.rows import FlightRows, RowStream
+from gsapp.excitation.speaking import Announcer, Spoken
+from gsapp.excitation.trim.watch import TrimWatch
+from gsapp.flight.cards import CardSet, CardsFlown
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import Block
+
+_AFTER_INPUT: Final = 0.3
+"""Seconds after what is known of an input until GO may be given again."""
+_SHOWN_OVER: Final = 0.5
+"""Seconds over which the speed and the angle of attack shown are the mean."""
+
+
+class Cueing:
+    """Tells the crew of a flight as it comes in: trimmed? go; how was that input; what next.
+
+    It is a consumer of a session's feed. Rows are judged tick by tick of flight time, and what
+    one watch says to another takes effect with the next tick, so that what comes out depends on
+    the samples alone: a live flight, its replay and a headless run give the same.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without it cues go by the usual figures for an aircraft of this size, and say so.
+    model : Model or None
+        Without it nothing is known of wanted amplitudes beyond the cards, nor of bounds.
+    rate : float
+        Of the grid, Hz.
+    cards : CardSet or None
+        What is to be flown.
+    system : {"US", "SI"}
+        Units of all words.
+
+    Attributes
+    ----------
+    spoken : list of Spoken
+        All that was to be heard so far, by flight time; `reset` alone takes something away.
+    maneuvers : list of JudgedManeuver
+        All inputs judged so far, for the debrief.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        model: Model | None,
+        rate: float,
+        *,
+        cards: CardSet | None = None,
+        system: str = "US",
+    ) -> None:
+        self._aircraft = aircraft
+        self._model = model
+        self._rate = rate
+        self._stream = RowStream(rate)
+        self._desk = CardDesk(aircraft, model, cards, system)
+        self._trim = TrimWatch(aircraft, rate)
+        self._dangers = DangerWatch(aircraft, rate)
+        self._doublets = DoubletWatch(
+            aircraft, rate, model=model, wanted_for=self._desk.wanted_for, system=system
+        )
+        self._lessons = Lessons(aircraft, model, rate, system)
+        self._announcer = Announcer(system)
+        self._changes = CueLog(system)
+        self._recent = RecentRows()
+        self._trims = TrimHistory()
+        self._choices: list[tuple[float, str]] = []
+        self._forget()
+
+    def _forget(self) -> None:
+        self._time: float | None = None
+        self._verdicts: list[Verdict] = []
+        self._chosen = 0  # how many choices were applied
+        self._heard = 0  # how many events the announcer has heard
+        self.spoken: list[Spoken] = []
+        self.maneuvers: list[JudgedManeuver] = []
+        self._aim()
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        for rows in self._stream.feed(block):
+            self._take(rows)
+
+    def settle(self) -> None:
+        """Judge what is complete, after all blocks of a step."""
+        for rows in self._stream.complete():
+            self._take(rows)
+        self._lessons.work()
+
+    def finish(self) -> None:
+        """Judge what was held back: nothing more comes."""
+        for rows in self._stream.finish():
+            self._take(rows)
+        self._doublets.finish()
+        self._conclude()
+
+    def reset(self) -> None:
+        """Forget everything but the crew's choices of cards; the flight begins anew."""
+        self._stream.restart()
+        for part in (self._trim, self._dangers, self._doublets, self._desk, self._lessons):
+            part.restart()
+        self._announcer.restart()
+        self._changes.restart()
+        self._recent.clear()
+        self._trims.clear()
+        self._forget()
+
+    # --- what the crew does ---------------------------------------------------------------------
+
+    def choose(self, card_id: str, *, at: float | None = None) -> float:
+        """Let the crew's choice of a card count until that card is flown; an empty one ends it.
+
+        Parameters
+        ----------
+        card_id : str
+        at : float, optional
+            Flight time from which it counts, s; by default from now on.
+
+        Returns
+        -------
+        float
+            That time, s.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such card.
+        """
+        if card_id and (self.cards is None or self.cards.card(card_id) is None):
+            raise UnknownNameError(
+                f"there is no test card '{card_id}'; choose one of the flight's cards"
+            )
+        time = at if at is not None else self._time if self._time is not None else 0.0
+        # Those applied stay as they are: what was said cannot be unsaid.
+        place = bisect.bisect_right(self._choices, time, lo=self._chosen, key=lambda one: one[0])
+        self._choices.insert(place, (time, card_id))
+        return time
+
+    def use_cards(self, cards: CardSet | None) -> None:
+        """Take other test cards; what was flown so far counts for them."""
+        self._choices.clear()
+        self._chosen = 0
+        self._desk.use(cards)
+        self._desk.note(self._verdicts)
+        self._desk.look(self._lessons.outlook)
+        self._aim()
+
+    # --- what it tells --------------------------------------------------------------------------
+
+    @property
+    def log(self) -> Sequence[CueEvent]:
+        """Return all that changed so far, by flight time; `reset` alone takes something away."""
+        return self._changes.events
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Return all verdicts so far."""
+        return tuple(self._verdicts)
+
+    @property
+    def cards(self) -> CardSet | None:
+        """Return the test cards."""
+        return self._desk.cards
+
+    @property
+    def flown(self) -> CardsFlown | None:
+        """Return how the test cards stand; None without cards."""
+        return self._desk.flown
+
+    def snapshot(self) -> CueSnapshot:
+        """Return what is to be told now."""
+        trim, dangers, outlook = self._trim.cue, self._dangers.standing, self._lessons.outlook
+        speed = self._recent.mean("V", _SHOWN_OVER)
+        alpha = self._recent.mean("alpha", _SHOWN_OVER)
+        progress = () if self.flown is None else self.flown.cards
+        return CueSnapshot(
+            time=self._time,
+            trim=trim,
+            under_way=self._doublets.under_way,
+            verdict=self._verdicts[-1] if self._verdicts else None,
+            card=self._desk.next_card,
+            outlook=outlook,
+            dangers=dangers,
+            speed=speed,
+            alpha=alpha,
+            guidance=self._desk.guidance(speed, alpha),
+            judged=() if trim is None else trim.judged_by,
+            missing=missing(
+                self._aircraft,
+                self._model,
+                has_cards=self.cards is not None,
+                trim=trim,
+                dangers=dangers,
+                outlook=outlook,
+            ),
+            good=sum(min(one.good, one.card.repeats) for one in progress),
+            wanted=sum(one.card.repeats for one in progress),
+            events=len(self._changes.events),
+        )
+
+    # --- ticks ----------------------------------------------------------------------------------
+
+    def _take(self, rows: FlightRows) -> None:
+        tick = self._stream.tick
+        # A stretch may end within a tick, of which nothing can be said.
+        for start in range(0, len(rows) - tick + 1, tick):
+            self._tick(rows.part(start, start + tick))
+
+    def _tick(self, rows: FlightRows) -> None:
+        time = float(rows.times[-1])
+        self._time = time
+        self._recent.add(rows)
+        self._dangers.take(rows)
+        self._trim.distrust(self._dangers.distrusted)
+        self._trim.take(rows)
+        self._doublets.take(rows)
+        self._desk.take(rows)
+        if self._lessons.take(rows):
+            self._desk.earned(self._lessons.estimates)
+        under_way = self._doublets.under_way
+        if under_way is not None:
+            self._trim.hold_off(time + under_way.hands_off_left + _AFTER_INPUT)
+        self._note(time, under_way)
+        self._conclude()
+        self._choose(time, under_way)
+        self._announce(time, moving=under_way is not None and under_way.phase == "moving")
+
+    def _conclude(self) -> None:
+        for verdict in self._doublets.verdicts[len(self._verdicts) :]:
+            self._judge(verdict)
+
+    def _note(self, time: float, under_way: InputUnderWay | None) -> None:
+        cue = self._trim.cue
+        self._changes.dangers(time, self._dangers.standing)
+        if cue is not None:
+            self._trims.add(cue)
+            self._changes.trim(cue)
+        self._changes.under_way(time, under_way)
+
+    def _judge(self, verdict: Verdict) -> None:
+        """Take in a verdict: its card, what it brought, what the debrief shows of it."""
+        self._verdicts.append(verdict)
+        self._desk.note(self._verdicts)
+        if self._desk.flown is not None:
+            verdict = with_card(verdict, self._desk.flown)
+            self._verdicts[-1] = verdict
+        rows = self._recent.between(verdict.t_start, verdict.t_end)
+        self.maneuvers.append(
+            JudgedManeuver(
+                verdict=verdict,
+                wanted=self._desk.wanted_of(verdict),
+                point=self._desk.point_of(verdict),
+                go_at=self._trims.go_before(verdict.t_input),
+                off=self._trims.off_at(verdict.t_input),
+                curves=curves_of(rows, verdict.surfaces, self._rate),
+            )
+        )
+        card = None if self.cards is None else self.cards.card(verdict.card)
+        self._lessons.judged(verdict, self._recent, card)
+        self._changes.verdict(verdict)
+
+    def _choose(self, time: float, under_way: InputUnderWay | None) -> None:
+        """Settle which card is to be flown; not while an input is under way."""
+        while self._chosen < len(self._choices) and self._choices[self._chosen][0] <= time:
+            self._desk.choose(self._choices[self._chosen][1])
+            self._chosen += 1
+        settled = self._lessons.look(time, self.flown)
+        if under_way is None and self._desk.look(self._lessons.outlook, stay=not settled):
+            self._aim()
+        done = self.flown is not None and self.flown.done
+        self._changes.card(time, self._desk.next_card, all_done=done)
+
+    def _aim(self) -> None:
+        """Tell the watches what is to be flown."""
+        card = self._desk.next_card
+        point, wanted = (None, None) if card is None else (card.point, card.wanted)
+        self._trim.aim(point)
+        self._trim.leg_needed(seconds_of(wanted))
+        self._doublets.expect(wanted, point, None if card is None else card.card)
+
+    def _announce(self, time: float, *, moving: bool) -> None:
+        fresh, self._heard = self._changes.events[self._heard :], len(self._changes.events)
+        self.spoken += self._announcer.hear(
+            time, fresh, self._trim.cue, self._dangers.standing, moving=moving
+        )
