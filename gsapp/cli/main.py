@@ -405,6 +405,53 @@ def maneuvers(
 
 
 @app.command()
+def debrief(
+    flights: Annotated[
+        Optional[list[Path]],  # noqa: UP045
+        typer.Argument(
+            metavar="[FLIGHT]...", readable=False, help="Without any, the trends of the catalog"
+        ),
+    ] = None,
+    aircraft: AircraftName = None,
+    model: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FILE",
+            help="What is known of the aerodynamics: a model file, or the name of a shipped one; "
+            "by default the one shipped for the aircraft",
+        ),
+    ] = None,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    cards: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FILE",
+            help="Test cards in place of the flight's own: a file, or the name of a shipped set",
+        ),
+    ] = None,
+    catalog: CatalogFile = None,
+    json: JsonFile = None,
+) -> None:
+    """Tell what every input of a flight was worth, how the test cards were flown, and trends.
+
+    Verdicts are those that the pilot heard in flight: too small, too large, not trimmed, spoiled,
+    good, and what to do next time. With a catalog they are kept beside the grades of the
+    maneuvers, and its flights are compared.
+
+    Example: gsapp debrief flights/2026-05-12-a --catalog campaign.sqlite
+
+    Example: gsapp debrief --catalog campaign.sqlite
+    """
+    from gsapp.cli import debrief as command
+
+    command.run(
+        flights=flights or [], aircraft=aircraft, model=model, channel_map=channel_map,
+        calibration=calibration, cards=cards, catalog=catalog, json=json,
+    )  # fmt: skip
+
+
+@app.command()
 def estimate(
     flights: FlightPaths,
     aircraft: AircraftName = None,
@@ -514,6 +561,72 @@ def estimate(
         maneuver=maneuver or (), every_grade=every_grade, channel_map=channel_map,
         calibration=calibration,
         catalog=catalog, json=json,
+    )  # fmt: skip
+
+
+@app.command()
+def report(
+    flights: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FLIGHT|DIR...", help="Flights, or folders that hold some", show_default=False
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="A .html or .pdf file; or a folder for both, all pictures, and the results as "
+            "CSV, MATLAB, JSON, model and linear models",
+        ),
+    ],
+    aircraft: AircraftName = None,
+    method: Annotated[
+        Literal["ml", "ee", "ftr"],
+        typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
+    ] = "ml",
+    axis: Annotated[
+        Literal["lon", "lat", "both"],
+        typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
+    ] = "both",
+    weights: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="FILE", help="Weights of the responses; by default the noise counts"),
+    ] = None,
+    model: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            metavar="FILE",
+            help="What was known before: its effects count, its values are drawn beside and held "
+            "where not free",
+        ),
+    ] = None,
+    joint: Annotated[
+        bool, typer.Option("--joint", help="Fit all maneuvers of an axis together, too")
+    ] = False,
+    maneuver: ManeuverList = None,
+    every_grade: Annotated[
+        bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
+    ] = False,
+    units: Annotated[Literal["US", "SI"], typer.Option(help="Of pictures and tables")] = "US",
+    dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+) -> None:
+    """Write the report on one flight or a campaign: derivatives that can be defended.
+
+    Examples
+    --------
+    gsapp report flights/e --aircraft b777 --out "flight E.pdf"
+
+    gsapp report flights --model b777 --out results
+    """
+    from gsapp.cli import report as command
+
+    command.run(
+        flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
+        model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade, units=units,
+        dated=dated, channel_map=channel_map, calibration=calibration,
     )  # fmt: skip
 
 

@@ -69,6 +69,16 @@ class JudgedManeuver:
     off: Mapping[str, float]
     curves: Curves
 
+    def to_json(self) -> dict[str, Any]:
+        """Return what a program reads of it, without the curves. SI, absent = None."""
+        record = self.to_record()
+        return {
+            **record["verdict"],
+            "wanted": record["wanted"],
+            "go_at": record["go_at"],
+            "off": record["off"],
+        }
+
     def to_record(self) -> dict[str, Any]:
         """Return what JSON can hold; `from_record` reads it back. SI, absent = None."""
         return {

@@ -1,0 +1,131 @@
+"""Verdicts, the score by card and trends on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.excitation.debrief import Debrief
+    from gsapp.excitation.debrief_maneuver import JudgedManeuver
+    from gsapp.excitation.debrief_trends import FlightTrend
+    from gsapp.flight.catalog import CardScore
+
+_COLORS = {"good": "green", "unclear": "yellow"}
+
+
+def describe_cues(console: Console, debrief: Debrief) -> None:
+    """Print in a few lines what the crew was told."""
+    gone = sum(event.kind == "trim" and event.state == "go" for event in debrief.events)
+    heard = sum(bool(one.words) for one in debrief.spoken)
+    console.print(
+        f"{_count(gone, 'GO')}, {_count(heard, 'sentence')} spoken, "
+        f"{_count(len(debrief.maneuvers), 'verdict')}",
+        highlight=False,
+    )
+    for one in debrief.maneuvers:
+        console.print(_sentence(one), highlight=False, markup=False, soft_wrap=True)
+
+
+def describe_debrief(console: Console, debrief: Debrief) -> None:
+    """Print every input with its verdict, and the score by card."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gsapp.quantities.constants import FOOT
+
+    table = Table(
+        title=f"{escape(debrief.flight)}: {_count(len(debrief.maneuvers), 'input')}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    for heading in ("id", "at [s]", "inputs", "kind", "flown/wanted", "V [ft/s]", "GO", "card"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("verdict")
+    for one in debrief.maneuvers:
+        verdict = one.verdict
+        color = _COLORS.get(verdict.result, "red")
+        table.add_row(
+            verdict.id,
+            f"{verdict.t_input:.1f}",
+            "+".join(verdict.surfaces),
+            verdict.kind,
+            _sizes(one),
+            "" if verdict.V is None else f"{verdict.V / FOOT:.0f}",
+            "yes" if one.go_at is not None else "no",
+            f"{escape(verdict.card)}{'' if verdict.counts or not verdict.card else ' (no)'}",
+            f"[{color}]{escape(verdict.advice)}[/]",
+        )
+    console.print(table)
+    describe_score(console, debrief.cards, debrief.score)
+    for words in debrief.missing:
+        console.print(words, style="dim", highlight=False, markup=False, soft_wrap=True)
+
+
+def describe_score(console: Console, cards: Sequence[CardScore], score: float | None) -> None:
+    """Print how the test cards were flown; nothing without cards."""
+    if score is None:
+        return
+    for card in cards:
+        console.print(
+            f"{card.card}: {card.good} of {card.wanted} good, {card.flown} flown  {card.heading}",
+            highlight=False, markup=False, soft_wrap=True,
+        )  # fmt: skip
+    console.print(f"score: {100.0 * score:.0f} % of what the cards ask for", highlight=False)
+
+
+def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
+    """Print one line for each flight."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gsapp.flight.cards.card import SURFACES
+
+    table = Table(title="from flight to flight", title_justify="left", box=box.SIMPLE_HEAD)
+    for heading in ("flight", "inputs", "good", "score", "without GO", "s each"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("flown over wanted")
+    table.add_column("worst at the start")
+    for one in found:
+        worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
+        table.add_row(
+            escape(one.flight),
+            str(one.inputs),
+            f"{100.0 * one.share_good:.0f} %",
+            "" if one.score is None else f"{100.0 * one.score:.0f} %",
+            str(one.without_go),
+            "" if one.seconds_each is None else f"{one.seconds_each:.0f}",
+            ", ".join(f"{SURFACES[name]} {share:.2f}" for name, share in one.amplitudes.items()),
+            f"{worst} {one.trim_errors[worst]:.1f} of its tolerance" if worst else "",
+        )
+    console.print(table)
+
+
+def _sizes(one: JudgedManeuver) -> str:
+    from gsapp.quantities.constants import DEGREE
+
+    wanted = {} if one.wanted is None else one.wanted.amplitudes
+    told = [
+        f"{size / DEGREE:.1f}"
+        + (f"/{wanted[name].best / DEGREE:.1f} deg" if name in wanted else " deg")
+        for name, size in one.verdict.amplitudes.items()
+    ]
+    return ", ".join(told)
+
+
+def _sentence(one: JudgedManeuver) -> str:
+    verdict = one.verdict
+    card = f" (card {verdict.card})" if verdict.card else ""
+    inputs = "+".join(verdict.surfaces)
+    return (
+        f"{verdict.given_at:9.2f} s  {verdict.id:4} {inputs} {verdict.kind}: {verdict.advice}{card}"
+    )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,132 @@
+"""``gsapp debrief``: what each input of a flight was worth, and what becomes better."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gsapp.excitation.debrief import Debrief
+    from gsapp.excitation.debrief_trends import FlightTrend
+    from gsapp.flight.catalog import Catalog
+    from gsapp.flight.flight import Flight
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    aircraft: str | None = None,
+    model: str | None = None,
+    channel_map: str | None = None,
+    calibration: str | None = None,
+    cards: str | None = None,
+    catalog: Path | None = None,
+    json: Path | None = None,
+) -> None:
+    """Judge recorded flights as they would have been judged in flight; tell trends.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+        Folders or files; none for those that the catalog holds.
+    aircraft, model : str, optional
+        Names or paths; by default the flight's own aircraft, and the model shipped for it.
+    channel_map : str, optional
+        Name or path.
+    calibration : str, optional
+        Certificates in place of those kept with the flight: a folder, or a shipped set.
+    cards : str, optional
+        Test cards in place of the flight's own: a file, or the name of a shipped set.
+    catalog : Path, optional
+        Where the debriefs are kept, and whose flights make the trends.
+    json : Path, optional
+        Where to write the result for programs; ``-`` for the screen.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight cannot be read, a file cannot be written, or there is nothing to debrief.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._debrief_text import describe_debrief, describe_trends
+    from gsapp.cli._flight_text import check_catalog
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.excitation.debrief_trends import trend_of
+    from gsapp.flight.catalog import Catalog
+    from gsapp.foundation import FlightError
+
+    if not flights and (catalog is None or not catalog.is_file()):
+        raise FlightError("there is nothing to debrief; name a flight, or a catalog that has some")
+    console = Console(stderr=on_screen(json))
+    check_catalog(catalog, calibration)
+    debriefs: list[Debrief] = []
+    for path in flights:
+        with console.status(f"judging {path.name}"):
+            loaded, debrief = _judge(path, aircraft, model, channel_map, calibration, cards)
+        debriefs.append(debrief)
+        if catalog is not None:
+            _store(catalog, loaded, debrief, aircraft)
+    if catalog is not None:
+        with Catalog(catalog) as store:
+            found = _trends(store)
+    else:
+        found = tuple(trend_of(one.flight, one.maneuvers, one.cards) for one in debriefs)
+    if json is not None:
+        result = {
+            "flights": [one.to_json() for one in debriefs],
+            "trends": [one.to_json() for one in found],
+        }
+        write_result(json, result_text(result))
+    if not on_screen(json):
+        for one in debriefs:
+            describe_debrief(console, one)
+        if len(found) > 1 or not debriefs:
+            describe_trends(console, found)
+        for written in (json, catalog):
+            if written is not None:
+                console.print(f"written to {written}", highlight=False, soft_wrap=True)
+
+
+def _judge(
+    path: Path,
+    aircraft: str | None,
+    model: str | None,
+    channel_map: str | None,
+    calibration: str | None,
+    cards: str | None,
+) -> tuple[Flight, Debrief]:
+    """Replay a flight to its end."""
+    from gsapp.foundation import FlightError
+    from gsapp.session import MAX_SPEED, Session
+    from gsapp.session.session import run_through
+
+    session = Session.replay(
+        path, speed=MAX_SPEED, channel_map=channel_map, certificates=calibration,
+        aircraft=aircraft, model=model, cards=cards,
+    )  # fmt: skip
+    try:
+        run_through(session)
+        debrief = session.debrief()
+        if debrief is None:
+            raise FlightError(f"{path} was replayed without cues; nothing was judged")
+        return session.flight(), debrief
+    finally:
+        session.close()
+
+
+def _store(catalog: Path, flight: Flight, debrief: Debrief, aircraft: str | None) -> None:
+    from gsapp.flight.catalog import Catalog, store_debrief
+
+    with Catalog(catalog) as store:
+        store_debrief(store, flight, debrief.stored(), debrief.cards, aircraft=aircraft or "")
+
+
+def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:
+    from gsapp.excitation.debrief_trends import trends
+    from gsapp.flight.catalog import scores_of, search_verdicts
+
+    verdicts = search_verdicts(catalog)
+    flights = dict.fromkeys(one.flight for one in verdicts)
+    return trends(verdicts, {name: scores_of(catalog, name) for name in flights})

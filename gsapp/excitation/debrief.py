@@ -1,0 +1,145 @@
+"""The debrief of a flight: every input with its verdict, and how the test cards were flown."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from gsapp.excitation.cues import CueEvent
+from gsapp.excitation.debrief_maneuver import JudgedManeuver
+from gsapp.excitation.speaking import Spoken
+from gsapp.flight.cards import CardsFlown
+from gsapp.flight.catalog import CardScore, StoredVerdict
+
+if TYPE_CHECKING:
+    from gsapp.excitation.cueing import Cueing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Debrief:
+    """What there is to say of a flight afterwards.
+
+    Attributes
+    ----------
+    flight : str
+        Its name.
+    maneuvers : tuple of JudgedManeuver
+        Every input, by time.
+    cards : tuple of CardScore
+        In the order of the cards; empty without cards.
+    events : tuple of CueEvent
+        All that changed for the crew.
+    spoken : tuple of Spoken
+        All that was to be heard.
+    missing : tuple of str
+        What could not be judged, in words.
+    """
+
+    flight: str
+    maneuvers: tuple[JudgedManeuver, ...]
+    cards: tuple[CardScore, ...] = ()
+    events: tuple[CueEvent, ...] = ()
+    spoken: tuple[Spoken, ...] = ()
+    missing: tuple[str, ...] = ()
+
+    @property
+    def good(self) -> int:
+        """Return how many inputs were good."""
+        return sum(one.verdict.result == "good" for one in self.maneuvers)
+
+    @property
+    def results(self) -> dict[str, int]:
+        """Return how many inputs came to each verdict, the most frequent first."""
+        return dict(Counter(one.verdict.result for one in self.maneuvers).most_common())
+
+    @property
+    def score(self) -> float | None:
+        """Return the share of the repeats asked for that were flown well, 0 to 1.
+
+        None without cards.
+        """
+        wanted = sum(one.wanted for one in self.cards)
+        return sum(min(one.good, one.wanted) for one in self.cards) / wanted if wanted else None
+
+    def stored(self) -> tuple[StoredVerdict, ...]:
+        """Return the verdicts for a catalog."""
+        return tuple(
+            StoredVerdict(
+                name=one.verdict.id,
+                t_input=one.verdict.t_input,
+                t_end=one.verdict.t_end,
+                surfaces=one.verdict.surfaces,
+                kind=one.verdict.kind,
+                V=one.verdict.V,
+                result=one.verdict.result,
+                advice=one.verdict.advice,
+                card=one.verdict.card,
+                counts=one.verdict.counts,
+                record=one.to_record(),
+            )
+            for one in self.maneuvers
+        )
+
+    def cues_json(self) -> list[dict[str, Any]]:
+        """Return what changed and what was heard, by time, for programs."""
+        cues = [event.to_json() for event in self.events]
+        cues += [
+            {
+                "time": round(one.time, 6),
+                "kind": "spoken",
+                "state": one.priority,
+                "words": one.words,
+                "data": {"tone": one.tone} if one.tone else {},
+            }
+            for one in self.spoken
+        ]
+        return sorted(cues, key=lambda cue: cue["time"])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what a program reads: SI, absent = None."""
+        return {
+            "flight": self.flight,
+            "score": self.score,
+            "good": self.good,
+            "results": self.results,
+            "cards": [
+                {name: getattr(card, name) for name in CardScore.__slots__} for card in self.cards
+            ],
+            "maneuvers": [one.to_json() for one in self.maneuvers],
+            "missing": list(self.missing),
+        }
+
+
+def debrief_of(name: str, cueing: Cueing) -> Debrief:
+    """Return the debrief of a flight that was followed.
+
+    Parameters
+    ----------
+    name : str
+        Of the flight.
+    cueing : Cueing
+        That followed it.
+    """
+    return Debrief(
+        flight=name,
+        maneuvers=tuple(cueing.maneuvers),
+        cards=scores(cueing.flown),
+        events=tuple(cueing.log),
+        spoken=tuple(cueing.spoken),
+        missing=cueing.snapshot().missing,
+    )
+
+
+def scores(flown: CardsFlown | None) -> tuple[CardScore, ...]:
+    """Return how the cards were flown; empty without cards."""
+    return tuple(
+        CardScore(
+            card=one.card.id,
+            heading=one.card.heading,
+            good=one.good,
+            flown=len(one.attempts),
+            wanted=one.card.repeats,
+        )
+        for one in (() if flown is None else flown.cards)
+    )
