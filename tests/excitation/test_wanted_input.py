@@ -9,7 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.linearization import lateral
 from gsapp.dynamics.model import Model
+from gsapp.dynamics.trim import trim
 from gsapp.excitation.points.amplitudes import noise_of
 from gsapp.excitation.points.learned import updated
 from gsapp.excitation.points.wanted import Band, WantedInput
@@ -22,7 +25,7 @@ from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
-from tests.excitation.points_kit import BEFORE, DT, b777, deviation, flown, point
+from tests.excitation.points_kit import BEFORE, DT, b777, density, deviation, flown, point
 
 SINGLE = (("de",), ("da",), ("dr",))
 
@@ -157,6 +160,45 @@ def test_width_and_hands_off_follow_the_modes_of_the_source() -> None:
     assert _wanted(("da",), 100.0).mode == "roll"
     assert _wanted(("da",), 100.0).hands_off == dr.hands_off
     assert _wanted(("de", "dr"), 100.0).hands_off == de.hands_off
+
+
+def test_moved_together_all_shrink_alike_to_what_they_may_do_together() -> None:
+    """Aileron and rudder one after the other add up in sideslip: each may be less than alone."""
+    together = _wanted(("da", "dr"), 85.0)
+    width = together.width.best
+    share = {
+        name: together.amplitudes[name].high / by_itself.amplitudes[name].high
+        for name in ("da", "dr")
+        for by_itself in [_wanted((name,), 85.0)]
+    }
+    # The rudder alone is flown as wide; the aileron alone is quicker, and its band another.
+    assert share["dr"] < 0.9
+    used = [
+        _nearest_limit(
+            flown(85.0, {"da": together.amplitudes["da"].high, "dr": sign * size}, width)
+        )
+        for sign in (1.0, -1.0)
+        for size in [together.amplitudes["dr"].high]
+    ]
+    assert max(used) == pytest.approx(1.0, abs=0.12)
+
+
+def test_the_roll_is_excited_without_the_dutch_roll() -> None:
+    """Ailerons go back before half a dutch roll has passed, and not before the roll is there."""
+    for speed in (80.0, 100.0, 120.0):
+        width = _wanted(("da",), speed).width
+        assert width.high == pytest.approx(math.pi / abs(_dutch_roll_pole(speed)), rel=0.01)
+        # What is left of the steady roll rate after the shortest step, by the simulator.
+        held = flown(speed, {"da": 3.0 * DEGREE}, 3.0 * width.low, kind="pulse", after=0.0)["p"]
+        begun, whole = held[round((BEFORE + width.low) / DT)], float(held.max())
+        assert 0.6 < begun / whole < 0.95
+
+
+def _dutch_roll_pole(speed: float) -> complex:
+    aircraft, model = b777()
+    flying = FlightModel(aircraft, model)
+    level = trim(flying, V=speed * FOOT, rho=density())
+    return next(mode for mode in lateral(flying, level).modes() if mode.name == "dutch roll").pole
 
 
 def test_a_3211_puts_its_step_of_two_where_a_doublet_puts_one() -> None:

@@ -27,6 +27,8 @@ _POINTS = 25
 _HALVINGS = 6
 """Steps in which each end of the range is found."""
 _FEWEST_STRETCHES = 3
+_ROUNDING = 1e-9
+"""By which alpha at an end of the curve may miss it, rad."""
 _SLOWEST_SHARE, _FASTEST_SHARE = 0.7, 4.0
 """Ends of the search, in speeds at which the wing carries the weight just before the stall."""
 
@@ -124,9 +126,10 @@ class TrimCurve:
         if not self._table.size:
             return None
         by_model = alpha - self.shift
-        if not self._table[-1, 1] <= by_model <= self._table[0, 1]:
+        least, most = float(self._table[-1, 1]), float(self._table[0, 1])
+        if not least - _ROUNDING <= by_model <= most + _ROUNDING:
             return None
-        return float(self._speed(by_model))
+        return float(self._speed(min(max(by_model, least), most)))
 
     def retrimmed(self, flown: Sequence[tuple[float, float]]) -> TrimCurve:
         """Return the curve with its alpha as it was measured in steady flight.
