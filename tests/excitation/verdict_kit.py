@@ -120,7 +120,7 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
         load_aircraft("b777"),
         RATE,
         model=None if model is None else load_model(model),
-        wanted_for=lambda surfaces, kind, speed: wanted_of(flown, surfaces, kind),
+        wanted_for=lambda surfaces, kind, _: wanted_of(flown, surfaces, kind),
     )
     if expected:
         watch.expect(wanted_of(flown), point_of(flown), None)

@@ -111,7 +111,7 @@ def draw(seed: int, surfaces: tuple[str, ...] = ()) -> InputPlan:
 
     size = math.exp(0.15 * random.standard_normal())
     if chance(0.3):
-        size = float(np.exp(random.uniform(math.log(0.1), math.log(2.6))))
+        size = float(np.exp(random.uniform(math.log(0.15), math.log(2.6))))
     width = math.exp(0.1 * random.standard_normal())
     if chance(0.2):
         width = float(np.exp(random.uniform(math.log(0.4), math.log(2.6))))
@@ -156,12 +156,12 @@ def draw(seed: int, surfaces: tuple[str, ...] = ()) -> InputPlan:
         pitch_rate=rates[1],
         meddling=meddling,
         hands_off=random.uniform(0.2, 4.0) if chance(0.12) else random.uniform(5.4, 6.0),
-        left_over=random.uniform(0.2, 1.0) if chance(0.05) else 0.03 * random.standard_normal(),
+        left_over=random.uniform(0.15, 0.7) if chance(0.05) else 0.03 * random.standard_normal(),
         turbulence=0.0 if chance(0.4) else float(random.uniform(0.05, 1.1)),
         noise=float(np.exp(random.uniform(math.log(0.6), math.log(2.0)))),
         attitude=chance(0.5),
         approach=random.uniform(4.0, 10.0),
-        still=random.uniform(0.8, 1.6),
+        still=random.uniform(0.8, 2.0),
         start=(
             math.copysign(random.uniform(3.0, 30.0), random.uniform(-1, 1)) * DEGREE,
             random.uniform(-4.0, 4.0) * DEGREE,

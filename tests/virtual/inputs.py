@@ -51,8 +51,10 @@ _DT = 1.0 / RATE
 _PAUSE = 12.0
 """Between what was recorded on the ground and the flight, s."""
 _RECOVERY = 3.0
-_EYE_TO_RATE = 0.35
-"""Seconds from wanting a rate to flying it: hand, servo and aircraft."""
+_COMES_TO_REST = 0.25
+"""Time constant with which corrections end, s."""
+_ERRING = (-1.9, -1.3, -0.1, 0.7)
+"""Seconds from the beginning of an input at which a wrong rate is flown: grows, stands, fades."""
 _UPSET = 50.0 * DEGREE
 """Bank or nose angle at which a pilot takes over whatever was agreed on."""
 
@@ -174,6 +176,7 @@ class _Flight:
         }
         self._edges = {name: _edges(plan, place, pilot) for place, name in enumerate(plan.surfaces)}
         self._usual = [self._feel.trim, 0.0, 0.0]
+        self._rest = list(self._usual)
         self._lever = 0.0
         self._tables: tuple[list[tuple[float, ...]], ...] = ([], [], [])
 
@@ -259,11 +262,17 @@ class _Flight:
                 usual + _DT / 0.5 * (want - usual)
                 for usual, want in zip(self._usual, wanted, strict=True)
             ]
+            self._rest = list(wanted)
         else:
-            wanted = list(self._usual)
-            if begin - 1.0 - _EYE_TO_RATE < time < begin - 0.1:
-                wanted[0] += plan.pitch_rate / feel.pitch_rate
-                wanted[1] += plan.roll_rate / feel.roll_rate
+            # The hand comes to rest, it does not jump.
+            self._rest = [
+                rest + _DT / _COMES_TO_REST * (usual - rest)
+                for rest, usual in zip(self._rest, self._usual, strict=True)
+            ]
+            wanted = list(self._rest)
+            erring = _swell(time - begin)
+            wanted[0] += erring * plan.pitch_rate / feel.pitch_rate
+            wanted[1] += erring * plan.roll_rate / feel.roll_rate
             if time >= begin:
                 added = self._input(time - begin)
                 wanted = [want + add for want, add in zip(wanted, added, strict=True)]
@@ -393,6 +402,13 @@ def _calm(clone: Airframe | None, sticks: list[Sticks], truth: Block, low: int) 
         rows.append(clone.truth())
         clone.advance(one)
     return Block(channels=TRUTH, times=times, values=np.array(rows))
+
+
+def _swell(time: float) -> float:
+    """Return how much of a wrong rate is asked for, 0 to 1, without a jolt."""
+    grows, stands, fades, ends = _ERRING
+    share = min((time - grows) / (stands - grows), (ends - time) / (ends - fades))
+    return 0.5 - 0.5 * math.cos(math.pi * min(max(share, 0.0), 1.0))
 
 
 Edges = tuple[tuple[float, ...], tuple[float, ...]]

@@ -161,10 +161,6 @@ def _unclear(case: Case) -> list[Finding]:
         if not heard:
             words = f"nothing measures what the {SURFACE_WORDS[surface]} does"
             found.append(Finding(result="unclear", words=words, surface=surface))
-    wanted = case.wanted
-    if wanted is not None and wanted.kind == "doublet" and case.kind != "doublet":
-        words = f"that was a {case.kind}, no doublet"
-        found.append(Finding(result="unclear", words=words))
     return found
 
 
@@ -223,6 +219,14 @@ def _other_stick(case: Case) -> list[Finding]:
         words = f"spoiled: hands off for {max(measured.free, 0.0):.1f} seconds only"
         found.append(Finding(result="spoiled", words=words))
     return found
+
+
+def _other_shape(case: Case) -> list[Finding]:
+    wanted = case.wanted
+    if wanted is None or case.kind == wanted.kind:
+        return []
+    words = f"that was a {case.kind}, not a {wanted.kind}"
+    return [Finding(result="unclear", words=words)]
 
 
 def _too_small(case: Case) -> list[Finding]:
@@ -297,6 +301,7 @@ _JUDGES: Final[tuple[Callable[[Case], list[Finding]], ...]] = (
     _clipped,
     _not_trimmed,
     _other_stick,
+    _other_shape,
     _too_small,
     _beyond,
     _gusty,

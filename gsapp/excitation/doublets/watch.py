@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -33,7 +33,7 @@ from gsapp.flight.maneuvers.moves import (
     strong_moves,
     taken_over,
 )
-from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput
+from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, measure
 from gsapp.flight.maneuvers.signals import SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
 
@@ -52,10 +52,13 @@ _ODD_FREE = 1.05
 """Seconds without a stick after which an input of an unusual shape is believed."""
 _BACK = 0.4
 """Share of its excursion that a surface may be away from trim and be back."""
+_LEFT = 0.25
+"""Share of its amplitude from which a surface was not brought back, and looks like another shape
+about the line between its trims."""
 _AFTER_LAST_STEP = 0.8
 """Seconds after which an input that ends away from trim is over, once both sides were seen."""
-_BUSY = 3.0
-"""Seconds after a spoiled input in which the pilot recovers, and only a clear input is one."""
+_BUSY = 4.0
+"""Seconds after a verdict in which the pilot recovers, and only unmistakable inputs are any."""
 _CLEAR = ("doublet", "3-2-1-1")
 
 
@@ -294,8 +297,10 @@ class DoubletWatch:
         if moving.busy and not main.unmistakable:
             if idle >= CLOSED:
                 self._dismiss()
-        elif not clear and idle < _ODD_FREE:
-            return
+        elif not clear and (idle < _ODD_FREE or moving.asked.wanted is not None):
+            # Steering makes such moves as well; who asked for another shape has no use for them.
+            if idle >= CLOSED:
+                self._dismiss()
         elif deliberate(main, math.inf, threshold) or (
             main.kind in _CLEAR and not main.returned and _steps(main, threshold)
         ):
@@ -344,7 +349,25 @@ class DoubletWatch:
         if times.size <= lag:
             return []
         moves = strong_moves(times, rows, moving.moved, moving.first, moving.last, lag)
-        return moved_inputs(times, rows, moves, self._around.setting)
+        found = moved_inputs(times, rows, moves, self._around.setting)
+        return [self._left(one, moves, moving.last, times, rows) for one in found]
+
+    def _left(
+        self,
+        one: SurfaceInput,
+        moves: Mapping[str, tuple[float, float]],
+        last: float,
+        times: FloatArray,
+        rows: FloatArray,
+    ) -> SurfaceInput:
+        """Return an input that was not brought back as it shows about its trim before."""
+        if abs(one.after - one.before) < _LEFT * one.amplitude:
+            return one
+        noise = self._around.setting.noise.of(one.surface)
+        samples = rows[:, SURFACES.index(one.surface)]
+        first = moves[one.surface][0]
+        other = measure(one.surface, times, samples, first, last, noise, left=True)
+        return one if other is None or other.kind not in _CLEAR else other
 
     def _back(self, moving: _Moving) -> bool:
         """Return whether every moved surface is near where it was before."""
@@ -393,7 +416,12 @@ class DoubletWatch:
             self._conclude(moving, wanted_end)
 
     def _conclude(self, moving: _Moving, t_end: float) -> None:
-        """Give the verdict."""
+        """Give the verdict, unless the sticks moved so soon again that it was steering."""
+        main = moving.found[0]
+        threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
+        if main.returned and not deliberate(main, t_end - moving.t_end, threshold):
+            self._dismiss()
+            return
         self._around.accept()
         self._moving = None
         measured = measure_input(
@@ -411,8 +439,7 @@ class DoubletWatch:
                 system=self._system,
             )
         )
-        if t_end < moving.t_end + moving.hands_off - 1e-6:
-            self._busy_until = self._now + _BUSY
+        self._busy_until = self._now + _BUSY
 
 
 def _surfaces(wanted: WantedInput | None) -> tuple[str, ...]:
@@ -430,7 +457,7 @@ def _kind(wanted: WantedInput | None) -> str:
 def _complete(main: SurfaceInput, idle: float) -> bool:
     """Return whether an input that ends away from its trim has had all its steps."""
     longest = max(length for _, length in main.runs)
-    return main.kind in _CLEAR and idle > max(_AFTER_LAST_STEP, longest)
+    return main.kind in _CLEAR and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
 
 
 def _steps(main: SurfaceInput, threshold: float) -> bool:

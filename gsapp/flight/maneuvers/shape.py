@@ -100,7 +100,14 @@ def smoothed(samples: FloatArray, dt: float) -> FloatArray:
 
 
 def measure(
-    surface: str, times: FloatArray, samples: FloatArray, first: float, last: float, noise: float
+    surface: str,
+    times: FloatArray,
+    samples: FloatArray,
+    first: float,
+    last: float,
+    noise: float,
+    *,
+    left: bool = False,
 ) -> SurfaceInput | None:
     """Measure an input around the quick moves of its surface.
 
@@ -113,6 +120,9 @@ def measure(
         Times of the first and the last quick move, s; each looks back over `LOOK_BACK`.
     noise : float
         Standard deviation of the surface's signal, rad.
+    left : bool
+        Whether its last quick move left it away from trim: it counts from where it stood before
+        until then, and from where it was left afterwards.
 
     Returns
     -------
@@ -134,7 +144,10 @@ def measure(
     after = float(np.median(level[rest])) if rest.sum() >= 3 else float(level[-1])
     inside, at = level[moved], times[moved]
     # The trim need not come back to where it was: half way between is fair to both ends.
-    away = inside - np.linspace(before, after, inside.size)
+    trim = np.linspace(before, after, inside.size)
+    if left:
+        trim = np.where(at < last - LOOK_BACK, before, after)
+    away = inside - trim
     largest = float(np.max(np.abs(away)))
     if not largest > 4.0 * noise:
         return None
