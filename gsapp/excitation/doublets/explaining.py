@@ -8,7 +8,7 @@ that is off in its control derivatives does not look like gusts.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 import numpy as np
@@ -52,6 +52,7 @@ class Explainer:
         self,
         inputs: Mapping[str, FloatArray],
         answers: Mapping[str, FloatArray],
+        main: Collection[str],
         *,
         speed: float,
         density: float,
@@ -62,7 +63,9 @@ class Explainer:
         Parameters
         ----------
         inputs : mapping of str to ndarray, shape (n,)
-            Surfaces from the beginning of the input on, rad.
+            Surfaces that moved, on purpose or not, from the beginning of the input on, rad.
+        main : collection of str
+            Those whose answer counts.
         answers : mapping of str to ndarray, shape (n,)
             Channels of `ANSWERS` at the same times, SI.
         speed, density : float
@@ -87,7 +90,7 @@ class Explainer:
                 (motions.longitudinal, longitudinal, ANSWERS["longitudinal"]),
                 (motions.lateral, lateral, ANSWERS["lateral"]),
             )
-            if moved
+            if set(moved) & set(main)
         ]
         known = [share for share in shares if share is not None]
         return max(known) if known else None

@@ -23,11 +23,14 @@ from gsapp.flight.maneuvers.grading import TRIM_TIME, Passage, Setting
 from gsapp.flight.maneuvers.shape import SurfaceInput, smoothed
 from gsapp.flight.maneuvers.signals import COLUMN, SURFACES
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
 
 LOOKED_BACK: Final = 2.5
 """Seconds before an input that are looked at; the second of trim is the last of them."""
 _BANK_FROM: Final = 12.0
 """Seconds before an input from which bank is followed where no attitude tells it."""
+_LEAST_CROSS: Final = 0.5 * DEGREE
+"""Motion of another surface that has an answer of its own."""
 _USUAL_GUSTS: Final = 0.3
 """m/s."""
 _AT_REST: Final = (0.1, 0.6)
@@ -138,13 +141,14 @@ def measure_input(
     bank, bank_seen = _bank(history, t_input, setting.aircraft)
     if bank is not None:
         trim["bank"] = bank
+    cross = _others(passage, ordered)
     switch = history.beside("rate_switch", t_input - 1.0, t_end)
     return Measured(
         passage=passage,
         inputs=ordered,
         symmetry={one.surface: _symmetry(passage, one) for one in ordered},
         left_over={one.surface: _left_over(passage, one) for one in ordered},
-        cross=_others(passage, ordered),
+        cross=cross,
         trim=trim,
         bank_seen=bank_seen,
         flow={
@@ -154,7 +158,7 @@ def measure_input(
         },
         clipped=clipped,
         stuck=stuck,
-        gusts=_gusts(passage, ordered, history, setting, explainer, stuck),
+        gusts=_gusts(passage, ordered, history, setting, explainer, stuck, cross),
         rate_switch=float(np.nanmedian(switch)) if np.isfinite(switch).any() else None,
     )
 
@@ -262,6 +266,7 @@ def _gusts(
     setting: Setting,
     explainer: Explainer | None,
     stuck: Sequence[str],
+    cross: Mapping[str, float],
 ) -> float | None:
     """Return the share of the answer that the input does not explain."""
     speed = passage.mean_before("V")
@@ -269,9 +274,12 @@ def _gusts(
         return None
     low = int(np.searchsorted(passage.times, passage.t_input))
     names = [name for name in (*ANSWERS["longitudinal"], *ANSWERS["lateral"]) if name not in stuck]
+    moved = {one.surface for one in inputs}
+    moved |= {name for name, size in cross.items() if size > _LEAST_CROSS}
     return explainer.left_over(
-        {one.surface: _filled(passage.rows[low:, COLUMN[one.surface]]) for one in inputs},
+        {name: _filled(passage.rows[low:, COLUMN[name]]) for name in SURFACES if name in moved},
         {name: passage.rows[low:, COLUMN[name]] for name in names},
+        [one.surface for one in inputs],
         speed=speed,
         density=_density(history, passage),
         noise=setting.noise,

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.aircraft.config import Geometry, MassProperties
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.explaining import Explainer
 from gsapp.excitation.doublets.giving import Asked, give_verdict
@@ -55,6 +54,8 @@ _BACK = 0.4
 _LEFT = 0.25
 """Share of its amplitude from which a surface was not brought back, and looks like another shape
 about the line between its trims."""
+_BOTH_SIDES = 0.35
+"""Share of the larger excursion from which the smaller one is the other half of a doublet."""
 _AFTER_LAST_STEP = 0.8
 """Seconds after which an input that ends away from trim is over, once both sides were seen."""
 _BUSY = 4.0
@@ -283,7 +284,7 @@ class DoubletWatch:
             return
         if idle < CLOSED_AWAY and not self._back(moving):
             found = self._measured(moving) if idle > _AFTER_LAST_STEP else []
-            if not (found and _complete(found[0], idle)):
+            if not (found and self._both_sides(moving, found[0]) and _complete(found[0], idle)):
                 return
         else:
             found = self._measured(moving)
@@ -302,7 +303,7 @@ class DoubletWatch:
             if idle >= CLOSED:
                 self._dismiss()
         elif deliberate(main, math.inf, threshold) or (
-            main.kind in _CLEAR and not main.returned and _steps(main, threshold)
+            not main.returned and self._both_sides(moving, main) and _steps(main, threshold)
         ):
             self._let_go(moving, found)
         elif idle >= CLOSED:
@@ -368,6 +369,15 @@ class DoubletWatch:
         first = moves[one.surface][0]
         other = measure(one.surface, times, samples, first, last, noise, left=True)
         return one if other is None or other.kind not in _CLEAR else other
+
+    def _both_sides(self, moving: _Moving, main: SurfaceInput) -> bool:
+        """Return whether a surface truly went to both sides of where it stood before."""
+        _, rows = self._history.stretch(main.t_start, moving.last + 0.2)
+        away = rows[:, SURFACES.index(main.surface)] - main.before
+        if not np.isfinite(away).any():
+            return False
+        sides = sorted((float(np.nanmax(away)), float(-np.nanmin(away))))
+        return sides[0] > _BOTH_SIDES * sides[1]
 
     def _back(self, moving: _Moving) -> bool:
         """Return whether every moved surface is near where it was before."""
@@ -462,13 +472,21 @@ def _complete(main: SurfaceInput, idle: float) -> bool:
 
 def _steps(main: SurfaceInput, threshold: float) -> bool:
     """Return whether a doublet that was not brought back is one all the same."""
-    return main.quickest > threshold and main.abruptness > 0.5 and main.unrest < main.amplitude
+    clear = main.kind in _CLEAR and main.quickest > threshold
+    return clear and main.abruptness > 0.5 and main.unrest < main.amplitude
 
 
 def _usual_aircraft() -> Aircraft:
     """Return what is taken for an aircraft of which nothing is known."""
-    return Aircraft(
-        name="unknown",
-        geometry=Geometry(wing_area=1.0, span=2.7, chord=0.43),
-        mass=MassProperties(mass=20.0, ixx=7.0, iyy=8.5, izz=9.5),
+    return Aircraft.model_validate(
+        {
+            "name": "unknown",
+            "geometry": {"wing_area": "1 m^2", "span": "2.7 m", "chord": "0.43 m"},
+            "mass": {
+                "mass": "20 kg",
+                "ixx": "7 kg*m^2",
+                "iyy": "8.5 kg*m^2",
+                "izz": "9.5 kg*m^2",
+            },
+        }
     )
