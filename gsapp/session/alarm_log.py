@@ -30,10 +30,19 @@ class AlarmLog:
         The events file.
     wall_us : callable
         Host time, microseconds since 1970.
+    others : callable, optional
+        Told of every event that is none of its own.
     """
 
-    def __init__(self, board: AlarmBoard, book: MarkBook, wall_us: Callable[[], int]) -> None:
+    def __init__(
+        self,
+        board: AlarmBoard,
+        book: MarkBook,
+        wall_us: Callable[[], int],
+        others: Callable[[Event], None] = lambda _: None,
+    ) -> None:
         self._board = board
+        self._others = others
         self._book = book
         self._wall_us = wall_us
         self._logged = 0
@@ -45,6 +54,8 @@ class AlarmLog:
                 key, raised = event.data.get("alarm"), event.data.get("raised")
                 moment = float(raised) if isinstance(raised, (int, float)) else None
                 self._board.acknowledge(str(key), moment)
+            else:
+                self._others(event)
 
     def acknowledge(self, alarm: Alarm, now: float | None) -> None:
         """Take note of an alarm at flight time `now` (s).

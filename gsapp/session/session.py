@@ -12,12 +12,15 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.speaking import Spoken
+from gsapp.flight.cards import CardSet
 from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
 from gsapp.flight.events import Event, EventLog, event_of, in_order
 from gsapp.flight.flight import Flight, FrameCounts
@@ -29,6 +32,7 @@ from gsapp.flight.uniform import union
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.alarms import AlarmBoard
+from gsapp.session.cue_watch import CueWatch
 from gsapp.session.equipment import (
     DiskView,
     EquipmentMonitor,
@@ -52,6 +56,9 @@ from gsapp.session.states import (
     patience_by_message,
 )
 from gsapp.telemetry.recorder_control import RecorderHandle
+
+if TYPE_CHECKING:
+    from gsapp.excitation.debrief import Debrief
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
@@ -107,6 +114,8 @@ class Session:
         Marks and notes.
     aircraft : Aircraft or None
         From the flight folder, or as given.
+    cue_watch : CueWatch or None
+        Judges trim, inputs and dangers; None where the options switch it off.
     feed : LiveFeed or ReplayFeed
         What drives it. A window plays, pauses and jumps through `replaying`.
     """
@@ -143,11 +152,15 @@ class Session:
         self._wall_us = wall_us
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
-        self._alarm_log = AlarmLog(self.board, self.book, wall_us)
+        self._alarm_log = AlarmLog(self.board, self.book, wall_us, self._take_in)
         self._watch = AlarmWatch(
             self.board, self.limits, self.history.rate, self._carrier, self._come_together
         )
-        everyone = (self._watch, *options.get("consumers", ()))
+        self.cue_watch: CueWatch | None = None
+        if options.get("cues", True):
+            self.cue_watch = self._make_cues(options.get("system", "US"))
+        watches = [one for one in (self._watch, self.cue_watch) if one is not None]
+        everyone = (*watches, *options.get("consumers", ()))
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
@@ -157,6 +170,9 @@ class Session:
             self.feed = ReplayFeed(
                 opened.reader, self.history, everyone, clock, speed=speed, playing=playing
             )
+
+        # What the crew chose in an earlier window counts from when it was chosen.
+        self._alarm_log.read()
 
     # Making one
 
@@ -247,6 +263,8 @@ class Session:
             health = None if decoder is None else decoder.health
             if self.equipment.look(health, self.now, caught_up=self.feed.caught_up):
                 self._alarm_log.write_equipment()
+                if self.cue_watch is not None:
+                    self.cue_watch.look_at_equipment()
 
     @property
     def has_news(self) -> bool:
@@ -258,9 +276,11 @@ class Session:
         return self.mode == "replay" or not self.feed.caught_up or self._has_grown()
 
     def finish(self) -> None:
-        """Take in the very last rows of a live flight whose record is complete."""
+        """Take in the very last rows of a flight that is over, and judge them."""
         if isinstance(self.feed, LiveFeed):
             self.feed.finish()
+        if self.cue_watch is not None:
+            self.cue_watch.finish()
 
     def close(self) -> None:
         """Give back what the session holds. Recorder and record go on."""
@@ -314,6 +334,31 @@ class Session:
         return uncalibrated(self.sources)
 
     @property
+    def cues(self) -> CueSnapshot | None:
+        """Return what the crew is to be told now; None where cues are switched off."""
+        watch = self.cue_watch
+        return None if watch is None else watch.snapshot(self.uncalibrated)
+
+    @property
+    def spoken(self) -> Sequence[Spoken]:
+        """Return all that is to be heard so far; it shrinks only when a replay goes back."""
+        return () if self.cue_watch is None else self.cue_watch.spoken
+
+    @property
+    def cards(self) -> CardSet | None:
+        """Return the test cards."""
+        return None if self.cue_watch is None else self.cue_watch.cueing.cards
+
+    def debrief(self) -> Debrief | None:
+        """Return every input judged so far, and the score by card; None without cues."""
+        watch = self.cue_watch
+        if watch is None:
+            return None
+        from gsapp.excitation.debrief import debrief_of
+
+        return debrief_of(self.name, watch.cueing)
+
+    @property
     def marks(self) -> tuple[Mark, ...]:
         """Return marks and notes, by flight time."""
         return self.book.marks
@@ -329,7 +374,7 @@ class Session:
             lost.append(damaged_events(self.book.damaged))
         # What was read whole has said so itself.
         read = calibration_remarks(self.calibration, self.sources) if self._flight is None else ()
-        return (*lost, *read, *whole, *said)
+        return (*lost, *read, *self._setting.remarks, *whole, *said)
 
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
@@ -471,6 +516,36 @@ class Session:
         self.limits.set_typed(channel_id, bands)
         self._watch.renew(channel_id)
 
+    def choose_card(self, card_id: str) -> None:
+        """Let a test card be the next until it is flown; an empty id lets the program pick.
+
+        A live flight keeps the choice among its events, so that a replay tells the same.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such card.
+        FlightError
+            If it cannot be written.
+        """
+        if self.cue_watch is not None:
+            self.cue_watch.choose(card_id)
+
+    def use_cards(self, cards: CardSet) -> None:
+        """Take other test cards; a live flight without any keeps them in its folder.
+
+        Raises
+        ------
+        FlightError
+            If they cannot be written; they count in this window.
+        """
+        if self.cue_watch is None:
+            return
+        self.cue_watch.cueing.use_cards(cards)
+        folder = FlightFolder(path=self.path)
+        if self.mode == "live" and not folder.cards_file.exists():
+            folder.keep_cards(cards)
+
     def acknowledge(self, key: str | None = None) -> bool:
         """Take note of an alarm, by default of the newest that waits; return whether there was one.
 
@@ -487,6 +562,21 @@ class Session:
         return sum(self.acknowledge(alarm.key) for alarm in self.board.waiting)
 
     # Inside
+
+    def _make_cues(self, system: str) -> CueWatch:
+        from gsapp.excitation.cueing import Cueing  # the window starts without it
+
+        setting = self._setting
+        cueing = Cueing(
+            self.aircraft, setting.model, self.history.rate, cards=setting.cards, system=system
+        )
+        live = self.mode == "live"
+        return CueWatch(cueing, self.board, self.book, self._alarm_log.read, live=live)
+
+    def _take_in(self, event: Event) -> None:
+        """Take in an event of the flight that is no acknowledgment."""
+        if self.cue_watch is not None:
+            self.cue_watch.take_in(event)
 
     def _present(self) -> float | None:
         """Return the flight time at this moment, from which ages count."""
@@ -558,6 +648,7 @@ def run_through(session: Session, tell: Callable[[float], None] = lambda _: None
         tell(_share(feed))
         if feed.speed != MAX_SPEED:
             time.sleep(0.01)
+    session.finish()
     tell(1.0)
 
 

@@ -9,8 +9,12 @@ from typing import TypedDict
 
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap
+from gsapp.dynamics.model import Model, load_model, shipped_models
+from gsapp.flight.cards import CardSet, load_cards
+from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import LIMITS_FILE
 from gsapp.flight.setting import Name, Setting
+from gsapp.foundation import FileProblemsError
 from gsapp.session.feeds import Consumer
 from gsapp.session.limits import LIMIT_TABLES, LimitRule, load_limits
 
@@ -26,6 +30,10 @@ class Chosen(TypedDict, total=False):
         Of the grid, Hz; by default as the flight says.
     limits : name or path
         In place of those in the folder, or shipped for the aircraft.
+    model : name, path or object
+        In place of the one shipped for the aircraft: what cues and bounds go by.
+    cards : name, path or object
+        Test cards in place of those in the folder.
     """
 
     channel_map: ChannelMap | Name | None
@@ -33,6 +41,8 @@ class Chosen(TypedDict, total=False):
     aircraft: Aircraft | Name | None
     rate: float | None
     limits: Name | None
+    model: Model | Name | None
+    cards: CardSet | Name | None
 
 
 class Options(Chosen, total=False):
@@ -46,11 +56,17 @@ class Options(Chosen, total=False):
         Seconds of a clock that never goes back.
     wall_us : callable
         Microseconds since 1970.
+    cues : bool
+        Whether the crew is to be told what to fly and how it was; by default it is.
+    system : {"US", "SI"}
+        Units of what is said.
     """
 
     consumers: Sequence[Consumer]
     clock: Callable[[], float]
     wall_us: Callable[[], int]
+    cues: bool
+    system: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,9 +77,19 @@ class SessionSetting(Setting):
     ----------
     limits : tuple of LimitRule
         The crew's own.
+    model : Model or None
+        Of the aerodynamics, as far as it is known before the flight.
+    cards : CardSet or None
+        The test cards of the flight.
+    remarks : tuple of str
+        What of the folder could not be used, in words: bad test cards must not keep a flight
+        from being watched.
     """
 
     limits: tuple[LimitRule, ...] = ()
+    model: Model | None = None
+    cards: CardSet | None = None
+    remarks: tuple[str, ...] = ()
 
 
 def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
@@ -94,6 +120,8 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
     limits = given.get("limits")
     if limits is None:
         limits = _limits_of(path, read_with.aircraft)
+    model = given.get("model")
+    cards, remarks = _cards_for(path, given.get("cards"))
     return SessionSetting(
         channel_map=read_with.channel_map,
         certificates=read_with.certificates,
@@ -102,7 +130,32 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
         aircraft=read_with.aircraft,
         rate=read_with.rate,
         limits=() if limits is None else load_limits(limits).rules(),
+        model=_model_for(read_with.aircraft)
+        if model is None
+        else load_model(model)
+        if isinstance(model, (str, Path))
+        else model,
+        cards=cards,
+        remarks=remarks,
     )
+
+
+def _model_for(aircraft: Aircraft | None) -> Model | None:
+    """Return the model shipped for an aircraft; None where there is none."""
+    name = "" if aircraft is None else aircraft.name.casefold()
+    return load_model(name) if name in shipped_models() else None
+
+
+def _cards_for(path: Path, given: CardSet | Name | None) -> tuple[CardSet | None, tuple[str, ...]]:
+    """Return the cards given, else those of the folder, and why those cannot be used."""
+    if given is not None:
+        return (load_cards(given) if isinstance(given, (str, Path)) else given), ()
+    if not path.is_dir():
+        return None, ()
+    try:
+        return FlightFolder(path=path).cards(), ()
+    except FileProblemsError as error:
+        return None, (f"the test cards are not used: {error}",)
 
 
 def _limits_of(path: Path, aircraft: Aircraft | None) -> Name | None:

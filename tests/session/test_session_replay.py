@@ -16,6 +16,7 @@ from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer
 from gsapp.flight.events import Event, EventLog
+from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
 from gsapp.flight.raw import RawWriter
@@ -50,6 +51,16 @@ def flight_csv(path: Path, count: int = 500, rate: float = 50.0) -> Path:
     return path
 
 
+def same_but_for_cues(told: dict[str, Any], flight: Flight) -> bool:
+    """Tell whether a replay's summary is that of the flight; what it told is beside it."""
+    assert {cue["kind"] for cue in told["cues"]} >= {"trim"}
+    assert isinstance(told["verdicts"], list)
+    rest = {name: told[name] for name in told if name not in ("cues", "verdicts")}
+    whole = json.loads(json.dumps(summarize(flight)))
+    del whole["cues"]
+    return rest == whole
+
+
 def test_the_summary_is_that_of_the_flight_read_whole(tmp_path: Path, box: Any) -> None:
     """Headless replay and `load_flight`, of one folder with losses: one and the same JSON."""
     folder = recorded(tmp_path / "flight", box, 1500, skip=range(700, 760))
@@ -57,7 +68,7 @@ def test_the_summary_is_that_of_the_flight_read_whole(tmp_path: Path, box: Any) 
     target = tmp_path / "out.json"
     assert replay.run(flight=folder, json=target, channel_map="b777") == 0
     told = json.loads(target.read_text())
-    assert told == json.loads(json.dumps(summarize(load_flight(folder, channel_map="b777"))))
+    assert same_but_for_cues(told, load_flight(folder, channel_map="b777"))
     assert told["frames"]["lost"] == 60 + 30 + 1
     assert told["channels"]["q"]["gaps"] == 1
     assert told["channels"]["q"]["measured"] is True
@@ -71,7 +82,7 @@ def test_the_summary_of_a_flight_csv(tmp_path: Path) -> None:
     target = tmp_path / "out.json"
     replay.run(flight=path, json=target)
     told = json.loads(target.read_text())
-    assert told == json.loads(json.dumps(summarize(load_flight(path))))
+    assert same_but_for_cues(told, load_flight(path))
     assert told["channels"]["alpha"]["count"] == 500
     session = Session.replay(path, speed=MAX_SPEED)
     run_through(session)
@@ -87,7 +98,7 @@ def test_a_real_flight_replayed_is_the_flight_read_whole(tmp_path: Path, shared_
     target = tmp_path / "out.json"
     replay.run(flight=path, json=target)
     told = json.loads(target.read_text())
-    assert told == json.loads(json.dumps(summarize(load_flight(path))))
+    assert same_but_for_cues(told, load_flight(path))
     assert told["frames"]["good"] > 20_000
 
 

@@ -77,6 +77,7 @@ class CardDesk:
         self._points.restart()
         self._capture.restart()
         self._air: list[float] = []
+        self._aimed = False  # whether there is a point to be captured
         self._chosen = ""
         self._rate_switch: float | None = None
         self._settled: tuple[object, ...] = ()
@@ -87,7 +88,8 @@ class CardDesk:
 
     def take(self, rows: FlightRows) -> None:
         """Take in the next rows."""
-        self._capture.take(rows)
+        if self._aimed:
+            self._capture.take(rows)
         self._breathe(rows)
         switch = rows["rate_switch"]
         switch = switch[np.isfinite(switch)]
@@ -106,7 +108,9 @@ class CardDesk:
         if self.cards is not None:
             self.flown = cards_flown(self.cards, verdicts)
             points = [self._points.point(one.card)[0] for one in self._open()]
-            self._capture.aim([point for point in points if point is not None])
+            aims = [point for point in points if point is not None]
+            self._aimed = bool(aims)
+            self._capture.aim(aims)
 
     def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
         """Let wanted inputs follow from derivatives estimated in this flight."""

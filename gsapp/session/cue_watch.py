@@ -1,0 +1,221 @@
+"""The cues of a flight being watched: fed with its samples, raised as alarms, kept as events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from gsapp.excitation.cues import CueEvent, CueSnapshot
+from gsapp.excitation.dangers.danger import Danger, Urgency
+from gsapp.excitation.speaking import Spoken
+from gsapp.flight.events import Event
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block, channel
+from gsapp.session.alarms import AlarmBoard
+from gsapp.session.limits import Severity
+from gsapp.session.marks import MarkBook
+
+if TYPE_CHECKING:
+    from gsapp.excitation.cueing import Cueing
+
+VERDICT: Final = "verdict"
+CARD_CHOICE: Final = "card-choice"
+"""Kinds of events in the flight's file."""
+
+_SAME_INPUT: Final = 0.5
+"""Verdicts on inputs begun within so many seconds are the same, whichever window gave them."""
+
+_SEVERITY: Final = {"caution": Severity.CAUTION, "warning": Severity.WARNING}
+_EQUIPMENT: Final = {
+    "link": "telemetry lost",
+    "recorder": "recorder trouble",
+    "disk": "disk nearly full",
+}
+"""Alarms of the equipment that stand beside the dangers of flight, and how they are said."""
+
+
+class CueWatch:
+    """Carries a session's samples to its cues, and what they say to the bar and the record.
+
+    Dangers become alarms, so that the bar shows them, and trouble with the equipment stands among
+    the dangers. Verdicts and the crew's choice of a card are written to the flight's events while
+    it happens, once for all windows: the record then holds what the crew was told. A replay finds
+    the verdicts in the samples again and writes nothing.
+
+    Parameters
+    ----------
+    cueing : Cueing
+    board : AlarmBoard
+        Where alarms go.
+    book : MarkBook
+        The events file.
+    read : callable
+        Takes in what all windows wrote to `book`.
+    live : bool
+        Whether the flight is happening.
+
+    Attributes
+    ----------
+    spoken : list of Spoken
+        All that is to be heard so far; `reset` alone takes something away.
+    """
+
+    def __init__(
+        self,
+        cueing: Cueing,
+        board: AlarmBoard,
+        book: MarkBook,
+        read: Callable[[], None],
+        *,
+        live: bool,
+    ) -> None:
+        self.cueing = cueing
+        self.spoken: list[Spoken] = []
+        self._board = board
+        self._book = book
+        self._read_events = read
+        self._live = live
+        self._chosen: set[tuple[float, str]] = set()
+        self._troubles: tuple[Danger, ...] = ()
+        self._followed = self._heard = 0
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        self.cueing.feed(block)
+
+    def settle(self) -> None:
+        """Judge what is complete, after all blocks of a step."""
+        self.cueing.settle()
+        self._follow()
+
+    def finish(self) -> None:
+        """Judge the very last rows: nothing more comes."""
+        self.cueing.finish()
+        self._follow()
+
+    def reset(self) -> None:
+        """Begin anew, as before the first sample."""
+        self.cueing.reset()
+        self.spoken.clear()
+        self._followed = self._heard = 0
+
+    # --- what it tells --------------------------------------------------------------------------
+
+    def snapshot(self, uncalibrated: Sequence[str] = ()) -> CueSnapshot:
+        """Return what is to be told now.
+
+        Parameters
+        ----------
+        uncalibrated : sequence of str
+            Channels whose instruments give volts only.
+        """
+        cues = self.cueing.snapshot()
+        doubts = (_without_certificates(uncalibrated),) if uncalibrated else ()
+        dangers = sorted((*cues.dangers, *self._troubles), key=lambda one: -one.urgency)
+        return replace(cues, dangers=tuple(dangers), missing=(*doubts, *cues.missing))
+
+    def look_at_equipment(self) -> None:
+        """Take note of trouble with link, recorder and disk, and say what is new."""
+        known = {trouble.key for trouble in self._troubles}
+        self._troubles = tuple(
+            trouble for key in _EQUIPMENT if (trouble := self._trouble(key)) is not None
+        )
+        cues = self.cueing.snapshot()
+        for trouble in self._troubles:
+            if trouble.key not in known:
+                warning = trouble.urgency is Urgency.WARNING
+                words = "" if cues.under_way is not None else trouble.spoken
+                self.spoken.append(
+                    Spoken(
+                        time=trouble.since if cues.time is None else cues.time,
+                        words=words,
+                        priority="warning" if warning else "prompt",
+                        tone="warning" if warning else "caution",
+                    )
+                )
+
+    def _trouble(self, key: str) -> Danger | None:
+        alarm = self._board.get(key)
+        if alarm is None or not alarm.active:
+            return None
+        warning = alarm.current is Severity.WARNING
+        return Danger(
+            key=key,
+            urgency=Urgency.WARNING if warning else Urgency.CAUTION,
+            since=alarm.time or 0.0,
+            words=alarm.words,
+            spoken=_EQUIPMENT[key],
+        )
+
+    # --- what the crew does ---------------------------------------------------------------------
+
+    def choose(self, card_id: str) -> None:
+        """Let the crew's choice count from now on, and keep it with a live flight.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such card.
+        FlightError
+            If the event cannot be written; the choice counts in this window.
+        """
+        time = self.cueing.choose(card_id)
+        self._chosen.add((time, card_id))
+        if self._live:
+            words = f"the crew flies card {card_id}" if card_id else "the program picks the card"
+            self._book.write(Event(kind=CARD_CHOICE, text=words, time=time, data={"card": card_id}))
+
+    def take_in(self, event: Event) -> None:
+        """Take in a choice that this or another window wrote."""
+        card_id, time = event.data.get("card"), event.time
+        if event.kind != CARD_CHOICE or not isinstance(card_id, str) or time is None:
+            return
+        cards = self.cueing.cards
+        known = not card_id or (cards is not None and cards.card(card_id) is not None)
+        if known and (time, card_id) not in self._chosen:
+            self._chosen.add((time, card_id))
+            self.cueing.choose(card_id, at=time)
+
+    # --- what becomes of it ---------------------------------------------------------------------
+
+    def _follow(self) -> None:
+        log, spoken = self.cueing.log, self.cueing.spoken
+        fresh, self._followed = log[self._followed :], len(log)
+        self.spoken += spoken[self._heard :]
+        self._heard = len(spoken)
+        for event in fresh:
+            if event.kind == "danger":
+                self._alarm(event)
+            elif event.kind == "verdict" and self._live:
+                self._write(event)
+
+    def _alarm(self, event: CueEvent) -> None:
+        key = f"danger:{event.data['key']}"
+        if event.state == "over":
+            self._board.clear(key)
+        else:
+            words = str(event.data["sentence"])
+            self._board.raise_(key, _SEVERITY[event.state], event.time, words)
+
+    def _write(self, event: CueEvent) -> None:
+        """Write a verdict that no window wrote before."""
+        self._read_events()
+        began = float(event.data["t_input"])
+        for other in self._book.others:
+            known = other.data.get("t_input")
+            same = isinstance(known, (int, float)) and abs(known - began) < _SAME_INPUT
+            if other.kind == VERDICT and same:
+                return
+        data = {**event.data, "result": event.state}
+        try:
+            self._book.write(Event(kind=VERDICT, text=event.words, time=event.time, data=data))
+        except FlightError:
+            return  # a full disk: its own alarm says so, and the verdict stands on the page
+
+
+def _without_certificates(channels: Sequence[str]) -> str:
+    titles = ", ".join(channel(name).title for name in channels)
+    return f"not calibrated, so not judged by: {titles}"
