@@ -81,13 +81,22 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
     from gsapp.flight.summary import summarize
 
     whole = session.flight()
+    debrief = session.debrief()
     if json is not None:
-        write_result(json, result_text(summarize(whole, session.aircraft)))
+        summary = summarize(whole, session.aircraft)
+        if debrief is not None:
+            summary["cues"] = debrief.cues_json()
+            summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]
+        write_result(json, result_text(summary))
     if not on_screen(json):
         from gsapp.cli._flight_text import describe
 
         describe(console, whole)
         _print_alarms(session, console)
+        if debrief is not None:
+            from gsapp.cli._debrief_text import describe_cues
+
+            describe_cues(console, debrief)
         if json is not None:
             console.print(f"written to {json}", highlight=False, soft_wrap=True)
 
