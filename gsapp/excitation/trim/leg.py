@@ -26,6 +26,10 @@ _ALIKE: Final = 45.0 * DEGREE
 _KEPT: Final = 12
 _LATEST: Final = 3
 """Laps by which the end of a leg is told."""
+_DOUBT: Final = {"position": 0.5, "turns": 1.5, "": 0.0}
+"""Seconds by which pilots turn earlier than in the laps before, by what tells the end of a leg."""
+_ONE_LAP: Final = 1.0
+"""Seconds more while one lap alone tells."""
 _OVERRUN: Final = 3.0
 """A leg longer than this beyond its end, s, is flown to another plan."""
 _MEMORY: Final = 1.5
@@ -79,6 +83,7 @@ class LegWatch:
         self.turning = False
         self.left: float | None = None
         self.told_by = ""
+        self._laps = 0
 
     def step(self, rate: float, mean_rate: float, north: float, east: float) -> None:
         """Go on by one tick.
@@ -106,6 +111,11 @@ class LegWatch:
             self._straight_for += self._dt
         self._tell()
 
+    @property
+    def doubt(self) -> float:
+        """Return how much earlier the turn may well come, s."""
+        return _DOUBT[self.told_by] + (_ONE_LAP if self._laps == 1 else 0.0)
+
     def _enter_turn(self) -> None:
         self.turning, self._turned = True, 0.0
         north, east, track, speed = self._ground()
@@ -132,7 +142,7 @@ class LegWatch:
         self._began = None
 
     def _tell(self) -> None:
-        self.left, self.told_by = None, ""
+        self.left, self.told_by, self._laps = None, "", 0
         if self.turning or not self._on_leg:
             return
         north, east, track, speed = self._ground()
@@ -144,11 +154,13 @@ class LegWatch:
             ]
             if ahead:
                 self.left, self.told_by = min(ahead) / speed - SLOW_LAG, "position"
+                self._laps = len(ahead)
         if self.left is None:
             same = [leg for leg in self._legs if _apart(leg.heading, self._leg_heading) < _ALIKE]
             lengths = [leg.length for leg in (same or list(self._legs))[-_LATEST:]]
             if lengths:
                 self.left, self.told_by = min(lengths) - self._straight_for, "turns"
+                self._laps = len(lengths)
         if self.left is not None and self.left < -_OVERRUN:
             self.left, self.told_by = None, ""
 

@@ -51,11 +51,11 @@ class Senses:
         Over the last second.
     quick : tuple of float
         p, q, r over the last 0.3 s, rad/s.
+    airborne : bool
     attitude, beta : bool
         Whether bank is measured, and sideslip.
     unrest : UnrestWatch
     leg : LegWatch
-    stand : StandWatch
     """
 
     def __init__(self, aircraft: Aircraft | None, dt: float, tolerances: TrimTolerances) -> None:
@@ -64,7 +64,7 @@ class Senses:
         self._second = round(tolerances.steady / dt)
         usual = _USUAL_SPEED if aircraft is None else _CRUISE * flying_speed(aircraft)
         self.unrest = UnrestWatch(aircraft, tolerances, self._second)
-        self.stand = StandWatch(aircraft, dt)
+        self._stand = StandWatch(aircraft, dt)
         self.leg = LegWatch(dt)
         self._bank = BankObserver(dt, usual)
         self._climb = ClimbObserver(dt)
@@ -82,7 +82,7 @@ class Senses:
         self._rates: deque[Sequence[float]] = deque(maxlen=round(_QUICK_TIME / self._dt))
         self.motion = Motion(*(math.nan for _ in Motion._fields))
         self.quick: tuple[float, ...] = (0.0, 0.0, 0.0)
-        self.attitude = self.beta = False
+        self.airborne = self.attitude = self.beta = False
 
     def take(self, ticks: FloatArray) -> Iterator[None]:
         """Go through ticks of `gsapp.excitation.trim.ticks.SEEN`; give way after each."""
@@ -98,9 +98,9 @@ class Senses:
         states = []
         watched = [PLACE[name] for name in ("p", "q", "r", "V", "altitude")]
         for row, values in enumerate(ticks[:, watched].tolist()):
-            self.stand.step(tuple(values))
-            states.append((self.stand.airborne, self.stand.standing))
-            ticks[row, :3] -= self.stand.zeros
+            self._stand.step(tuple(values))
+            states.append((self._stand.airborne, self._stand.standing))
+            ticks[row, :3] -= self._stand.zeros
         if self._aircraft is not None:
             vane = self._aircraft.sensors.alpha_vane
             x, y, _ = vane.position
@@ -119,6 +119,7 @@ class Senses:
         place: int,
     ) -> None:
         airborne, standing = flies
+        self.airborne = airborne
         powers = fit.power[place, : len(RESTLESS)].tolist()
         means = fit.mean[place].tolist()
         p, q, r, ax, ay, an, _, beta, speed, phi, theta, altitude, climb_rate, height = values[:14]

@@ -54,13 +54,16 @@ class TickMeans:
         self._last = np.full(_QUICK, np.nan)
         self._same = np.zeros(_QUICK, dtype=np.int64)
 
-    @property
-    def stuck(self) -> tuple[str, ...]:
-        """Return the channels that stand still, those of the latest tick."""
-        return tuple(SEEN[place] for place in np.flatnonzero(self._same >= self._longest))
+    def take(self, rows: FlightRows) -> tuple[FloatArray, list[tuple[str, ...]]]:
+        """Return the mean of each whole tick, and which channels were stuck then.
 
-    def take(self, rows: FlightRows) -> FloatArray:
-        """Return the mean of each whole tick, shape (n, len(SEEN)); NaN where missing."""
+        Returns
+        -------
+        means : ndarray, shape (n, len(SEEN))
+            NaN where missing, or stuck, or not to be trusted.
+        stuck : list of tuple of str
+            For each tick.
+        """
         tick, count = self._tick, len(rows) // self._tick
         values = np.column_stack([self._read(rows, name) for name in SEEN])[: count * tick]
         still = self._still(values[:, :_QUICK], count)
@@ -75,7 +78,9 @@ class TickMeans:
         for name in self.distrusted & PLACE.keys():
             if name not in _SPARES:
                 means[:, PLACE[name]] = np.nan
-        return means
+        if not still.any():
+            return means, [()] * count
+        return means, [tuple(SEEN[place] for place in np.flatnonzero(one)) for one in still]
 
     def _read(self, rows: FlightRows, name: str) -> FloatArray:
         """Return a channel; of a rate the first sensor that is to be trusted and has a sample."""

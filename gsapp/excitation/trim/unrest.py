@@ -27,6 +27,10 @@ _VANE_TO_GUST: Final = 2.2
 aircraft turns its nose into the wind."""
 _LIFT_SLOPE: Final = 4.5
 """Lift per radian of an aircraft of usual shape, where only accelerations tell of gusts."""
+_LIFT: Final = RESTLESS.index("an")
+_ALPHA: Final = RESTLESS.index("alpha")
+_SLOWEST: Final = 5.0
+"""Airspeed below which flow angles mean nothing, m/s."""
 
 
 class UnrestWatch:
@@ -97,7 +101,7 @@ class UnrestWatch:
         speed : float
             True airspeed, m/s.
         """
-        self._past.append(powers)
+        self._past.append(self._with_alpha(powers, speed))
         seconds = [self._past[place] for place in range(len(self._past) - 1, -1, -self._second)]
         self.share, self.worst, self.lasting = math.nan, "", False
         for place, limit in enumerate(self._limits):
@@ -112,14 +116,17 @@ class UnrestWatch:
                 self.lasting = len(clean) >= _SECONDS and min(clean) > (_LASTING * limit) ** 2
         self.gusts = self._gusts(seconds, speed)
 
+    def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:
+        """Put what the lift tells of alpha in place of a vane that is not there."""
+        if powers[_ALPHA] == powers[_ALPHA] or self._loading is None or not speed > _SLOWEST:
+            return powers
+        lift = max(powers[_LIFT] - self._floor[_LIFT], 0.0)
+        told = lift * (self._loading / (SEA_LEVEL_DENSITY * speed * speed)) ** 2
+        return (*powers[:_ALPHA], told, *powers[_ALPHA + 1 :])
+
     def _gusts(self, seconds: list[Sequence[float]], speed: float) -> float | None:
-        if not speed > 1.0:
+        alpha = [one[_ALPHA] for one in seconds if one[_ALPHA] == one[_ALPHA]]
+        if not alpha or not speed > _SLOWEST:
             return None
-        alpha = [one[4] - self._floor[4] for one in seconds if one[4] == one[4]]
-        if alpha:
-            return _VANE_TO_GUST * speed * math.sqrt(max(sum(alpha) / len(alpha), 0.0))
-        lift = [one[3] - self._floor[3] for one in seconds if one[3] == one[3]]
-        if not lift or self._loading is None:
-            return None
-        bump = math.sqrt(max(sum(lift) / len(lift), 0.0))
-        return _VANE_TO_GUST * bump * self._loading / (SEA_LEVEL_DENSITY * speed)
+        bump = max(sum(alpha) / len(alpha) - self._floor[_ALPHA], 0.0)
+        return _VANE_TO_GUST * speed * math.sqrt(bump)

@@ -32,8 +32,12 @@ _LOST_RATE: Final = 3.0
 """Times its tolerance, over 0.3 s: a rate that ends GO at once."""
 _LOST: Final = 1.5
 """Times its tolerance, over a second: anything that ends GO at once."""
-_SURELY_ROUGH: Final = 1.0
+_RESTLESS: Final = 0.6
+"""Share of the unrest allowed beyond which means of a second go to and fro with the gusts."""
 _CALM_AGAIN: Final = 0.9
+"""Share of the unrest allowed below which air is calm again that was too rough."""
+_CALM_FOR: Final = 1.0
+"""Seconds of calm that end gusty air."""
 
 
 class TrimWatch:
@@ -85,7 +89,8 @@ class TrimWatch:
         self._senses.restart()
         self._keeper: StateKeeper | None = None
         self._steady = 0.0
-        self._rough = False
+        self._rough = self._gusty = False
+        self._calm_for = 0.0
         self._motions: deque[Motion] = deque(
             maxlen=2 * round(self._tolerances.steady / self._dt) + 1
         )
@@ -120,14 +125,14 @@ class TrimWatch:
         """Judge at the end of each whole tick of these rows."""
         if rows.fresh:
             self._begin()
-        ticks = self._means.take(rows)
-        last = self._tick - 1
-        for place, _ in enumerate(self._senses.take(ticks)):
-            self._judge(float(rows.times[place * self._tick + last]))
+        ticks, stuck = self._means.take(rows)
+        times = rows.times[self._tick - 1 :: self._tick].tolist()
+        for time, names, _ in zip(times, stuck, self._senses.take(ticks), strict=True):
+            self._judge(time, names)
 
-    def _judge(self, time: float) -> None:
+    def _judge(self, time: float, stuck: tuple[str, ...]) -> None:
         senses, point = self._senses, self._point
-        motion, airborne = senses.motion, senses.stand.airborne
+        motion, airborne = senses.motion, senses.airborne
         self._motions.append(motion)
         off = judge(motion, self._tolerances, point, attitude=senses.attitude) if airborne else ()
         wanted = self._wanted(time, off, airborne=airborne)
@@ -158,7 +163,7 @@ class TrimWatch:
                 point,
                 calm=not math.isnan(senses.unrest.share),
                 leg=leg.told_by,
-                stuck=self._means.stuck if airborne else (),
+                stuck=stuck if airborne else (),
             ),
             gusts=senses.unrest.gusts if airborne else None,
             leg_left=leg.left,
@@ -180,18 +185,24 @@ class TrimWatch:
             return "fly"
         state = None if self._keeper is None else self._keeper.state
         worst = off[0].share if off else 0.0
-        trimmed = worst <= (LEAVE if state in ("hold", "go") else ENTER)
-        self._rough = self._roughness() > (_CALM_AGAIN if self._rough else _SURELY_ROUGH)
+        self._look_at_the_air()
         self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
         if self._senses.leg.turning or self._too_short(state):
             return "turn"
-        if self._rough and self._senses.unrest.lasting and (trimmed or self._fine_on_average()):
-            return "gusty"
-        if not trimmed:
+        trimmed = worst <= (LEAVE if state in ("hold", "go") else ENTER)
+        # Gusts come and go: what three seconds together say does not.
+        near = trimmed or (
+            self._roughness() > _RESTLESS
+            and self._off_on_average() <= (_LOST if state in ("hold", "gusty") else 1.0)
+        )
+        if not near:
             return "fly"
-        held_off = time < self._held_until
-        sure = state == "go" or (self._steady >= STEADY and worst <= ENTER)
-        return "go" if sure and not self._rough and not held_off else "hold"
+        if self._gusty:
+            return "gusty"
+        if not trimmed or self._rough or time < self._held_until:
+            return "hold"
+        sure = self._steady >= STEADY and worst <= ENTER
+        return "go" if sure or state == "go" else "hold"
 
     def _roughness(self) -> float:
         share = self._senses.unrest.share
@@ -202,16 +213,24 @@ class TrimWatch:
         if left is None:
             return False
         least = max(BEFORE_TURN, self._needed + REACTION if self._needed > 0.0 else 0.0)
-        return left < least + (_AGAIN if state == "turn" else 0.0)
+        return left < least + self._senses.leg.doubt + (_AGAIN if state == "turn" else 0.0)
 
-    def _fine_on_average(self) -> bool:
-        """Return whether three seconds together are as they should be: gusts come and go."""
+    def _off_on_average(self) -> float:
+        """Return the share of the worst quantity over three seconds."""
         second = (len(self._motions) - 1) // 2
-        if second < 1:
-            return False
         three = mean_motion([self._motions[place] for place in (0, second, 2 * second)])
         off = judge(three, self._tolerances, self._point, attitude=self._senses.attitude)
-        return not off or off[0].share <= 1.0
+        return off[0].share if off else 0.0
+
+    def _look_at_the_air(self) -> None:
+        """Tell air that is too rough now, and air that has been for some seconds."""
+        roughness = self._roughness()
+        self._rough = roughness > (_CALM_AGAIN if self._rough else 1.0)
+        self._calm_for = self._calm_for + self._dt if roughness < _CALM_AGAIN else 0.0
+        if self._rough and self._senses.unrest.lasting:
+            self._gusty = True
+        elif self._calm_for >= _CALM_FOR:
+            self._gusty = False
 
     def _lost(self, off: Sequence[Off], wanted: TrimState) -> bool:
         """Return whether GO must end at once."""
