@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -65,13 +66,13 @@ class TrimCurve:
         None: nothing can be told, and every answer is None.
     mass, rho, flap : float
         kg (the aircraft file's by default), kg/m^3, rad.
-    shift : float
-        By which alpha as measured lies above that of the model, rad.
 
     Attributes
     ----------
-    mass, rho, flap, shift : float
+    mass, rho, flap : float
         As given.
+    shift : float
+        By which alpha as measured lies above that of the model, rad; see `retrimmed`.
     problem : str
         Why nothing can be told, in words; empty if something can.
     """
@@ -84,16 +85,13 @@ class TrimCurve:
         mass: float | None = None,
         rho: float = SEA_LEVEL_DENSITY,
         flap: float = 0.0,
-        shift: float = 0.0,
     ) -> None:
         self.mass = aircraft.mass.mass if mass is None else mass
         self.rho = rho
         self.flap = flap
-        self.shift = shift
+        self.shift = 0.0
         self.problem = ""
-        self._aircraft = aircraft
-        self._model = model
-        self._table = self._flown()
+        self._table = self._flown(aircraft, model)
         if self._table.size:
             speeds, alphas = self._table[:, 0], self._table[:, 1]
             self._curve = PchipInterpolator(speeds, self._table[:, 1:])
@@ -147,33 +145,27 @@ class TrimCurve:
         ]
         if len(misses) < _FEWEST_STRETCHES:
             return self
-        shift = min(max(float(np.median(misses)), -MOST_SHIFT), MOST_SHIFT)
-        return TrimCurve(
-            self._aircraft,
-            self._model,
-            mass=self.mass,
-            rho=self.rho,
-            flap=self.flap,
-            shift=shift,
-        )
+        moved = copy.copy(self)
+        moved.shift = min(max(float(np.median(misses)), -MOST_SHIFT), MOST_SHIFT)
+        return moved
 
-    def _flown(self) -> FloatArray:
+    def _flown(self, aircraft: Aircraft, model: Model | None) -> FloatArray:
         """Return speed, alpha, throttle and elevator over the range; without rows if none."""
         nothing = np.empty((0, 4))
-        if self._model is None:
+        if model is None:
             self.problem = "no model tells which angle of attack belongs to a speed"
             return nothing
-        problems = unflyable(self._aircraft, self._model)
+        problems = unflyable(aircraft, model)
         if problems:
-            self.problem = f"the model '{self._model.name}' cannot be flown: {problems[0]}"
+            self.problem = f"the model '{model.name}' cannot be flown: {problems[0]}"
             return nothing
-        flying = FlightModel(self._aircraft, self._model)
-        slowest, fastest = self._ends(self._model)
+        flying = FlightModel(aircraft, model)
+        slowest, fastest = self._ends(aircraft, model)
         grid = np.linspace(slowest, fastest, _POINTS)
         found = [self._level(flying, speed) for speed in grid.tolist()]
         run = _longest_run([one is not None for one in found])
         if run.stop - run.start < 2:
-            self.problem = f"the model '{self._model.name}' flies level at no speed"
+            self.problem = f"the model '{model.name}' flies level at no speed"
             return nothing
         rows = [_row(one) for one in found[run] if one is not None]
         for place, beyond in ((0, run.start - 1), (-1, run.stop)):
@@ -188,11 +180,11 @@ class TrimCurve:
         falling = np.concatenate(([True], np.diff(table[:, 1]) < 0.0))
         return table[_longest_run(falling.tolist())]
 
-    def _ends(self, model: Model) -> tuple[float, float]:
+    def _ends(self, aircraft: Aircraft, model: Model) -> tuple[float, float]:
         """Return where to look, m/s."""
-        limits, weight = self._aircraft.limits, self.mass * GRAVITY
+        limits, weight = aircraft.limits, self.mass * GRAVITY
         lift = model.derivative("CN_0") + model.derivative("CN_alpha") * limits.alpha_stall
-        pressure = weight / (max(lift, 0.1) * self._aircraft.geometry.wing_area)
+        pressure = weight / (max(lift, 0.1) * aircraft.geometry.wing_area)
         stall = math.sqrt(2.0 * pressure / self.rho)
         true = math.sqrt(SEA_LEVEL_DENSITY / self.rho)
         slowest = max(_SLOWEST_SHARE * stall, limits.stall_speed * true)
