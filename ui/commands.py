@@ -33,6 +33,7 @@ Need = Literal[
     "pilot_cards",
     "pilot_verdict",
     "pilot_training",
+    "pilot_flown",
 ]
 
 
@@ -137,6 +138,11 @@ _PILOT_COMMANDS = (
     _command(
         "Pilot", "pilot_dismiss", "Put the verdict away", "Space", needs="pilot_verdict", rule=True
     ),
+    _command(
+        "Pilot", "pilot_charts", "Show the maneuver in the charts", "Shift+Return",
+        needs="pilot_flown",
+    ),
+    _command("Pilot", "pilot_keep", "Keep the debrief", "Ctrl+S", needs="pilot_flown"),
     _command(
         "Pilot", "pilot_train", "Train with the virtual aircraft", "Ctrl+Shift+T", rule=True
     ),

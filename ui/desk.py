@@ -191,13 +191,13 @@ class Desk(QObject):
         """
         place = Path(path).expanduser()
         if place.is_dir() and find_recorder(place) is not None:
-            self._open(lambda: Session.follow(place, channel_map=channel_map), place.name)
+            self._open(lambda: self._followed(place, channel_map), place.name)
             return
 
         def replay() -> Session:
             return Session.replay(
                 place, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing,
+                playing=playing, cues=True, system=self._store.current.units,
             )  # fmt: skip
 
         self._open(replay, place.name, None if channel_map or calibration else place)
@@ -221,7 +221,7 @@ class Desk(QObject):
         def replay() -> Session:
             return Session.replay(
                 path, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing,
+                playing=playing, cues=True, system=self._store.current.units,
             )  # fmt: skip
 
         self._open(replay, path.name, back_to=here)
@@ -229,7 +229,7 @@ class Desk(QObject):
     def attach(self, found: RunningRecorder) -> None:
         """Follow a flight that is being recorded."""
         folder = found.handle.folder
-        self._open(lambda: Session.follow(folder), folder.name)
+        self._open(lambda: self._followed(folder), folder.name)
 
     def connect_aircraft(self, request: ConnectRequest, *, trial: bool = False) -> None:
         """Record a link in a process of its own, and follow it.
@@ -242,9 +242,15 @@ class Desk(QObject):
             if not request.folder.is_dir() or find_recorder(request.folder) is None:
                 self._prepare(request, trial=trial)
                 start_recorder(request.link, request.folder)
-            return Session.follow(request.folder)
+            return self._followed(request.folder)
 
         self._open(begin, request.folder.name)
+
+    def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
+        """Return the session of a flight that is being recorded."""
+        return Session.follow(
+            folder, channel_map=channel_map, cues=True, system=self._store.current.units
+        )
 
     def _prepare(self, request: ConnectRequest, *, trial: bool = False) -> None:
         """Make the flight folder, with what waits for the next flight in it.
@@ -296,7 +302,7 @@ class Desk(QObject):
         def begin() -> tuple[Session, AircraftProcess]:
             self._prepare(connect, trial=True)
             start_recorder(connect.link, connect.folder)
-            return Session.follow(connect.folder), launch(request, port)
+            return self._followed(connect.folder), launch(request, port)
 
         self._open(begin, request.folder.name)
 

@@ -127,7 +127,7 @@ class MainWindow(QMainWindow):
         self._flight_changed()
         if settings.pilot_window:
             # When the main window has its screen.
-            QTimer.singleShot(0, self.pilot, self.pilot.open_window)
+            QTimer.singleShot(0, self.pilot.own_window, self.pilot.own_window.open)
         if offer_recorders:
             self.opening.look_for_recorders()
 
@@ -170,6 +170,7 @@ class MainWindow(QMainWindow):
         self.preflight.changed.connect(self._enable)
         self.pilot.changed.connect(self._enable)
         self.pilot.wanted.connect(lambda: self.show_place("pilot"))
+        self.pilot.debrief.asked_for.connect(self._show_time)
         self.preflight.started.connect(lambda: self.show_place("flight"))
         commands.check("mute", self.store.current.muted)
 
@@ -202,6 +203,11 @@ class MainWindow(QMainWindow):
             return
         page = self.view.charts if self.desk.is_open else self.flight_place.start
         (page if place_id == "flight" else self.places.currentWidget()).setFocus()
+
+    def _show_time(self, at: float) -> None:
+        """Show a flight time (s) in the charts."""
+        self.show_place("flight")
+        self.crew.show_time(at)
 
     def toggle_full_screen(self) -> None:
         """Fill the screen, or come back; the menu bar goes and comes with it."""
@@ -306,7 +312,7 @@ class MainWindow(QMainWindow):
         self.gap.close_search()
         self.preflight.flush()
         self.preflight.close_calibration()
-        self.pilot.close_window()
+        self.pilot.own_window.close_with_main()
         self.pilot.training.stop()
         self.desk.close()
         application = QApplication.instance()

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from gsapp.excitation.cues import CueSnapshot, NextCard
 from gsapp.excitation.dangers.danger import Danger, Urgency
+from gsapp.excitation.debrief import Debrief
+from gsapp.excitation.debrief_maneuver import Curves, JudgedManeuver
+from gsapp.excitation.debrief_trends import FlightTrend
 from gsapp.excitation.doublets.verdict import Finding, InputUnderWay, Verdict
 from gsapp.excitation.information.prospect import Gain, Outlook, Prospect
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.points.wanted import Band, WantedInput
 from gsapp.excitation.trim.cue import Off, TrimCue
 from gsapp.flight.cards import load_cards
+from gsapp.flight.catalog import CardScore
 from gsapp.quantities.constants import DEGREE, FOOT
 
 CARDS = load_cards("b777")
@@ -119,3 +125,67 @@ STATES: dict[str, CueSnapshot] = {
     "caution": replace(BASE, dangers=(danger("yaw gyro clips", warning=False),)),
 }
 """Cues by what the page shows of them."""
+
+
+def judged(name: str = "M7", made: Verdict = VERDICT, *, go: bool = True) -> JudgedManeuver:
+    """Return a maneuver with curves: a doublet on each surface, and swinging rates."""
+    times = np.arange(round(25 * (made.t_end - made.t_start))) / 25.0 + made.t_start
+    since = times - made.t_input
+    step = np.where((since > 0) & (since < 0.5), 1.0, np.where((since > 0.5) & (since < 1), -1, 0))
+    swing = np.where(since > 0, np.exp(-0.5 * since) * np.sin(5.4 * since), 0.0)
+    series = {
+        "da": 0.01 + made.amplitudes.get("da", 0.0) * step,
+        "dr": 0.02 + made.amplitudes.get("dr", 0.0) * np.roll(step, 12),
+        "p": 0.5 * swing, "r": 0.2 * np.roll(swing, 6),
+    }  # fmt: skip
+    return JudgedManeuver(
+        verdict=replace(made, id=name), wanted=WANTED, point=POINT,
+        go_at=made.t_input - 1.2 if go else None, off={"speed": -0.4, "bank": 0.3},
+        curves=Curves(times=times, series=series),
+    )  # fmt: skip
+
+
+def debrief() -> Debrief:
+    """Return a debrief of eight maneuvers."""
+    results = ("good", "too-small", "good", "spoiled", "too-large", "good", "not-trimmed", "good")
+    made = tuple(
+        judged(
+            f"M{place + 1}",
+            replace(
+                VERDICT if result == "too-small" else verdict(result, RESULT_ADVICE[result]),
+                counts=result == "good", t_start=60.0 * place + 20, t_input=60.0 * place + 21,
+                t_input_end=60.0 * place + 22.2, t_end=60.0 * place + 25,
+                findings=VERDICT.findings if result == "too-small" else (),
+            ),
+            go=place != 6,
+        )
+        for place, result in enumerate(results)
+    )  # fmt: skip
+    cards = tuple(
+        CardScore(
+            card=card.id, heading=card.heading, good=min(place + 1, card.repeats), flown=place + 2,
+            wanted=card.repeats,
+        )
+        for place, card in enumerate(CARDS.cards)
+    )  # fmt: skip
+    return Debrief(flight="2026-05-12 flight 2", maneuvers=made, cards=cards)
+
+
+RESULT_ADVICE = {
+    "good": "good", "spoiled": "spoiled: elevator moved with it",
+    "too-large": "rudder too large, yaw rate clipped: a third less",
+    "not-trimmed": "not trimmed: 8 ft/s slow at the start",
+}  # fmt: skip
+
+
+def flights() -> tuple[FlightTrend, ...]:
+    """Return three flights in a row."""
+    return tuple(
+        FlightTrend(
+            flight=f"2026-05-12 flight {number}", inputs=12, good=3 + 2 * number,
+            results={"good": 3 + 2 * number}, amplitudes={"da": 0.9, "dr": 0.5 + 0.1 * number},
+            widths=1.1, trim_errors={"speed": 0.6, "bank": 0.4}, without_go=1,
+            seconds_each=31.0, score=0.2 * number,
+        )
+        for number in (1, 2, 3)
+    )  # fmt: skip

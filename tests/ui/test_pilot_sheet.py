@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from pilot_kit import BASE, CARD, CARDS, NEXT, OUTLOOK, STATES, VERDICT, cue, danger, moving
+from pilot_kit import BASE, CARD, CARDS, NEXT, OUTLOOK, STATES, VERDICT, WANTED, cue, danger, moving
 
 from gsapp.excitation.cues import VERDICT_STANDS
 from gsapp.excitation.doublets.verdict import Result
@@ -111,6 +111,10 @@ def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     shown = sheet("too-small")
     assert shown.hints[0].words == "rudder: half again, two thirds stick"
+    # The band is that of the input, not of the card that comes next.
+    assert shown.gauges[1].low is None
+    aileron, rudder = sheet("too-small", wanted=WANTED).gauges
+    assert (aileron.inside, rudder.inside, rudder.wanted) == (True, False, "want 7–14")
     assert sheet("too-small", dismissed=VERDICT.id).word == "FLY"
     old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_STANDS + 0.1)
     assert sheet_of(Reading(cues=old, open=True)).word == "FLY"
@@ -128,6 +132,11 @@ def test_a_danger_stands_in_place_of_all() -> None:
     assert sheet("caution").hints[-1].words == "yaw gyro clips"
     short = replace(BASE, dangers=(danger("too high"),))
     assert sheet_of(Reading(cues=short, open=True)).word == "TOO HIGH"
+
+
+def test_on_the_ground_nothing_is_called_slow() -> None:
+    ground = replace(BASE, trim=cue("fly"), speed=2.0, guidance="97 ft/s slow: power")
+    assert sheet_of(Reading(cues=ground, open=True)).hints[0].words.startswith("take off")
 
 
 def test_nothing_old_stands_once_no_samples_come() -> None:

@@ -138,22 +138,23 @@ class Crew(QObject):
         past = [at for at in times if at < here - 0.05]
         coming = [at for at in times if at > here + 0.05]
         if steps < 0 and past:
-            self._show_time(past[-1])
+            self.show_time(past[-1])
         elif steps > 0 and coming:
-            self._show_time(coming[0])
+            self.show_time(coming[0])
 
     def _go_to_mark(self, key: object) -> None:
         at = self._desk.mark_time(str(key))
         if at is not None:
-            self._show_time(at)
+            self.show_time(at)
 
     def _go_to_key(self, key: object) -> None:
         """Alarms and messages carry their time as the last part of their key."""
         at = key[-1] if isinstance(key, tuple) else None
         if isinstance(at, float):
-            self._show_time(at)
+            self.show_time(at)
 
-    def _show_time(self, at: float) -> None:
+    def show_time(self, at: float) -> None:
+        """Go to a flight time, s."""
         if self._desk.is_replay:
             self._seek(at)
         else:

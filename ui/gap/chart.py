@@ -24,6 +24,7 @@ _HIGH = 168
 """Points of height below which a plot says too little."""
 _MOST_POINTS = 4000
 _LARGE = 11
+_WANTED_ALPHA = 0.28
 """Points across of a point with a shape of its own."""
 
 
@@ -57,12 +58,13 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
-    """A range across the plot, of y (``across``) or of x."""
+    """A range across the plot, of y (``across``) or of x; one that is wanted is cyan."""
 
     low: float
     high: float
     name: str = ""
     across: bool = True
+    wanted: bool = False
 
 
 class LegendMark(QWidget):
@@ -114,6 +116,10 @@ def curve_pen(look: Look, curve: Curve) -> QPen:
 
 def band_color(look: Look, band: Band) -> QColor:
     """Return the fill of a band: the noise floor lies across, a stretch of interest upright."""
+    if band.wanted:
+        color = look.color("target")
+        color.setAlphaF(_WANTED_ALPHA)
+        return color
     return look.color("chosen" if band.across else "event")
 
 

@@ -14,6 +14,7 @@ from ui.pilot.gauge_drawing import paint_gauge
 from ui.pilot.regions import Regions, regions
 from ui.pilot.shapes import paint_ring, paint_shape
 from ui.pilot.sheet import CardLines, Hint, Sheet, Tone
+from ui.words import DASH
 
 _ALIGN: Final = Qt.AlignmentFlag
 _WRAP: Final = Qt.TextFlag.TextWordWrap
@@ -155,7 +156,7 @@ class PilotCanvas(QWidget):
         number = box.adjusted(0, 0.22 * box.height(), 0, 0)
         self._text(painter, "LEG LEFT", title, 24, "muted", right=True)
         role = "caution" if self.sheet.leg_short else "text"
-        words = f"{self.sheet.leg} s"
+        words = self.sheet.leg if self.sheet.leg == DASH else f"{self.sheet.leg} s"
         self._text(painter, words, number, 400, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: Regions) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
 from ui.desk import Desk
+
+if TYPE_CHECKING:
+    from gsapp.excitation.debrief import Debrief
 
 BELIEVED: Final = 1.0
 """Seconds without a sample after which what was said last does not stand any more."""
@@ -40,7 +43,7 @@ class FlightCues:
     def snapshot(self) -> CueSnapshot | None:
         """Return the cues; None without a flight, or where it gives none."""
         session = self._desk.session
-        return getattr(session, "cues", None)
+        return None if session is None else session.cues
 
     def silent(self) -> float | None:
         """Return for how many seconds nothing came of a live flight; None while it comes."""
@@ -54,13 +57,18 @@ class FlightCues:
     def spoken(self) -> Sequence[Spoken]:
         """Return what is to be heard, all of the flight so far."""
         session = self._desk.session
-        return getattr(session, "spoken", ())
+        return () if session is None else session.spoken
 
     @property
     def cards(self) -> CardSet | None:
         """Return the test cards of the flight."""
         session = self._desk.session
-        return getattr(session, "cards", None)
+        return None if session is None else session.cards
+
+    def debrief(self) -> Debrief | None:
+        """Return every input judged so far; None without a flight, or where it gives no cues."""
+        session = self._desk.session
+        return None if session is None else session.debrief()
 
     def choose(self, card_id: str) -> None:
         """Have a card flown until it is done; an empty one lets the program choose."""

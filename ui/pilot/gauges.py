@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Final
 
-from gsapp.excitation.cues import CueSnapshot, NextCard
+from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
-from gsapp.excitation.points.wanted import Band
+from gsapp.excitation.points.wanted import Band, WantedInput
 from gsapp.flight.cards.card import SURFACES
 from gsapp.quantities import ChannelSpec, channel
 from ui.pilot.sheet import Gauge
@@ -55,23 +54,14 @@ def _about(
     )
 
 
-def input_gauges(under_way: InputUnderWay, card: NextCard | None, units: str) -> tuple[Gauge, ...]:
-    """Return how large the input is on each of its surfaces."""
-    return _sizes(under_way.surfaces, under_way.amplitudes, card, units)
-
-
-def verdict_gauges(verdict: Verdict, card: NextCard | None, units: str) -> tuple[Gauge, ...]:
-    """Return how large the input was that the verdict is on."""
-    flown_for = card if card is not None and card.card.id == verdict.card else None
-    return _sizes(verdict.surfaces, verdict.amplitudes, flown_for, units)
-
-
-def _sizes(
-    surfaces: Sequence[str], reached: Mapping[str, float], card: NextCard | None, units: str
+def input_gauges(
+    under_way: InputUnderWay | Verdict, wanted: WantedInput | None, units: str
 ) -> tuple[Gauge, ...]:
-    bands = card.wanted.amplitudes if card is not None and card.wanted is not None else {}
+    """Return how large an input is, or was, on each of its surfaces."""
+    bands = {} if wanted is None else wanted.amplitudes
     return tuple(
-        _size(name, reached.get(name), bands.get(name), units) for name in surfaces[:_MOST]
+        _size(name, under_way.amplitudes.get(name), bands.get(name), units)
+        for name in under_way.surfaces[:_MOST]
     )
 
 

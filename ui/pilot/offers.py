@@ -17,6 +17,8 @@ _WORDS: Final[Mapping[str, str]] = {
     "pilot_repeat": "Last card again",
     "pilot_any_card": "Best card",
     "pilot_sticks": "Sticks",
+    "pilot_charts": "In the charts",
+    "pilot_keep": "Keep",
     "pilot_debrief": "Debrief",
     "pilot_page": "In flight",
     "pilot_window": "Own window",
@@ -43,7 +45,7 @@ def offers(
         What taking or giving back the sticks is called now; empty without training.
     """
     # The verdict's button keeps its place without a verdict, so that no other comes under a thumb.
-    shown = [] if debrief else ["pilot_dismiss"]
+    shown = ["pilot_charts", "pilot_keep"] if debrief else ["pilot_dismiss"]
     if not debrief and actions["pilot_fly_card"].isEnabled():
         shown += ["pilot_previous_card", "pilot_next_card", "pilot_fly_card", "pilot_repeat",
                   "pilot_any_card"]  # fmt: skip

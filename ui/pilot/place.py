@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
@@ -14,23 +14,19 @@ from ui.commands import Need
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.look import Look
-from ui.pilot.calm import Calm
 from ui.pilot.canvas import PilotCanvas
-from ui.pilot.choosing import Choosing, last_card
+from ui.pilot.debrief_room import DebriefRoom
 from ui.pilot.flight_cues import FlightCues
 from ui.pilot.key_capture import KeyCapture
 from ui.pilot.offers import offers
-from ui.pilot.reading import Reading, sheet_of
-from ui.pilot.second import PilotWindow
+from ui.pilot.own_window import OwnWindow
+from ui.pilot.page_state import PageState
 from ui.pilot.speech import FlightSpeech
 from ui.pilot.training import Training
 from ui.pilot.training_line import TrainingLine
 from ui.preflight.action_bar import ActionBar
 from ui.settings import SettingsStore
 from ui.voice.voice import Voice
-
-if TYPE_CHECKING:
-    from ui.pilot.debrief_page import DebriefPage
 
 SOONEST: Final = 0.05
 """Seconds between two looks at the cues: they are made anew so often."""
@@ -62,8 +58,14 @@ class PilotPlace(QWidget):
         The place should be on screen.
     cues : FlightCues
         What is known of the open flight.
-    window_of_its_own : PilotWindow or None
-        Where it is open.
+    state : PageState
+        What the crew did to the page.
+    own_window : OwnWindow
+        The page once more, for a second screen.
+    debrief : DebriefRoom
+        What is said afterwards.
+    training : Training
+        The virtual aircraft flown with keys.
     """
 
     changed = Signal()
@@ -82,18 +84,15 @@ class PilotPlace(QWidget):
         self._actions = actions
         self._look = look
         self._store = store
-        self._faults = faults
-        self._desk = desk
         self.cues = FlightCues(desk)
+        self.state = PageState(self.cues)
         self.speech = FlightSpeech(voice)
-        self._choosing = Choosing()
-        self._calm = Calm(time.monotonic)
-        self._dismissed = ""
+        self.training = Training(desk)
+        self.own_window = OwnWindow(self, actions, self._page_handlers, look, store)
+        self.debrief = DebriefRoom(self, look, store, faults, desk, self.cues)
         self._looked = 0.0
         self._was_opened = False
         self._present: tuple[Need, ...] = ()
-        self.window_of_its_own: PilotWindow | None = None
-        self.debrief: DebriefPage | None = None
         self.setAccessibleName("Pilot")
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -102,14 +101,14 @@ class PilotPlace(QWidget):
         self.canvas = PilotCanvas(look)
         self.stack.addWidget(self.canvas)
         column.addWidget(self.stack, 1)
-        self.training = Training(desk)
         self.help = TrainingLine(look)
         column.addWidget(self.help)
-        self._capture = KeyCapture(self.training, self.canvas)
-        self.training.changed.connect(self._training_changed)
         self.buttons = ActionBar(look)
         self.buttons.pressed.connect(lambda name: actions[name].trigger())
         column.addWidget(self.buttons)
+        self._capture = KeyCapture(self.training, self.canvas)
+        self.training.changed.connect(self._training_changed)
+        self.own_window.changed.connect(self.refresh)
         desk.changed.connect(self._flight_changed)
         desk.painted.connect(lambda _until: self._samples_came())
         desk.told.connect(self.refresh)
@@ -123,22 +122,34 @@ class PilotPlace(QWidget):
         return {
             "pilot_page": lambda: self.go(debrief=False),
             "pilot_debrief": lambda: self.go(debrief=True),
-            "pilot_window": self.toggle_window,
+            "pilot_window": self.own_window.toggle,
             "pilot_speak": self.toggle_speech,
-            **self._card_handlers,
-            "pilot_dismiss": self.dismiss,
+            **self._page_handlers,
+            "pilot_keep": self.debrief.keep,
+            "pilot_charts": self.debrief.show_in_charts,
             "pilot_train": self.train,
             "pilot_sticks": self.training.exchange,
         }
 
     @property
-    def _card_handlers(self) -> Mapping[str, Callable[[], object]]:
+    def _page_handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of the page do, in whichever window it is."""
+        state = self.state
+
+        def then_show(act: Callable[[], object]) -> Callable[[], object]:
+            def acted() -> None:
+                act()
+                self.refresh()
+
+            return acted
+
         return {
-            "pilot_previous_card": lambda: self.step_card(-1),
-            "pilot_next_card": lambda: self.step_card(1),
-            "pilot_fly_card": lambda: self._choose(self._choosing.chosen(self.cues.snapshot())),
-            "pilot_repeat": self.repeat,
-            "pilot_any_card": lambda: self._choose(""),
+            "pilot_previous_card": then_show(lambda: state.step_card(-1)),
+            "pilot_next_card": then_show(lambda: state.step_card(1)),
+            "pilot_fly_card": then_show(state.fly_card),
+            "pilot_repeat": then_show(state.repeat),
+            "pilot_any_card": then_show(state.any_card),
+            "pilot_dismiss": then_show(state.dismiss),
         }
 
     @property
@@ -152,55 +163,44 @@ class PilotPlace(QWidget):
         if not self.shown:
             return ()
         found: list[Need] = ["pilot"]
-        if self.stack.currentWidget() is self.canvas:
-            if self.cues.cards is not None:
-                found.append("pilot_cards")
-            if self._standing_verdict():
-                found.append("pilot_verdict")
-            if self.training.running:
-                found.append("pilot_training")
+        if self.debriefing:
+            if self.cues.is_open:
+                found.append("pilot_flown")
+            return tuple(found)
+        if self.cues.cards is not None:
+            found.append("pilot_cards")
+        if self.state.standing_verdict:
+            found.append("pilot_verdict")
+        if self.training.running:
+            found.append("pilot_training")
         return tuple(found)
 
     # What the crew does
 
     def go(self, *, debrief: bool) -> None:
         """Show the page of the cues, or the debrief."""
-        self.stack.setCurrentWidget(self.debrief if debrief and self.debrief else self.canvas)
-        self.begin()
+        if debrief:
+            page = self.debrief.made()
+            if self.stack.indexOf(page) < 0:
+                self.stack.addWidget(page)
+            self.stack.setCurrentWidget(page)
+            self.debrief.read_trends()
+        else:
+            self.stack.setCurrentWidget(self.canvas)
         self.refresh()
+        self.begin()
+
+    @property
+    def debriefing(self) -> bool:
+        """Return whether the debrief is on screen, or comes up with the place."""
+        return self.stack.currentWidget() is not self.canvas
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
-        self.stack.currentWidget().setFocus()
-
-    def step_card(self, steps: int) -> None:
-        """Look at another card."""
-        self._choosing.step(self.cues.cards, self.cues.snapshot(), steps)
-        self.refresh()
-
-    def repeat(self) -> None:
-        """Have the card of the latest maneuver flown again."""
-        card = last_card(self.cues.snapshot(), self.cues.cards)
-        if card:
-            self._choose(card)
-
-    def _choose(self, card_id: str) -> None:
-        self._choosing.forget()
-        self.cues.choose(card_id)
-        self.refresh()
-
-    def _standing_verdict(self) -> str:
-        """Return the id of the maneuver whose verdict is on the page; empty for none."""
-        cues = self.cues.snapshot()
-        verdict = cues.fresh_verdict if cues is not None else None
-        return verdict.id if verdict is not None and verdict.id != self._dismissed else ""
-
-    def dismiss(self) -> None:
-        """Put the verdict away; it stays in the debrief."""
-        self._dismissed = self._standing_verdict() or self._dismissed
-        self.refresh()
-
-    # Training
+        if self.debriefing:
+            self.debrief.made().begin()
+        else:
+            self.canvas.setFocus()
 
     def train(self) -> None:
         """Begin a training flight, on the page."""
@@ -211,7 +211,7 @@ class PilotPlace(QWidget):
     def _training_changed(self) -> None:
         """Show who has the sticks, and that the flight began or ended."""
         self.help.show_training(self.training)
-        if self.training.flies:
+        if self.training.flies and self.debriefing:
             self.go(debrief=False)
         self.refresh()
 
@@ -219,46 +219,6 @@ class PilotPlace(QWidget):
         if not self.training.running:
             return ""
         return "Give it back" if self.training.flies else "I have it"
-
-    # The second window
-
-    def toggle_window(self) -> None:
-        """Open the page in a window of its own, or close that."""
-        if self.window_of_its_own is not None:
-            self.window_of_its_own.close()
-            return
-        self.open_window()
-
-    def open_window(self) -> None:
-        """Open the page in a window of its own, on another screen if there is one."""
-        names = (*self._card_handlers, "pilot_dismiss", "mute", "pilot_window")
-        keys = {
-            key.toString(): self._actions[name].trigger
-            if name in ("mute", "pilot_window")
-            else {**self._card_handlers, "pilot_dismiss": self.dismiss}[name]
-            for name in names
-            for key in self._actions[name].shortcuts()
-        }
-        made = PilotWindow(self._look, keys)
-        made.closed.connect(self._window_closed)
-        self.window_of_its_own = made
-        made.open_beside(self.window())
-        self._store.change(pilot_window=True)
-        self._actions["pilot_window"].setChecked(True)
-        self.refresh()
-
-    def _window_closed(self) -> None:
-        self.window_of_its_own = None
-        self._store.change(pilot_window=False)
-        self._actions["pilot_window"].setChecked(False)
-
-    def close_window(self) -> None:
-        """Close the second window with the main one, and remember that it was open."""
-        made, self.window_of_its_own = self.window_of_its_own, None
-        if made is not None:
-            made.closed.disconnect()
-            made.close()
-            made.deleteLater()
 
     # Speech
 
@@ -295,9 +255,7 @@ class PilotPlace(QWidget):
 
     def _flight_changed(self) -> None:
         """Another flight is open, or none."""
-        self._choosing.forget()
-        self._dismissed = ""
-        self._calm = Calm(time.monotonic)
+        self.state.restart()
         self.speech.restart(self.cues.spoken())
         self.refresh()
         # Whoever shows the flight elsewhere may have taken the keyboard along.
@@ -316,27 +274,24 @@ class PilotPlace(QWidget):
     def refresh(self) -> None:
         """Show and say what the cues are now."""
         self._looked = time.monotonic()
-        cues = self.cues.snapshot()
+        cues = self.state.look()
         self.speech.hear(cues, self.cues.spoken(), aloud=self.aloud)
         self._actions["pilot_speak"].setChecked(self.aloud)
-        pages = [self.canvas] if self.shown else []
-        if self.window_of_its_own is not None:
-            pages.append(self.window_of_its_own.canvas)
-        if not pages:
-            return
-        reading = Reading(
-            cues=cues,
-            units=self._look.units,
-            open=self.cues.is_open,
-            silent=self.cues.silent(),
-            dismissed=self._dismissed,
-            browsed=self._choosing.browsed(self.cues.cards),
-        )
-        sheet = self._calm.calmed(sheet_of(reading))
-        for page in pages:
-            page.show_sheet(sheet)
+        second = self.own_window.window
+        if self.shown or second is not None:
+            sheet = self.state.sheet(self._look.units)
+            self.canvas.show_sheet(sheet)
+            if second is not None:
+                second.canvas.show_sheet(sheet)
         if self.shown:
+            if self.debriefing:
+                self.debrief.refresh()
             self._tell_present()
             self.buttons.show_offers(
-                offers(self._actions, debrief=False, looking=reading.browsed is not None, sticks="")
+                offers(
+                    self._actions,
+                    debrief=self.debriefing,
+                    looking=self.state.looking,
+                    sticks=self._sticks_words(),
+                )
             )

@@ -9,14 +9,17 @@ from typing import Final
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.dangers.danger import Danger, Urgency
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
+from gsapp.excitation.points.wanted import WantedInput
 from gsapp.excitation.trim.cue import TrimCue
 from gsapp.flight.cards import TestCard
-from ui.pilot.gauges import input_gauges, point_gauges, verdict_gauges
+from ui.pilot.gauges import input_gauges, point_gauges
 from ui.pilot.sheet import CardLines, Gauge, Hint, Sheet, SignName, Tone
 from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_text
 from ui.words import DASH, clock_text, count_text, duration_text
 
 _HINTS: Final = 2
+_FLIES: Final = 0.4
+"""Share of the test point's speed below which no wing carries: on the ground, that is."""
 _SHORT_LEG: Final = 4.0
 """Seconds of leg below which its number is marked; what an input needs, the state knows."""
 
@@ -39,6 +42,8 @@ class Reading:
         Id of the maneuver whose verdict was waved away.
     browsed : TestCard or None
         Card that the crew is looking at without having chosen it.
+    wanted : WantedInput or None
+        What was wanted of the input that the latest verdict is on.
     """
 
     cues: CueSnapshot | None = None
@@ -47,6 +52,7 @@ class Reading:
     silent: float | None = None
     dismissed: str = ""
     browsed: TestCard | None = None
+    wanted: WantedInput | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +113,7 @@ def _head(reading: Reading, cues: CueSnapshot) -> _Head:
         return _input(cues.under_way, cues, reading.units)
     verdict = cues.fresh_verdict
     if verdict is not None and verdict.id != reading.dismissed:
-        return _verdict(verdict, cues, reading.units)
+        return _verdict(verdict, cues, reading)
     cautions = tuple(
         Hint(words=one.spoken or one.words, sign="danger", tone="caution") for one in cues.dangers
     )
@@ -137,7 +143,8 @@ def _danger(danger: Danger) -> _Head:
 
 
 def _input(under_way: InputUnderWay, cues: CueSnapshot, units: str) -> _Head:
-    gauges = input_gauges(under_way, cues.card, units)
+    wanted = None if cues.card is None else cues.card.wanted
+    gauges = input_gauges(under_way, wanted, units)
     if under_way.phase == "moving":
         hints = (Hint(words=surfaces_text(under_way.surfaces)),)
         return _Head(word="INPUT", sign="stick", tone="strong", hints=hints, gauges=gauges)
@@ -153,19 +160,20 @@ def _input(under_way: InputUnderWay, cues: CueSnapshot, units: str) -> _Head:
     )
 
 
-def _verdict(verdict: Verdict, cues: CueSnapshot, units: str) -> _Head:
+def _verdict(verdict: Verdict, cues: CueSnapshot, reading: Reading) -> _Head:
     word, sign, tone = RESULTS[verdict.result]
     advice = advice_text(verdict)
     counted = cues.card if cues.card is not None and cues.card.card.id == verdict.card else None
     if verdict.result == "good" and counted is not None:
         done = f"{counted.good} of {counted.card.repeats}"
         advice = f"{advice}, {done}" if advice else f"{verdict.card}: {done}"
+    advice = advice or f"{surfaces_text(verdict.surfaces)} {verdict.kind}"
     return _Head(
         word=word,
         sign=sign,
         tone=tone,
-        hints=(Hint(words=advice),) if advice else (),
-        gauges=verdict_gauges(verdict, cues.card, units),
+        hints=(Hint(words=advice),),
+        gauges=input_gauges(verdict, reading.wanted, reading.units),
     )
 
 
@@ -182,6 +190,8 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
     ring = None
     if trim.state == "blind":
         hints = tuple(Hint(words=words) for words in trim.missing)
+    elif trim.state == "fly" and not off and _is_far_slower(cues):
+        hints = (Hint(words="take off, then the test point"),)
     elif trim.state == "fly":
         hints = _towards(off, cues.guidance)
         sign = hints[0].sign or sign if hints else sign
@@ -197,6 +207,13 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
         sign = turning.sign if turning is not None else sign
         hints = (Hint(words=f"then {wanted}" if wanted else "next leg"),)
     return _Head(word=word, sign=sign, tone=tone, ring=ring, hints=hints)
+
+
+def _is_far_slower(cues: CueSnapshot) -> bool:
+    """Return whether the aircraft cannot be flying yet."""
+    point = None if cues.card is None else cues.card.point
+    wanted = None if point is None else point.speed
+    return wanted is not None and cues.speed is not None and cues.speed < _FLIES * wanted
 
 
 def _towards(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:

@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.dynamics.pilot.keyed_mission import RECOVERING, TRAINEE
 from gsapp.flight.cards import load_cards
-from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
 from gsapp.telemetry.virtual.downlink import announcement
@@ -119,12 +118,8 @@ class Training(QObject):
 
     def _give_cards(self, session: Session) -> None:
         """Let the flight be for the cards of the aircraft, where the crew has prepared none."""
-        folder = FlightFolder(path=session.path)
-        if folder.cards() is None:
-            cards = load_cards(_AIRCRAFT)
-            folder.keep_cards(cards)
-            if hasattr(session, "use_cards"):
-                session.use_cards(cards)
+        if session.cards is None:
+            session.use_cards(load_cards(_AIRCRAFT))
 
     def stop(self) -> None:
         """End the flight."""

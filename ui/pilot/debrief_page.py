@@ -1,0 +1,188 @@
+"""The debrief: every maneuver with verdict, reason and charts; score by card; trends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
+
+from gsapp.excitation.debrief import Debrief
+from gsapp.excitation.debrief_maneuver import JudgedManeuver
+from gsapp.excitation.debrief_trends import FlightTrend
+from ui.look import Look
+from ui.pages import label
+from ui.pilot.debrief_charts import ManeuverCharts
+from ui.pilot.debrief_words import (
+    CARD_HEADS,
+    TREND_HEADS,
+    card_rows,
+    headline,
+    maneuver_line,
+    reasons,
+    trend_rows,
+)
+from ui.pilot.text_table import TextTable
+from ui.preflight.big_list import BigList
+
+_WIDE: Final = 760
+"""Points of width from which list and maneuver stand side by side."""
+_SCROLL: Final = 60
+
+
+class DebriefPage(QWidget):
+    """Goes through the maneuvers of the open flight by keys.
+
+    Parameters
+    ----------
+    look : Look
+        Colors, sizes, units.
+
+    Attributes
+    ----------
+    changed : Signal
+        Another maneuver is looked at, or there are others.
+    """
+
+    changed = Signal()
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self.setObjectName("page")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setAccessibleName("Debrief")
+        self._look = look
+        self.debrief: Debrief | None = None
+        self._shown: tuple[object, ...] = ()
+        self._reading = False
+        outer = QVBoxLayout(self)
+        self.headline = label("", "heading", wrap=True)
+        outer.addWidget(self.headline)
+        self._row = QHBoxLayout()
+        outer.addLayout(self._row, 1)
+        self._outer = outer
+        self.list = BigList(look, "Maneuvers")
+        self.list.chosen.connect(lambda _key: self._show_maneuver())
+        self.list.pressed_key.connect(lambda _key: self.read())
+        self._row.addWidget(self.list, 2)
+        self.scroll = QScrollArea()
+        self.scroll.setFrameShape(QFrame.Shape.NoFrame)
+        self.scroll.setWidgetResizable(True)
+        self.scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.scroll.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.scroll.setAccessibleName("The maneuver, the cards, the flights")
+        self._row.addWidget(self.scroll, 3)
+        body = QWidget()
+        body.setObjectName("page")
+        self._column = QVBoxLayout(body)
+        self.title = label("", "title", wrap=True)
+        self.why = label("", wrap=True)
+        self.charts = ManeuverCharts(look)
+        self.cards = TextTable(look, "Score by card", CARD_HEADS, 1)
+        self.trends = TextTable(look, "From flight to flight", TREND_HEADS, 3)
+        for part in (self.title, self.why, self.charts, self.cards, self.trends):
+            self._column.addWidget(part)
+        self._column.addStretch(1)
+        self.scroll.setWidget(body)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        px = self._look.px
+        self._outer.setContentsMargins(px(16), px(12), px(8), px(4))
+        self._outer.setSpacing(px(8))
+        self._row.setSpacing(px(12))
+        self._column.setContentsMargins(0, 0, px(8), px(8))
+        self._column.setSpacing(px(12))
+        self._fit()
+        self._shown = ()
+        self.show_debrief(self.debrief)
+
+    # What it shows
+
+    def show_debrief(self, debrief: Debrief | None) -> None:
+        """Show the debrief of a flight as far as it went."""
+        self.debrief = debrief
+        maneuvers = () if debrief is None else debrief.maneuvers
+        state = (
+            debrief is None, tuple(id(one) for one in maneuvers),
+            () if debrief is None else debrief.cards, self._look.units,
+        )  # fmt: skip
+        if state == self._shown:
+            return
+        self._shown = state
+        self.headline.setText(headline(debrief))
+        self.list.show_lines([maneuver_line(one, self._look.units) for one in maneuvers])
+        self.cards.show_rows(card_rows(debrief), "No test cards belong to this flight.")
+        self._show_maneuver()
+        self.changed.emit()
+
+    def show_trends(self, trends: Sequence[FlightTrend]) -> None:
+        """Show flights in a row."""
+        self.trends.show_rows(
+            trend_rows(trends),
+            "No flight is kept in the catalog yet. Ctrl+S keeps this one.",
+        )
+
+    @property
+    def maneuver(self) -> JudgedManeuver | None:
+        """Return the maneuver that is looked at."""
+        maneuvers = () if self.debrief is None else self.debrief.maneuvers
+        key = self.list.current_key
+        return next((one for one in maneuvers if one.verdict.id == key), None)
+
+    def _show_maneuver(self) -> None:
+        judged = self.maneuver
+        self.charts.setVisible(judged is not None)
+        self.why.setVisible(judged is not None)
+        if judged is None:
+            self.title.setText("No maneuver yet: every input flown is listed here")
+            return
+        line = maneuver_line(judged, self._look.units)
+        self.title.setText(f"{line.words}: {line.state_words}")
+        self.why.setText("\n".join(f"· {words}" for words in reasons(judged, self._look.units)))
+        self.charts.show_maneuver(judged)
+        self.changed.emit()
+
+    # Keys
+
+    def begin(self) -> None:
+        """Put the keyboard into the list."""
+        self._reading = False
+        self._fit()
+        self.list.setFocus()
+
+    def read(self) -> None:
+        """Go from the list to the maneuver; Esc comes back."""
+        self._reading = True
+        self._fit()
+        self.scroll.setFocus()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the maneuver beside the list, or in its place where the window is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        wide = self.width() >= self._look.px(_WIDE)
+        self.list.setVisible(wide or not self._reading)
+        self.scroll.setVisible(wide or self._reading)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Scroll the maneuver, and come back to the list with Esc."""
+        bar = self.scroll.verticalScrollBar()
+        steps: dict[Qt.Key, Callable[[], int]] = {
+            Qt.Key.Key_Down: lambda: self._look.px(_SCROLL),
+            Qt.Key.Key_Up: lambda: -self._look.px(_SCROLL),
+            Qt.Key.Key_PageDown: bar.pageStep,
+            Qt.Key.Key_PageUp: lambda: -bar.pageStep(),
+        }
+        key = Qt.Key(event.key())
+        if key == Qt.Key.Key_Escape:
+            self.begin()
+        elif key in steps:
+            bar.setValue(bar.value() + steps[key]())
+        else:
+            super().keyPressEvent(event)

@@ -1,0 +1,115 @@
+"""What the page shows beside the cues: the card looked at, a verdict put away, calm. No Qt."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.points.wanted import WantedInput
+from ui.pilot.calm import Calm
+from ui.pilot.choosing import Choosing, last_card
+from ui.pilot.reading import Reading, sheet_of
+from ui.pilot.sheet import Sheet
+
+if TYPE_CHECKING:
+    from ui.pilot.flight_cues import FlightCues
+
+
+class PageState:
+    """What the crew did to the page, and what follows from it.
+
+    Parameters
+    ----------
+    cues : FlightCues
+        Of the open flight.
+    clock : callable
+        Seconds of a clock that never goes back.
+
+    Attributes
+    ----------
+    snapshot : CueSnapshot or None
+        As of the last look.
+    """
+
+    def __init__(self, cues: FlightCues, clock: Callable[[], float] = time.monotonic) -> None:
+        self._cues = cues
+        self._clock = clock
+        self._choosing = Choosing()
+        self.snapshot: CueSnapshot | None = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin with another flight."""
+        self._choosing.forget()
+        self._dismissed = ""
+        self._calm = Calm(self._clock)
+        self.snapshot = None
+
+    def look(self) -> CueSnapshot | None:
+        """Look at the cues anew, and return them."""
+        self.snapshot = self._cues.snapshot()
+        return self.snapshot
+
+    def sheet(self, units: str) -> Sheet:
+        """Return what stands on the page, as of the last look."""
+        reading = Reading(
+            cues=self.snapshot,
+            units=units,
+            open=self._cues.is_open,
+            silent=self._cues.silent(),
+            dismissed=self._dismissed,
+            browsed=self._choosing.browsed(self._cues.cards),
+            wanted=self._wanted(),
+        )
+        return self._calm.calmed(sheet_of(reading))
+
+    def _wanted(self) -> WantedInput | None:
+        """Return what was wanted of the input whose verdict is on the page."""
+        standing = self.standing_verdict
+        debrief = self._cues.debrief() if standing else None
+        maneuvers = () if debrief is None else debrief.maneuvers
+        return next((one.wanted for one in maneuvers if one.verdict.id == standing), None)
+
+    # Cards
+
+    @property
+    def looking(self) -> bool:
+        """Return whether another card is looked at than that which is to be flown."""
+        return self._choosing.browsed(self._cues.cards) is not None
+
+    def step_card(self, steps: int) -> None:
+        """Look at another card."""
+        self._choosing.step(self._cues.cards, self.look(), steps)
+
+    def fly_card(self) -> None:
+        """Have the card that is looked at flown from now on."""
+        self._choose(self._choosing.chosen(self.look()))
+
+    def repeat(self) -> None:
+        """Have the card of the latest maneuver flown again."""
+        card = last_card(self.look(), self._cues.cards)
+        if card:
+            self._choose(card)
+
+    def any_card(self) -> None:
+        """Let the program choose again."""
+        self._choose("")
+
+    def _choose(self, card_id: str) -> None:
+        self._choosing.forget()
+        self._cues.choose(card_id)
+
+    # The verdict
+
+    @property
+    def standing_verdict(self) -> str:
+        """Return the id of the maneuver whose verdict is on the page; empty for none."""
+        verdict = None if self.snapshot is None else self.snapshot.fresh_verdict
+        return verdict.id if verdict is not None and verdict.id != self._dismissed else ""
+
+    def dismiss(self) -> None:
+        """Put the verdict away; it stays in the debrief."""
+        self.look()
+        self._dismissed = self.standing_verdict or self._dismissed

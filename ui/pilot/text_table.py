@@ -1,0 +1,67 @@
+"""A plain table of words that wraps, for a few rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
+
+from ui.look import Look
+from ui.pages import label
+
+
+class TextTable(QWidget):
+    """A heading, heads of columns, rows; or a sentence where there are none.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    title : str
+    heads : sequence of str
+        One for each column.
+    stretch : int
+        The column that takes what room is left.
+    """
+
+    def __init__(self, look: Look, title: str, heads: Sequence[str], stretch: int) -> None:
+        super().__init__()
+        self._look = look
+        self._heads = tuple(heads)
+        self._rows: tuple[tuple[str, ...], ...] | None = None
+        self._stretch = stretch
+        self.setAccessibleName(title)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(label(title, "heading", wrap=True))
+        self.none = label("", "muted", wrap=True)
+        column.addWidget(self.none)
+        self._holder = QWidget()
+        column.addWidget(self._holder)
+
+    def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
+        """Show other rows, or say why there are none."""
+        made = tuple(tuple(row) for row in rows)
+        self.none.setText(none)
+        self.none.setVisible(not made)
+        if made == self._rows:
+            return
+        self._rows = made
+        holder = QWidget()
+        grid = QGridLayout(holder)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(self._look.px(16))
+        grid.setVerticalSpacing(self._look.px(6))
+        grid.setColumnStretch(self._stretch, 1)
+        for place, head in enumerate(self._heads):
+            grid.addWidget(label(head, "label", wrap=place == self._stretch), 0, place)
+        for line, row in enumerate(made, start=1):
+            for place, text in enumerate(row):
+                cell = label(text, "strong" if place == 0 else "", wrap=place >= self._stretch)
+                grid.addWidget(cell, line, place, Qt.AlignmentFlag.AlignTop)
+        holder.setVisible(bool(made))
+        self.layout().replaceWidget(self._holder, holder)
+        self._holder.deleteLater()
+        self._holder = holder
+        self.setAccessibleDescription("; ".join(", ".join(row) for row in made) or none)
