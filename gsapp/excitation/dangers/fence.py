@@ -1,0 +1,208 @@
+"""The space in which the aircraft may fly, and when it is about to leave it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Final
+
+from pydantic import Field, model_validator
+
+from gsapp.excitation.dangers.danger import Urgency
+from gsapp.excitation.dangers.frames import Frame
+from gsapp.excitation.dangers.standing import Finding
+from gsapp.foundation import StrictModel, read_toml
+from gsapp.quantities.constants import FOOT
+from gsapp.quantities.fields import Angle, Length, Time
+
+_EARTH_RADIUS: Final = 6_371_000.0
+_CLIMBED: Final = 5.0
+"""The floor counts once the aircraft was so far above it, m, and not while it lands."""
+
+
+class Fence(StrictModel):
+    """A cylinder about the field.
+
+    The usual one suits flying by eye: a model of nine feet can no longer be told from its back at
+    half a mile, and 120 m above the ground is where other traffic may be.
+
+    Attributes
+    ----------
+    latitude, longitude : float or None
+        Of its center, rad; without them the place where it was seen first: where it stood
+        before the take-off.
+    radius : float
+        m.
+    ceiling : float
+        Above the field, m.
+    floor : float or None
+        Above the field, m; None where there is none.
+    ahead : float
+        How far ahead is looked, s.
+    """
+
+    latitude: Angle | None = None
+    longitude: Angle | None = None
+    radius: Length = Field(default=800.0, gt=0.0)
+    ceiling: Length = Field(default=120.0, gt=0.0)
+    floor: Length | None = None
+    ahead: Time = Field(default=4.0, ge=0.0)
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Fence:
+        if (self.latitude is None) != (self.longitude is None):
+            raise ValueError("'latitude' and 'longitude' belong together; give both, or neither")
+        if self.floor is not None and self.floor >= self.ceiling:
+            raise ValueError("the floor lies above the ceiling; swap 'floor' and 'ceiling'")
+        return self
+
+
+def load_fence(path: Path) -> Fence:
+    """Read a fence from a TOML file.
+
+    Raises
+    ------
+    FileProblemsError
+        If it holds mistakes; all are named.
+    """
+    return read_toml(path, Fence)
+
+
+class FenceRoom:
+    """Watches place and height.
+
+    Parameters
+    ----------
+    fence : Fence
+    """
+
+    def __init__(self, fence: Fence) -> None:
+        self._fence = fence
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget where the aircraft took off."""
+        self._home: tuple[float, float] | None = None
+        self._above_floor = False
+        self._heights: list[tuple[float, float]] = []
+
+    def judge(self, frame: Frame) -> list[Finding]:
+        """Return what of the fence is left, or soon will be."""
+        return [*self._around(frame), *self._above(frame)]
+
+    def _around(self, frame: Frame) -> list[Finding]:
+        place = self._place(frame)
+        if place is None or not frame.airborne:
+            return []  # a place is taken note of even so
+        north, east = place
+        distance = math.hypot(north, east)
+        speed, track = frame.last("ground_speed"), frame.last("track")
+        coming = distance
+        if math.isfinite(speed) and math.isfinite(track):
+            way = speed * self._fence.ahead
+            coming = math.hypot(north + way * math.cos(track), east + way * math.sin(track))
+        radius = self._fence.radius
+        if distance > radius:
+            return [
+                Finding(
+                    key="fence.side",
+                    urgency=Urgency.WARNING,
+                    words=f"Outside the fence: {distance:.0f} m away, {radius:.0f} m allowed; "
+                    "turn back",
+                    spoken="outside the fence: turn back",
+                )
+            ]
+        if coming > radius:
+            return [
+                Finding(
+                    key="fence.side",
+                    urgency=Urgency.CAUTION,
+                    words=f"Leaving the fence within {self._fence.ahead:.0f} s; turn",
+                    spoken="fence: turn",
+                )
+            ]
+        return []
+
+    def _place(self, frame: Frame) -> tuple[float, float] | None:
+        """Return north and east of the center, m; None where no position tells."""
+        latitude, longitude = frame.last("latitude"), frame.last("longitude")
+        if math.isfinite(latitude) and math.isfinite(longitude):
+            place = _EARTH_RADIUS * latitude, _EARTH_RADIUS * longitude * math.cos(latitude)
+        else:
+            place = frame.last("north"), frame.last("east")
+            if not math.isfinite(place[0] + place[1]):
+                return None
+            latitude = math.nan
+        center = self._fence.latitude, self._fence.longitude
+        if center[0] is not None and center[1] is not None:
+            if math.isnan(latitude):
+                return None  # of a center on the map a place beside it tells nothing
+            home = _EARTH_RADIUS * center[0], _EARTH_RADIUS * center[1] * math.cos(latitude)
+        else:
+            if self._home is None:
+                self._home = place
+            home = self._home
+        return place[0] - home[0], place[1] - home[1]
+
+    def _above(self, frame: Frame) -> list[Finding]:
+        height, fence = frame.height, self._fence
+        if not frame.airborne or math.isnan(height):
+            self._heights = []
+            return []
+        climb = self._climb(frame)
+        coming = height + fence.ahead * climb
+        if height > fence.ceiling:
+            return [
+                Finding(
+                    key="fence.top",
+                    urgency=Urgency.WARNING,
+                    words=f"Too high: {height / FOOT:.0f} ft, {fence.ceiling / FOOT:.0f} ft "
+                    "allowed; descend",
+                    spoken="too high: descend",
+                )
+            ]
+        if coming > fence.ceiling:
+            return [
+                Finding(
+                    key="fence.top",
+                    urgency=Urgency.CAUTION,
+                    words=f"Through the ceiling of {fence.ceiling / FOOT:.0f} ft within "
+                    f"{fence.ahead:.0f} s; level off",
+                    spoken="ceiling: level off",
+                )
+            ]
+        return self._below(height, coming)
+
+    def _below(self, height: float, coming: float) -> list[Finding]:
+        floor = self._fence.floor
+        if floor is None:
+            return []
+        self._above_floor = self._above_floor or height > floor + _CLIMBED
+        if not self._above_floor or min(height, coming) >= floor:
+            return []
+        low = height < floor
+        return [
+            Finding(
+                key="fence.floor",
+                urgency=Urgency.WARNING if low else Urgency.CAUTION,
+                words=f"{'Below' if low else 'About to sink below'} the floor of "
+                f"{floor / FOOT:.0f} ft; climb",
+                spoken="too low: climb",
+            )
+        ]
+
+    def _climb(self, frame: Frame) -> float:
+        """Return the rate of climb over the last seconds, m/s."""
+        rate = frame.mean("climb_rate")
+        self._heights = [
+            (time, height) for time, height in self._heights if frame.time - time < _CLIMB_TIME
+        ]
+        self._heights.append((frame.time, frame.height))
+        if rate == rate:
+            return rate
+        (first, low), (last, high) = self._heights[0], self._heights[-1]
+        return (high - low) / (last - first) if last - first > 0.5 * _CLIMB_TIME else 0.0
+
+
+_CLIMB_TIME: Final = 3.0
+"""Seconds over which the climb is taken where nothing measures it."""

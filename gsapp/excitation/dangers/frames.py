@@ -1,0 +1,115 @@
+"""Rows in frames of a fixed length.
+
+Frames begin at whole multiples of their length, counted from time zero, so that what is judged of
+them does not depend on how the stream was cut.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.rows import FlightRows
+
+FRAME: Final = 0.25
+"""Length of one frame, s: what is wrong is told at its end."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """Some successive rows, and the state of the flight.
+
+    Attributes
+    ----------
+    rows : FlightRows
+        One frame's worth; ``rows.fresh`` says whether nothing leads up to it.
+    aloft : float
+        Seconds since the take-off; negative on the ground, infinite where the record begins in
+        the air.
+    flown : float
+        Seconds in the air so far.
+    height : float
+        Above the field, m; NaN where unknown.
+    near_ground : bool
+        Whether it is so low that it may be landing; False where no height tells.
+    """
+
+    rows: FlightRows
+    aloft: float = -1.0
+    flown: float = 0.0
+    height: float = math.nan
+    near_ground: bool = False
+
+    @property
+    def time(self) -> float:
+        """Return the time of the last row, s."""
+        return float(self.rows.times[-1])
+
+    @property
+    def airborne(self) -> bool:
+        """Return whether the aircraft flies."""
+        return self.aloft >= 0.0
+
+    def mean(self, name: str) -> float:
+        """Return the mean of a channel, NaN where it has no sample."""
+        known = self._known(name)
+        return float(known.mean()) if known.size else math.nan
+
+    def last(self, name: str) -> float:
+        """Return the last sample of a channel, NaN where it has none."""
+        known = self._known(name)
+        return float(known[-1]) if known.size else math.nan
+
+    def _known(self, name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        values = self.rows[name]
+        known: np.ndarray[tuple[int], np.dtype[np.float64]] = values[values == values]
+        return known
+
+
+class Frames:
+    """Cuts rows into frames.
+
+    Parameters
+    ----------
+    rate : float
+        Of the rows, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._length = max(1, round(FRAME * rate))
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what is held."""
+        self._parts: list[FlightRows] = []
+        self._held = 0
+        self._fresh = True
+
+    def cut(self, rows: FlightRows) -> Iterator[FlightRows]:
+        """Take in rows; give the frames that are complete."""
+        if rows.fresh:
+            self.restart()
+        start = 0
+        while start < len(rows):
+            begun = (rows.first + start - self._held) % self._length
+            stop = min(start + self._length - self._held - begun, len(rows))
+            if begun == 0:  # else a stretch begins within a frame, the rest of which is let go
+                self._parts.append(rows.part(start, stop))
+                self._held += stop - start
+            start = stop
+            if self._held == self._length:
+                yield self._whole()
+
+    def _whole(self) -> FlightRows:
+        parts, fresh = self._parts, self._fresh
+        self._parts, self._held, self._fresh = [], 0, False
+        return FlightRows(
+            first=parts[0].first,
+            times=np.concatenate([part.times for part in parts]),
+            values=np.concatenate([part.values for part in parts]),
+            fresh=fresh,
+        )
