@@ -31,6 +31,7 @@ BENCHMARKS = {
     "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
     "inertial": "gyros, accelerometers, pressures: errors over stated uncertainties, 200 aircraft",
     "linear_models": "three linear models beside the published table",
+    "wanted_inputs": "inputs asked for, flown: limits used, noise left behind, best width",
     "discrepancy_speed": "CPU of a search for a missing effect, by phase",
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",
     "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",

@@ -14,10 +14,14 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.pilot.plan import SHAPES
 from gsapp.dynamics.simulation import Commands, Simulator
 from gsapp.dynamics.trim import Trim, trim
+from gsapp.excitation.points.amplitudes import noise_of
 from gsapp.excitation.points.point import TestPoint
+from gsapp.flight.maneuvers.grading import ANSWER_TIME, ANSWERING, FAINT, WEAK
+from gsapp.flight.maneuvers.shape import smoothed
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT
 
+RATE_OF = {"de": "q", "da": "p", "dr": "r"}
 DT = 0.01
 HEIGHT = 100.0
 BEFORE = 1.0
@@ -67,6 +71,7 @@ def flown(
     *,
     kind: str = "doublet",
     after: float = 1.5,
+    model: Model | None = None,
 ) -> dict[str, FloatArray]:
     """Return the true motion of inputs one after the other, from a second before.
 
@@ -78,8 +83,11 @@ def flown(
         By surface in the order in which they move, rad; negative ones go the other way first.
     width, after : float
         Of one step, and hands off, s.
+    model : Model, optional
+        Of the B777 by default.
     """
-    aircraft, model = b777()
+    aircraft = b777()[0]
+    model = model or b777()[1]
     simulator = Simulator(aircraft, model, dt=DT)
     level = trim(FlightModel(aircraft, model), V=speed * FOOT, rho=density())
     controls = start(simulator, level)
@@ -95,6 +103,41 @@ def flown(
         simulator.step(Commands(**moved))
         rows.append(simulator.sample())
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def nearest_limit(motion: Mapping[str, FloatArray]) -> float:
+    """Return how much of the first limit was used: 1 is at a limit."""
+    aircraft, _ = b777()
+    limits, sensors = aircraft.limits, aircraft.sensors
+    shares = []
+    for name, (low, high) in (("alpha", limits.alpha_linear), ("an", limits.load_factor)):
+        at = float(motion[name][0])
+        shares += [
+            (float(motion[name].max()) - at) / (high - at),
+            (at - float(motion[name].min())) / (at - low),
+        ]
+    shares.append(deviation(motion["beta"]) / limits.beta_linear)
+    shares += [deviation(motion[name]) / (0.9 * sensors.gyro.range[1]) for name in "pqr"]
+    shares.append(deviation(motion["ay"]) / (0.9 * sensors.accelerometer.range[1]))
+    return max(shares)
+
+
+def signal_to_noise(
+    motion: Mapping[str, FloatArray], surface: str, width: float
+) -> dict[str, float]:
+    """Return the peak-to-peak answers over the noise that the aircraft file gives."""
+    noise = noise_of(b777()[0])
+    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + ANSWER_TIME) / DT))
+    return {
+        name: float(np.ptp(smoothed(motion[name][heard], DT))) / noise[name]
+        for name in ANSWERING[surface]
+    }
+
+
+def standing_out(motion: Mapping[str, FloatArray], surface: str, width: float) -> float:
+    """Return by how much the answer exceeds what is asked for: 1 is just enough."""
+    found = signal_to_noise(motion, surface, width)
+    return min(found[RATE_OF[surface]] / FAINT, max(found.values()) / WEAK)
 
 
 def deviation(line: FloatArray) -> float:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +26,9 @@ from gsapp.flight.cards import TestCard, load_cards
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE, FOOT
-from tests.excitation.points_kit import b777, density, start
+
+sys.path.insert(0, str(Path(__file__).parent))
+from points_kit import b777, density, start
 
 RATE = 100.0
 CURVE = TrimCurve(*b777())

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,14 +20,25 @@ from gsapp.excitation.points.learned import updated
 from gsapp.excitation.points.wanted import Band, WantedInput
 from gsapp.excitation.points.wanting import USUAL_WIDTH, wanted_input
 from gsapp.flight.cards import TestCard, load_cards
-from gsapp.flight.maneuvers.grading import ANSWERING, FAINT, WEAK, Passage, Setting, grade_maneuver
+from gsapp.flight.maneuvers.grading import Passage, Setting, grade_maneuver
 from gsapp.flight.maneuvers.noise import NoiseFloor
-from gsapp.flight.maneuvers.shape import measure, smoothed
+from gsapp.flight.maneuvers.shape import measure
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
 from gsapp.identification.ftr.estimates import LiveEstimate
-from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
-from tests.excitation.points_kit import BEFORE, DT, b777, density, deviation, flown, point
+
+sys.path.insert(0, str(Path(__file__).parent))
+from points_kit import (
+    BEFORE,
+    DT,
+    b777,
+    density,
+    deviation,
+    flown,
+    nearest_limit,
+    point,
+    standing_out,
+)
 
 SINGLE = (("de",), ("da",), ("dr",))
 
@@ -33,24 +46,6 @@ SINGLE = (("de",), ("da",), ("dr",))
 def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> WantedInput:
     aircraft, model = b777()
     return wanted_input(surfaces, kind, aircraft=aircraft, model=model, point=point(speed))
-
-
-def _nearest_limit(motion: dict[str, FloatArray]) -> float:
-    """Return how much of the first limit was used: 1 is at a limit."""
-    aircraft, _ = b777()
-    limits, sensors = aircraft.limits, aircraft.sensors
-    ranges = {"alpha": limits.alpha_linear, "an": limits.load_factor}
-    shares = []
-    for name, (low, high) in ranges.items():
-        at = float(motion[name][0])
-        shares += [
-            (float(motion[name].max()) - at) / (high - at),
-            (at - float(motion[name].min())) / (at - low),
-        ]
-    shares.append(deviation(motion["beta"]) / limits.beta_linear)
-    shares += [deviation(motion[name]) / (0.9 * sensors.gyro.range[1]) for name in "pqr"]
-    shares.append(deviation(motion["ay"]) / (0.9 * sensors.accelerometer.range[1]))
-    return max(shares)
 
 
 @pytest.mark.parametrize("speed", [75.0, 100.0, 115.0])
@@ -64,18 +59,8 @@ def test_the_largest_reaches_a_limit_and_goes_no_further(
     for sign in (1.0, -1.0):
         sizes = {name: band.high for name, band in wanted.amplitudes.items()}
         sizes[surfaces[-1]] *= sign
-        used.append(_nearest_limit(flown(speed, sizes, wanted.width.best)))
+        used.append(nearest_limit(flown(speed, sizes, wanted.width.best)))
     assert max(used) == pytest.approx(1.0, abs=0.25)
-
-
-def _signal_to_noise(motion: dict[str, FloatArray], surface: str, width: float) -> dict[str, float]:
-    """Return the peak-to-peak answers over the noise that the aircraft file gives."""
-    noise = noise_of(b777()[0])
-    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + 1.0) / DT))
-    return {
-        name: float(np.ptp(smoothed(motion[name][heard], DT))) / noise[name]
-        for name in ANSWERING[surface]
-    }
 
 
 @pytest.mark.parametrize("surfaces", SINGLE)
@@ -86,14 +71,12 @@ def test_the_smallest_stands_out_of_the_noise_and_half_of_it_does_not(
     surface = surfaces[0]
     wanted = _wanted(surfaces, 100.0)
     low, width = wanted.amplitudes[surface].low, wanted.width.best
-    rate = {"de": "q", "da": "p", "dr": "r"}[surface]
     margins = []
     # Half of what the linkage moves must be flown on top: the surface is what is measured.
+    play = 0.5 * b777()[0].controls.de.slop
     for size in (low, 0.5 * low):
-        play = 0.5 * b777()[0].controls.de.slop
         motion = flown(100.0, {surface: size + play}, width)
-        found = _signal_to_noise(motion, surface, width)
-        margins.append(min(found[rate] / FAINT, max(found.values()) / WEAK))
+        margins.append(standing_out(motion, surface, width))
     assert margins[0] == pytest.approx(1.0, abs=0.25)
     assert margins[1] < 0.75
 
@@ -174,9 +157,7 @@ def test_moved_together_all_shrink_alike_to_what_they_may_do_together() -> None:
     # The rudder alone is flown as wide; the aileron alone is quicker, and its band another.
     assert share["dr"] < 0.9
     used = [
-        _nearest_limit(
-            flown(85.0, {"da": together.amplitudes["da"].high, "dr": sign * size}, width)
-        )
+        nearest_limit(flown(85.0, {"da": together.amplitudes["da"].high, "dr": sign * size}, width))
         for sign in (1.0, -1.0)
         for size in [together.amplitudes["dr"].high]
     ]
