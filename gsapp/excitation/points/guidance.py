@@ -6,15 +6,14 @@ import math
 from typing import Final
 
 from gsapp.excitation.points.point import TestPoint
-from gsapp.quantities import channel, from_si
+from gsapp.excitation.trim.cue import Off
+from gsapp.excitation.trim.tolerances import TOLERANCES
 
 NEAR_ENOUGH: Final = 0.5
 """Share of the tolerance within which nothing is said: advice must not chase noise."""
 
 _FAR = 2.0
 """Tolerances beyond which the throttle that holds the point is said with the advice."""
-_HEIGHT_ROOM = 15.0
-"""Above or below the point's height, m, before a word is lost about it."""
 
 
 def guidance(
@@ -41,21 +40,21 @@ def guidance(
     fast = _off(speed, point.speed)
     steep = _off(alpha, point.alpha)
     if fast is not None and abs(fast) > NEAR_ENOUGH * point.speed_tolerance:
-        far = abs(fast) > _FAR * point.speed_tolerance
-        words = f"{_amount(fast, 'V', system)} {'fast' if fast > 0.0 else 'slow'}"
-        return f"{words}: {_power(fast < 0.0, far, point.throttle)}"
-    if steep is not None and abs(steep) > max(NEAR_ENOUGH, 1.0 if fast is not None else 0.0) * (
-        point.alpha_tolerance
-    ):
-        words = f"alpha {_amount(steep, 'alpha', system)} {'high' if steep > 0.0 else 'low'}"
-        if fast is not None:
+        share = abs(fast) / point.speed_tolerance
+        words = Off(quantity="speed", amount=fast, share=share, channel="V").words(system)
+        return f"{words}: {_power(fast < 0.0, share > _FAR, point.throttle)}"
+    if steep is not None:
+        share = abs(steep) / point.alpha_tolerance
+        words = Off(quantity="alpha", amount=steep, share=share, channel="alpha").words(system)
+        if fast is not None and share > 1.0:
             # The speed is right: the load is not 1 g.
-            return f"{words}: {'ease the stick' if steep > 0.0 else 'level off gently'}"
-        far = abs(steep) > _FAR * point.alpha_tolerance
-        return f"{words}: {_power(steep > 0.0, far, point.throttle)}"
+            return f"{words}: {'ease the stick' if steep > 0.0 else 'a little back stick'}"
+        if fast is None and share > NEAR_ENOUGH:
+            return f"{words}: {_power(steep > 0.0, share > _FAR, point.throttle)}"
     high = _off(height, point.height)
-    if high is not None and abs(high) > _HEIGHT_ROOM:
-        return f"{_amount(high, 'height', system)} {'high' if high > 0.0 else 'low'}"
+    if high is not None and abs(high) > TOLERANCES.height:
+        share = abs(high) / TOLERANCES.height
+        return Off(quantity="height", amount=high, share=share, channel="height").words(system)
     return ""
 
 
@@ -70,9 +69,3 @@ def _power(more: bool, far: bool, throttle: float | None) -> str:
     if not far or throttle is None:
         return "a little power" if more else "ease the throttle"
     return f"{'power' if more else 'throttle back'}, then {100.0 * throttle:.0f} %"
-
-
-def _amount(value: float, name: str, system: str) -> str:
-    spec = channel(name)
-    unit = spec.display_unit(system)
-    return f"{abs(from_si(value, unit, spec.quantity)):.0f} {unit}"
