@@ -39,7 +39,7 @@ from gsapp.quantities import FloatArray
 WantedFor = Callable[[tuple[str, ...], str, float | None], WantedInput | None]
 """What is wanted of these surfaces, in this shape, at this airspeed (m/s)."""
 
-QUIET: Final = 0.25
+QUIET: Final = 0.15
 """Seconds without a quick move after which an input is over, if the surfaces are back."""
 AWAITED: Final = 0.6
 """The same while a surface that is expected has not moved yet."""
@@ -267,6 +267,8 @@ class DoubletWatch:
                 return
             moving = _Moving(first=first, last=last, busy=first < self._busy_until)
             moving.asked = self._expected
+            if moving.asked.wanted is not None:
+                moving.hands_off = moving.asked.wanted.hands_off
             self._moving = moving
         moving.last = last
         moving.moved += [name for name in surfaces if name not in moving.moved]
@@ -417,8 +419,10 @@ class DoubletWatch:
 
     def _watch_hands(self, moving: _Moving) -> None:
         """See whether the hands stayed off for long enough, or are on again."""
-        times, rows = self._history.stretch(moving.last - 0.1, self._now)
-        taken = taken_over(times, rows, moving.last, self._around.setting, self._rate)
+        # The last step of a small input may be no quick move.
+        last = max(moving.last, moving.t_end - 0.1)
+        times, rows = self._history.stretch(last - 0.1, self._now)
+        taken = taken_over(times, rows, last, self._around.setting, self._rate)
         wanted_end = moving.t_end + moving.hands_off
         if taken is not None and taken < wanted_end:
             self._conclude(moving, taken)
