@@ -27,6 +27,10 @@ class Calm:
         self._shown: Sheet | None = None
         self._changed = 0.0
 
+    def release(self) -> None:
+        """Let everything through next time: the crew did something and looks for its answer."""
+        self._shown = None
+
     def calmed(self, sheet: Sheet) -> Sheet:
         """Return what is to be shown now."""
         shown, now = self._shown, self._clock()

@@ -81,6 +81,7 @@ class PageState:
 
     def step_card(self, steps: int) -> None:
         """Look at another card."""
+        self._calm.release()
         self._choosing.step(self._cues.cards, self.look(), steps)
 
     def fly_card(self) -> None:
@@ -98,6 +99,7 @@ class PageState:
         self._choose("")
 
     def _choose(self, card_id: str) -> None:
+        self._calm.release()
         self._choosing.forget()
         self._cues.choose(card_id)
 

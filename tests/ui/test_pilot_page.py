@@ -1,0 +1,412 @@
+"""The pilot's page in the window: keys, pixels, its own window, at several sizes and themes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QRect, QRectF, Qt
+from PySide6.QtGui import QFont, QFontMetricsF
+from PySide6.QtWidgets import QAbstractButton, QApplication
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from pilot_kit import BASE, CARDS, STATES, VERDICT, cue
+from preflight_kit import as_opened, count, dress, opened_window, pixels, press
+from window_kit import open_window
+
+import ui.pilot.canvas
+import ui.pilot.gauge_drawing
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.quantities.constants import FOOT
+from ui.look import Look
+from ui.pilot.canvas import PilotCanvas
+from ui.pilot.fitting import fit
+from ui.pilot.flight_cues import FlightCues
+from ui.pilot.reading import Reading, sheet_of
+from ui.pilot.second import other_screen
+from ui.theme import THEMES, contrast
+from ui.window import MainWindow
+
+ALT, SHIFT = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ShiftModifier
+LAPTOP_MM = 286.5
+"""Width of the screen of a laptop of 13.3 inches, 16:10."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    yield from opened_window(tmp_path_factory)
+
+
+@pytest.fixture
+def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
+    yield from as_opened(made, qtbot)
+    made.pilot.own_window.close_with_main()
+    made.pilot.go(debrief=False)
+
+
+class Flown:
+    """Cues that stand in for those of an open flight."""
+
+    def __init__(self) -> None:
+        self.snapshot: CueSnapshot | None = BASE
+        self.silent: float | None = None
+        self.chosen: list[str] = []
+
+
+@pytest.fixture
+def flown(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> Flown:
+    """Return what the page reads in place of a flight, with the page on screen."""
+    made = Flown()
+    monkeypatch.setattr(FlightCues, "is_open", True)
+    monkeypatch.setattr(FlightCues, "cards", CARDS)
+    monkeypatch.setattr(FlightCues, "snapshot", lambda _self: made.snapshot)
+    monkeypatch.setattr(FlightCues, "silent", lambda _self: made.silent)
+    monkeypatch.setattr(FlightCues, "choose", lambda _self, card: made.chosen.append(card))
+    window.show_place("pilot")
+    window.pilot.state.restart()
+    window.pilot.refresh()
+    return made
+
+
+def show(window: MainWindow, flown: Flown, cues: CueSnapshot | None) -> PilotCanvas:
+    """Let the cues be others, and return the page that shows them."""
+    flown.snapshot = cues
+    window.pilot.state.restart()
+    window.pilot.refresh()
+    QApplication.processEvents()
+    return window.pilot.canvas
+
+
+def inner(box: QRectF) -> QRect:
+    return box.toAlignedRect()
+
+
+# What is on screen
+
+
+def test_f3_shows_the_page_and_the_keyboard_is_on_it(window: MainWindow, qtbot: QtBot) -> None:
+    qtbot.keyClick(window, Qt.Key.Key_F3)
+    assert window.pilot.canvas.hasFocus()
+    assert window.pilot.canvas.sheet.word == "NO FLIGHT"
+    assert "Ctrl+Shift+T" in window.pilot.canvas.accessibleDescription()
+
+
+FILLS = {"go": "good_fill", "gusty": "caution_fill", "too-small": "caution_fill",
+         "danger": "warning_fill", "good": "good_fill", "hands-off": "text"}  # fmt: skip
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_states_are_shown_in_their_color_and_letters_in_ink(
+    window: MainWindow, flown: Flown, theme: str
+) -> None:
+    """The large box is filled where it is a matter of state, and empty where it is not."""
+    window.look.set_theme(theme)
+    colors = THEMES[theme]
+    for name, fill in FILLS.items():
+        page = show(window, flown, STATES[name])
+        box = inner(page.regions().state)
+        area = box.width() * box.height()
+        assert count(page, getattr(colors, fill), box) > 0.4 * area, name
+    for name in ("fly", "hold", "turn", "blind"):
+        page = show(window, flown, STATES[name])
+        box = inner(page.regions().state)
+        assert count(page, colors.plot, box) > 0.6 * box.width() * box.height(), name
+        assert count(page, colors.muted if name == "blind" else colors.text, box) > 2000, name
+
+
+def test_every_state_has_a_shape_of_its_own_in_black_and_white(
+    window: MainWindow, flown: Flown
+) -> None:
+    """The signs differ by far more than smoothing does, whatever their color."""
+    seen: dict[str, np.ndarray] = {}
+    for name in ("hold", "go", "gusty", "turn", "blind", "too-small", "too-large", "too-fast",
+                 "too-slow", "not-trimmed", "spoiled", "good", "danger"):  # fmt: skip
+        page = show(window, flown, STATES[name])
+        shown = pixels(page, inner(page.regions().sign))
+        ink = shown != np.bincount(shown.ravel() & 0xFFFFFF).argmax()
+        for other, before in seen.items():
+            assert (ink != before).mean() > 0.02, (name, other)
+        seen[name] = ink
+
+
+def test_the_marker_stands_where_the_speed_is_and_the_band_is_cyan(
+    window: MainWindow, flown: Flown
+) -> None:
+    """At the middle at the wanted speed, on the band's edge at its tolerance."""
+    theme = window.look.theme
+
+    def marker(speed: float) -> float:
+        page = show(window, flown, replace(BASE, speed=speed * FOOT))
+        box = inner(page.regions().gauges)
+        # Right of the number, below the words.
+        shown = pixels(page, box)[int(0.5 * box.height()) : int(0.85 * box.height())]
+        dark = (shown == int(theme.text[1:], 16)).mean(axis=0) > 0.9
+        columns = np.flatnonzero(dark[int(0.4 * box.width()) :]) + int(0.4 * box.width())
+        assert columns.size, speed
+        return float(columns.mean())
+
+    slow, right, fast = marker(95.0), marker(100.0), marker(105.0)
+    assert right - slow == pytest.approx(fast - right, abs=3)
+    page = show(window, flown, BASE)
+    box = inner(page.regions().gauges)
+    shown = pixels(page, box)[int(0.6 * box.height())]
+    cyan = np.flatnonzero(shown == int(theme.target[1:], 16))
+    assert cyan.min() == pytest.approx(slow, abs=6)
+    assert cyan.max() == pytest.approx(fast, abs=6)
+
+
+def test_nothing_flickers_while_the_cues_stand(window: MainWindow, flown: Flown) -> None:
+    """The same cues are the same pixels, and a speed that shivers moves the marker alone."""
+    page = show(window, flown, STATES["go"])
+    before = pixels(page)
+    window.pilot.refresh()
+    assert (pixels(page) == before).all()
+    flown.snapshot = replace(STATES["go"], speed=101.2 * FOOT)
+    window.pilot.refresh()
+    changed = np.argwhere(pixels(page) != before)
+    box = inner(page.regions().gauges)
+    assert changed.size
+    assert changed[:, 0].min() >= box.top()
+    assert changed[:, 0].max() <= box.bottom()
+
+
+def test_a_dead_link_leaves_no_go_standing(window: MainWindow, flown: Flown) -> None:
+    page = show(window, flown, STATES["go"])
+    flown.silent = 1.7
+    window.pilot.refresh()
+    assert page.sheet.word == "NO DATA"
+    assert count(page, window.look.theme.good_fill) == 0
+
+
+# Sizes
+
+
+SIZES = ((1280, 800), (2560, 1600), (640, 400))
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_words_fit_their_boxes_and_boxes_lie_apart(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]
+) -> None:
+    """All states: each text is measured where it is drawn, and between rows nothing is drawn."""
+    page = PilotCanvas(Look())
+    qtbot.addWidget(page)
+    page.resize(*size)
+    drawn: list[tuple[str, QRectF, QFont, bool]] = []
+
+    def watched(text: str, box: QRectF, *sizes: int, **how: bool) -> QFont:
+        font = fit(text, box, *sizes, **how)
+        drawn.append((text, box, font, how.get("wrap", False)))
+        return font
+
+    monkeypatch.setattr(ui.pilot.canvas, "fit", watched)
+    monkeypatch.setattr(ui.pilot.gauge_drawing, "fit", watched)
+    panel = int(page._look.theme.plot[1:], 16)
+    for name, cues in STATES.items():
+        page.show_sheet(sheet_of(Reading(cues=cues, open=True)))
+        shown = pixels(page)
+        for text, box, font, wrap in drawn:
+            flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
+            room = QRectF(0, 0, box.width(), 10_000)
+            taken = QFontMetricsF(font).boundingRect(room, flags, text)
+            assert taken.width() <= box.width() + 1, (name, text)
+            assert taken.height() <= box.height() + 1, (name, text)
+        drawn.clear()
+        places = page.regions()
+        rows = (places.state, places.hints, places.gauges, places.card, places.foot)
+        for above, below in pairwise(rows):
+            top, bottom = int(above.bottom()) + 2, int(below.top()) - 1
+            assert (shown[top:bottom] == panel).all(), (name, top)
+        left = int(min(row.left() for row in rows)) - 1
+        assert (shown[:, :left] == panel).all(), name
+
+
+def test_the_state_is_25_mm_high_on_a_small_laptop(window: MainWindow, flown: Flown) -> None:
+    """Measured in pixels of the page as the window shows it, for every state."""
+    millimeters = LAPTOP_MM / 1280
+    for name, cues in STATES.items():
+        page = show(window, flown, cues)
+        box = inner(page.regions().word).adjusted(0, 6, 0, -6)
+        shown = pixels(page, box)
+        rows = np.flatnonzero((shown != shown[0, -1]).any(axis=1))
+        assert (rows[-1] - rows[0]) * millimeters >= 25.0, (name, page.sheet.word)
+
+
+def test_what_is_read_has_enough_contrast() -> None:
+    """7:1 in daylight and with high contrast; muted letters and the wanted value as well."""
+    for name in ("daylight", "high-contrast"):
+        theme = THEMES[name]
+        for fill in (theme.good_fill, theme.caution_fill, theme.warning_fill):
+            assert contrast(theme.fill_text, fill) >= 7.0, (name, fill)
+        for ink in (theme.text, theme.muted, theme.target, theme.caution, theme.warning):
+            assert contrast(ink, theme.plot) >= 7.0, (name, ink)
+
+
+LOOKS = (((1280, 800), 200, "dark"), ((2560, 1600), 200, "high-contrast"),
+         ((1280, 800), 100, "daylight"))  # fmt: skip
+
+
+def test_controls_are_high_enough_for_gloves_and_have_names(
+    window: MainWindow, flown: Flown
+) -> None:
+    for size, scale, theme in LOOKS:
+        dress(window, theme, scale)
+        window.resize(*size)
+        show(window, flown, STATES["too-small"])
+        buttons = [
+            button
+            for button in window.pilot.buttons.findChildren(QAbstractButton)
+            if button.isVisible()
+        ]
+        assert buttons
+        for button in buttons:
+            assert button.height() >= window.look.px(44), button.text()
+            assert button.width() >= button.sizeHint().width(), button.text()
+            assert button.accessibleName(), button.text()
+        # The page has the rest of the room, and the buttons lie below it.
+        assert window.pilot.canvas.height() > 0.4 * window.height()
+
+
+# Keys
+
+
+def test_cards_are_chosen_by_keys(window: MainWindow, flown: Flown, qtbot: QtBot) -> None:
+    page = show(window, flown, STATES["too-small"])
+    page.setFocus()
+    ids = [card.id for card in CARDS.cards]
+    after = ids[(ids.index("C1") + 1) % len(ids)]
+    press(qtbot, Qt.Key.Key_PageDown)
+    assert page.sheet.card.lead.startswith(f"LOOKING AT {after}")
+    assert not flown.chosen
+    press(qtbot, Qt.Key.Key_PageUp)
+    assert page.sheet.card.lead.startswith("NEXT C1")
+    press(qtbot, Qt.Key.Key_PageDown)
+    press(qtbot, Qt.Key.Key_Return)
+    press(qtbot, Qt.Key.Key_R)
+    press(qtbot, Qt.Key.Key_Backspace)
+    assert flown.chosen == [after, "C1", ""]
+    assert not page.sheet.card.lead.startswith("LOOKING")
+
+
+def test_space_puts_the_verdict_away_and_acts_only_then(
+    window: MainWindow, flown: Flown, qtbot: QtBot
+) -> None:
+    page = show(window, flown, STATES["too-small"])
+    page.setFocus()
+    action = window.commands.actions["pilot_dismiss"]
+    assert action.isEnabled()
+    press(qtbot, Qt.Key.Key_Space)
+    assert page.sheet.word == "FLY"
+    assert not action.isEnabled()
+    flown.snapshot = replace(STATES["good"], verdict=replace(VERDICT, id="M8", result="good"))
+    window.pilot.refresh()
+    assert page.sheet.word == "GOOD"
+
+
+def test_buttons_do_what_keys_do(window: MainWindow, flown: Flown) -> None:
+    """By their order: the first puts the verdict away, whether there is one or not."""
+    show(window, flown, STATES["too-small"])
+    names = [offer.id for offer in window.pilot.buttons.offers]
+    window.pilot.buttons.pressed.emit("pilot_dismiss")
+    assert window.pilot.canvas.sheet.word == "FLY"
+    assert [offer.id for offer in window.pilot.buttons.offers] == names
+    window.pilot.buttons.pressed.emit("pilot_dismiss")
+    assert window.pilot.canvas.sheet.word == "FLY"
+
+
+def test_no_two_commands_of_the_place_share_a_key(window: MainWindow, flown: Flown) -> None:
+    """With all of them enabled, on the page and in the debrief."""
+    show(window, flown, STATES["too-small"])
+    for debrief in (False, True):
+        window.pilot.go(debrief=debrief)
+        keys = [
+            key
+            for command in window.commands.commands
+            if window.commands.actions[command.id].isEnabled()
+            for key in command.keys
+        ]
+        assert len(keys) == len(set(keys))
+
+
+def test_units_of_the_screen_are_those_of_the_page(
+    window: MainWindow, flown: Flown, qtbot: QtBot
+) -> None:
+    page = show(window, flown, BASE)
+    press(qtbot, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
+    window.pilot.state.restart()
+    window.pilot.refresh()
+    assert page.sheet.gauges[0].unit == "m/s"
+
+
+# The second window
+
+
+def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
+    window: MainWindow, flown: Flown, qtbot: QtBot
+) -> None:
+    show(window, flown, STATES["too-small"])
+    press(qtbot, Qt.Key.Key_F3, SHIFT)
+    own = window.pilot.own_window.window
+    assert own is not None
+    assert own.isVisible()
+    # There is one screen here: it does not cover it unasked.
+    assert not own.isFullScreen()
+    assert window.store.current.pilot_window
+    assert own.canvas.sheet.word == "TOO SMALL"
+    # Also while the main window shows another place.
+    window.show_place("flight")
+    qtbot.keyClick(own, Qt.Key.Key_Space)
+    assert own.canvas.sheet.word == "FLY"
+    qtbot.keyClick(own, Qt.Key.Key_PageDown)
+    assert own.canvas.sheet.card.lead.startswith("LOOKING")
+    qtbot.keyClick(own, Qt.Key.Key_F11)
+    assert own.isFullScreen()
+    assert not window.isFullScreen()
+    qtbot.keyClick(own, Qt.Key.Key_F11)
+    muted = window.store.current.muted
+    qtbot.keyClick(own, Qt.Key.Key_S)
+    assert window.store.current.muted is not muted
+    qtbot.keyClick(own, Qt.Key.Key_S)
+    qtbot.keyClick(own, Qt.Key.Key_Escape)
+    assert window.pilot.own_window.window is None
+    assert not window.store.current.pilot_window
+
+
+def test_the_second_window_closes_with_the_first_and_comes_back(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    first = open_window(tmp_path, pilot_window=True)
+    try:
+        qtbot.waitUntil(lambda: first.pilot.own_window.window is not None)
+        own = first.pilot.own_window.window
+    finally:
+        first.close()
+        first.deleteLater()
+    assert not own.isVisible()
+    assert first.store.current.pilot_window
+
+
+def test_another_screen_is_found_if_there_is_one() -> None:
+    one, two = object(), object()
+    assert other_screen(one, [one, two]) is two  # type: ignore[arg-type, list-item]
+    assert other_screen(one, [one]) is None  # type: ignore[arg-type, list-item]
+
+
+def test_a_page_that_nobody_sees_is_not_made(
+    window: MainWindow, flown: Flown, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show(window, flown, BASE)
+    window.show_place("flight")
+    painted = []
+    monkeypatch.setattr(PilotCanvas, "show_sheet", lambda *_: painted.append(1))
+    flown.snapshot = replace(BASE, trim=cue("go"))
+    window.pilot.refresh()
+    assert not painted
