@@ -163,8 +163,11 @@ class Announcer:
                 self._note = aloud(event.words)
         if not self._silent(time):
             said += self._held_back(time, standing)
-            if time >= self._recovers_until:
-                said += self._trim(time, trim)
+        if not self._silent(time) and time >= self._recovers_until:
+            said += self._trim(time, trim)
+        else:
+            self._state = ""  # what holds afterwards is news
+        if not self._silent(time):
             said += self._noted(time)
         return tuple(sorted(said, key=lambda one: _ORDER.index(one.priority)))
 

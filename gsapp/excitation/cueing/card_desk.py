@@ -12,6 +12,7 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.cueing.card_points import CardPoints
 from gsapp.excitation.cueing.card_words import card_words, input_words
 from gsapp.excitation.cueing.flown import cards_flown
+from gsapp.excitation.cueing.recent import joined
 from gsapp.excitation.cues import NextCard, Why
 from gsapp.excitation.doublets.verdict import Verdict
 from gsapp.excitation.information.prospect import Outlook
@@ -24,6 +25,8 @@ from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import CardProgress, CardSet, CardsFlown, TestCard
 from gsapp.identification.ftr.estimates import LiveEstimate
 
+_EVERY: Final = 10
+"""Ticks from one look at the rows to the next: a point is held for seconds."""
 _AIR_OF: Final = 200
 """Samples of the air density whose mean is that of the day."""
 
@@ -76,6 +79,7 @@ class CardDesk:
         self.next_card: NextCard | None = None
         self._points.restart()
         self._capture.restart()
+        self._waiting: list[FlightRows] = []
         self._air: list[float] = []
         self._aimed = False  # whether there is a point to be captured
         self._chosen = ""
@@ -87,7 +91,14 @@ class CardDesk:
     # --- what happens ---------------------------------------------------------------------------
 
     def take(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
+        """Take in the rows of a tick; they are looked at twice a second of flight time."""
+        if rows.fresh:
+            self._waiting.clear()
+        self._waiting.append(rows)
+        if len(self._waiting) < _EVERY:
+            return
+        rows = joined(self._waiting)
+        self._waiting.clear()
         if self._aimed:
             self._capture.take(rows)
         self._breathe(rows)

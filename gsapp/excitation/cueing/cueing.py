@@ -21,7 +21,7 @@ from gsapp.excitation.dangers.watch import DangerWatch
 from gsapp.excitation.debrief_maneuver import JudgedManeuver, curves_of
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.doublets.watch import DoubletWatch
-from gsapp.excitation.rows import FlightRows, RowStream
+from gsapp.excitation.rows import TICK, FlightRows, RowStream
 from gsapp.excitation.speaking import Announcer, Spoken
 from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.flight.cards import CardSet, CardsFlown
@@ -154,7 +154,9 @@ class Cueing:
             raise UnknownNameError(
                 f"there is no test card '{card_id}'; choose one of the flight's cards"
             )
-        time = at if at is not None else self._time if self._time is not None else 0.0
+        # Between the tick that was judged last and the next, which is the first to know of it.
+        now = 0.0 if self._time is None else self._time + 0.5 * TICK
+        time = now if at is None else at
         # Those applied stay as they are: what was said cannot be unsaid.
         place = bisect.bisect_right(self._choices, time, lo=self._chosen, key=lambda one: one[0])
         self._choices.insert(place, (time, card_id))

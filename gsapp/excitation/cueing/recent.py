@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+from itertools import takewhile
 from typing import Final
 
 import numpy as np
@@ -37,20 +39,28 @@ class RecentRows:
         parts = [one for one in self._parts if one.times[-1] >= start and one.times[0] <= stop]
         if not parts:
             return None
-        times = np.concatenate([one.times for one in parts])
-        inside = (times >= start) & (times <= stop)
-        if not inside.any():
+        found = joined(parts)
+        inside = np.flatnonzero((found.times >= start) & (found.times <= stop))
+        if not inside.size:
             return None
-        first = int(np.argmax(inside))
-        values = np.concatenate([one.values for one in parts])
-        return FlightRows(first=parts[0].first + first, times=times[inside], values=values[inside])
+        return found.part(int(inside[0]), int(inside[-1]) + 1)
 
     def mean(self, channel: str, seconds: float) -> float | None:
         """Return the mean of a channel over the newest seconds, SI; None where it is missing."""
         if not self._parts:
             return None
         since = self._parts[-1].times[-1] - seconds
-        samples = [one[channel] for one in self._parts if one.times[-1] > since]
-        values = np.concatenate(samples)
+        newest = takewhile(lambda one: one.times[-1] > since, reversed(self._parts))
+        values = np.concatenate([one[channel] for one in newest])
         values = values[np.isfinite(values)]
         return float(values.mean()) if values.size else None
+
+
+def joined(parts: Sequence[FlightRows]) -> FlightRows:
+    """Return successive rows as one."""
+    return FlightRows(
+        first=parts[0].first,
+        times=np.concatenate([one.times for one in parts]),
+        values=np.concatenate([one.values for one in parts]),
+        fresh=parts[0].fresh,
+    )

@@ -1,0 +1,199 @@
+"""The cues of a whole flight: the same however it comes in, and said in the right order."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import random
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from cue_kit import CARDS, card, cueing, feed, flown, part
+
+from gsapp.excitation.cueing import Cueing
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.debrief import debrief_of
+from gsapp.flight.cards import CardSet
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import Block
+
+_TWO_PLACES = CardSet(cards=(card("E1"), card("E2", speed=85.0), card("R1", surface="dr")))
+
+
+def told(cues: Cueing) -> tuple[object, ...]:
+    """Return everything that a flight's cues told, to be compared."""
+    return (
+        json.dumps([event.to_json() for event in cues.log], sort_keys=True),
+        tuple(cues.spoken),
+        tuple(json.dumps(one.to_record(), sort_keys=True) for one in cues.maneuvers),
+        cues.verdicts,
+        cues.flown,
+    )
+
+
+def kinds(cues: Cueing) -> list[tuple[str, str]]:
+    return [(event.kind, event.state) for event in cues.log]
+
+
+@pytest.fixture(scope="module")
+def whole() -> Cueing:
+    return feed(cueing(), flown())
+
+
+def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: Cueing) -> None:
+    """GO, the input, hands off, and within a second of its end the verdict for its card."""
+    events = whole.log
+    assert [event.time for event in events] == sorted(event.time for event in events)
+    found = kinds(whole)
+    order = [("trim", "go"), ("input", "made"), ("hands-off", "ends"), ("verdict", "good")]
+    places = [found.index(one) for one in order]
+    assert places == sorted(places)
+    made, over, verdict = (events[found.index(one)] for one in order[1:])
+    assert verdict.data["card"] == "E1"
+    assert verdict.data["counts"]
+    assert made.time - made.data["t_input"] < 2.0
+    assert verdict.time - over.time < 1.0
+    snapshot = whole.snapshot()
+    assert (snapshot.good, snapshot.wanted) == (1, 2)
+    assert snapshot.card is not None
+    assert snapshot.card.good == 1
+    assert snapshot.speed == pytest.approx(30.5, abs=4.0)
+
+
+def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: Cueing) -> None:
+    """But the two words that call for it: not a word of what happens to stand meanwhile."""
+    made = next(event for event in whole.log if event.kind == "input")
+    verdict = next(event for event in whole.log if event.kind == "verdict")
+    words = [
+        one.words
+        for one in whole.spoken
+        if made.data["t_input"] < one.time < verdict.time and one.words
+    ]
+    assert words == ["hands off"]
+    after = [one for one in whole.spoken if one.time == verdict.time and one.words]
+    assert [one.words for one in after] == ["good"]
+
+
+def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: Cueing) -> None:
+    """Cut anywhere, slow channels in blocks of their own and later than the quick ones."""
+    block = flown()
+    draw = random.Random(len(block))
+    edges = sorted({0, *draw.sample(range(1, len(block)), 150), len(block)})
+    slow = ("north", "east", "height", "battery", "throttle", "static_pressure", "temperature")
+    quick = [name for name in block.channels if name not in slow]
+    cues, late = cueing(), draw.randrange(20)
+    for start, stop in itertools.pairwise(edges):
+        cues.feed(part(block, start, stop, quick))
+        cues.feed(part(block, max(start - late, 0), max(stop - late, 0), slow))
+        cues.settle()
+        cues.snapshot()  # whoever looks changes nothing
+    cues.feed(part(block, len(block) - late, len(block), slow))
+    cues.finish()
+    assert told(cues) == told(whole)
+
+
+def test_a_replay_that_goes_back_tells_the_same_again(whole: Cueing) -> None:
+    """After a reset in the middle of the hands-off interval nothing of before is left."""
+    block = flown()
+    cues = cueing()
+    cues.feed(part(block, 0, 1150))
+    cues.settle()
+    assert cues.snapshot().under_way is not None
+    cues.reset()
+    assert cues.snapshot() == CueSnapshot(
+        card=None, missing=cues.snapshot().missing, good=0, wanted=2
+    )
+    assert told(feed(cues, block)) == told(whole)
+
+
+def test_a_pause_in_the_record_is_no_maneuver() -> None:
+    """Half a minute without samples in the hands-off interval: it is judged as far as it came."""
+    block = flown()
+    times = block.times.copy()
+    times[1150:] += 30.0
+    late = Block(channels=block.channels, times=times, values=block.values)
+    cues = feed(cueing(model=None), late)
+    assert len(cues.verdicts) == 1
+    assert cues.verdicts[0].t_end < 11.6
+    assert all(not 11.6 < event.time < 41.4 for event in cues.log if event.kind != "verdict")
+
+
+def test_the_crew_chooses_and_a_replay_of_the_choice_tells_the_same() -> None:
+    """A choice counts from its time on; what the program would have picked comes after it."""
+    block = flown()
+    live = cueing(cards=_TWO_PLACES, model=None)
+    for start in range(0, 800, 20):
+        live.feed(part(block, start, start + 20))
+        live.settle()
+    before = live.snapshot().card
+    assert before is not None
+    assert (before.card.id, before.why) == ("E1", "next on the list")
+    at = live.choose("E2")
+    for start in range(800, len(block), 20):
+        live.feed(part(block, start, min(start + 20, len(block))))
+        live.settle()
+    live.finish()
+    chosen = live.snapshot().card
+    assert chosen is not None
+    assert (chosen.card.id, chosen.why) == ("E2", "chosen")
+    assert "85 ft/s" in chosen.words
+    replayed = cueing(cards=_TWO_PLACES, model=None)
+    replayed.choose("E2", at=at)
+    assert told(feed(replayed, block)) == told(live)
+    live.choose("")
+    with pytest.raises(UnknownNameError, match="no test card 'X9'"):
+        live.choose("X9")
+
+
+def test_cards_that_come_later_count_what_was_flown() -> None:
+    """A crew that loads its cards after the first input has not lost it."""
+    cues = feed(cueing(cards=None, model=None), flown())
+    assert cues.verdicts[0].card == ""
+    assert cues.flown is None
+    cues.use_cards(CARDS)
+    assert cues.flown is not None
+    assert [one.good for one in cues.flown.cards] == [1]
+    assert cues.snapshot().good == 1
+
+
+def test_a_card_that_cannot_be_flown_is_said_and_not_picked() -> None:
+    """Below the stall there is no level flight: the card says so, and the next one is picked."""
+    cards = CardSet(cards=(card("S1", speed=30.0), card("E1")))
+    cues = cueing(cards=cards)
+    cues.feed(part(flown(), 0, 700))
+    cues.settle()
+    picked = cues.snapshot().card
+    assert picked is not None
+    assert picked.card.id == "E1"
+    cues.choose("S1")
+    cues.feed(part(flown(), 700, 740))
+    cues.settle()
+    refused = cues.snapshot().card
+    assert refused is not None
+    assert refused.point is None
+    assert "level flight at 30 ft/s is not possible" in refused.problem
+
+
+def test_the_debrief_holds_what_was_wanted_how_it_began_and_the_curves(whole: Cueing) -> None:
+    """One good maneuver of two: half the score; its curve shows the elevator as it moved."""
+    debrief = debrief_of("a", whole)
+    (one,) = debrief.maneuvers
+    assert debrief.score == pytest.approx(0.5)
+    assert debrief.results == {"good": 1}
+    assert one.go_at is not None
+    assert one.wanted is not None
+    assert one.point is not None
+    assert abs(one.off["speed"]) < 1.0
+    assert set(one.curves.series) >= {"de", "q", "alpha", "an"}
+    elevator = one.curves.series["de"]
+    half = 0.5 * float(np.ptp(elevator[np.isfinite(elevator)]))
+    assert half == pytest.approx(one.verdict.amplitudes["de"], rel=0.1)
+    assert len(elevator) < 300
+    cues = debrief.cues_json()
+    assert [cue["time"] for cue in cues] == sorted(cue["time"] for cue in cues)
+    assert {"trim", "verdict", "spoken", "card"} <= {cue["kind"] for cue in cues}
+    json.dumps([debrief.to_json(), cues], allow_nan=False)
