@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from gsapp.discrepancy.results import Discrepancy, ManeuverView
-from gsapp.foundation import GroundStationError, write_atomically
+from gsapp.foundation import GroundStationError
 from gsapp.quantities import channel
 from gsapp.report.discrepancy_figures import (
     channel_map_picture,
@@ -48,11 +48,9 @@ from gsapp.report.document import (
     Part,
     Section,
     Table,
-    picture_png,
 )
-from gsapp.report.html import html_page
-from gsapp.report.pdf import pdf_pages
 from gsapp.report.provenance import Provenance, provenance_section
+from gsapp.report.writing import check_place, write_document
 
 Units = Literal["US", "SI"]
 
@@ -104,28 +102,12 @@ def write_report(
     OSError
         If the disk refuses.
     """
-    if out.suffix not in ("", ".html", ".pdf") and not out.is_dir():
-        raise GroundStationError(
-            f"a report cannot be written as '{out.name}'; give a folder, or a file that ends in "
-            ".html or .pdf"
-        )
+    check_place(out)
     document = discrepancy_document(
         found, aircraft=aircraft, provenance=provenance, units=units, overlays=overlays,
         written=written,
     )  # fmt: skip
-    if out.suffix == ".pdf":
-        return (write_atomically(out, pdf_pages(document)),)
-    images = {one.name: picture_png(one) for one in document.pictures}
-    if out.suffix == ".html":
-        return (write_atomically(out, html_page(document, images)),)
-    return (
-        write_atomically(out / "report.html", html_page(document, images)),
-        write_atomically(out / "report.pdf", pdf_pages(document)),
-        *(
-            write_atomically(out / "figures" / f"{number:02d}-{name}.png", png)
-            for number, (name, png) in enumerate(images.items(), start=1)
-        ),
-    )
+    return write_document(document, out)
 
 
 def discrepancy_document(

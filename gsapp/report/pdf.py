@@ -31,6 +31,8 @@ _TOP, _BOTTOM = 0.75, 0.85
 _POINT = 1.0 / 72.0
 _QUIET = "#4a525d"
 _LEADING = 1.38
+_UNDER_HEADING = 0.95
+"""Inches that a heading and the first lines of a caption take."""
 _GUTTER, _BETWEEN = 0.16, 0.03
 """Between columns and between rows of a table, inches."""
 
@@ -74,7 +76,8 @@ def pdf_pages(document: Document) -> bytes:
         for label, value in document.facts:
             flow.text(f"{label}: {value}", _BODY)
         for section in document.sections:
-            flow.heading(section.title)
+            first = section.parts[0] if section.parts else None
+            flow.heading(section.title, before=first.height if isinstance(first, Picture) else 0.0)
             for part in section.parts:
                 if isinstance(part, Paragraph):
                     flow.text(part.text, _KINDS[part.kind])
@@ -99,9 +102,16 @@ class _Flow:
         if self._y > _TOP:
             self._y += inches
 
-    def heading(self, title: str) -> None:
-        """Begin a section; a heading never stands alone at the foot of a page."""
-        self._need(1.6)
+    def heading(self, title: str, *, before: float = 0.0) -> None:
+        """Begin a section; a heading never stands alone at the foot of a page.
+
+        Parameters
+        ----------
+        title : str
+        before : float
+            Height of a picture that follows at once, inches.
+        """
+        self._need(max(1.6, min(before + _UNDER_HEADING, _PAGE_HEIGHT - _TOP - _BOTTOM)))
         self.space(0.2)
         self.text(title, _HEADING)
         self._rule(0.0, WIDTH)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from scipy.io import loadmat
 
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.pilot.flight import fly
@@ -183,3 +185,47 @@ def test_linear_models_are_fitted_on_one_flight_and_judged_on_another(
                 assert 0.0 < one["rms_over_range_pct"][output] < 40.0, (axis, name, output)
     model = load_linear_model(tmp_path / "models" / "ml-lat.toml").model()
     assert model.states == ("beta", "p", "r", "phi")
+
+
+def test_a_report_on_a_folder_of_flights_is_complete_and_the_same_every_time(
+    flights: Path, tmp_path: Path
+) -> None:
+    """Page, PDF, pictures and results as files; truth in them; twice the same page."""
+    out, again = tmp_path / "results", tmp_path / "again.html"
+    for place in (out, again):
+        done = gsapp("report", flights, "--model", "b777", "--out", place, "--no-date")
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.lstrip().startswith("4 maneuvers of 2 flights give ")
+    one = {path.name: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    for name in ("report.html", "report.pdf", "derivatives.csv", "values.csv", "campaign.json"):
+        assert one[name]
+    assert sum(name.endswith(".png") for name in one) >= 7
+    assert one["report.html"] == again.read_bytes()
+    page = one["report.html"].decode()
+    for words in ("Can it be believed?", "As it formed in the air", "short period", "flight5"):
+        assert words in page
+    assert "http" not in re.sub(r"data:[^\"]*", "", page)
+    model = load_model(out / "model.toml")
+    assert model.parent == "b777"
+    assert model.derivative("Cm_de") == pytest.approx(TRUTH.derivative("Cm_de"), rel=0.04)
+    mat = loadmat(out / "derivatives.mat", simplify_cells=True)
+    assert mat["derivatives"]["Cm_de"]["mean"] == model.derivative("Cm_de")
+    assert mat["linear_lat"]["A"].shape == (4, 4)
+    linear = load_linear_model(out / "linear-lon.toml").model()
+    assert linear.states == ("alpha", "V", "q", "theta")
+
+
+def test_wrong_calls_of_a_report_get_one_sentence(flights: Path, tmp_path: Path) -> None:
+    """Told before anything is worked out; nothing is written."""
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    for arguments, words in (
+        ((flights, "--out", tmp_path / "report.docx"), "ends in .html or .pdf"),
+        ((empty, "--out", tmp_path / "out"), "holds no flight"),
+        ((flights / "none.csv", "--out", tmp_path / "out"), "there is no flight"),
+    ):
+        done = gsapp("report", *arguments)
+        assert done.returncode == 1
+        assert words in done.stderr
+        assert len(done.stderr.strip().splitlines()) <= 2
+    assert [path.name for path in tmp_path.iterdir()] == ["empty"]

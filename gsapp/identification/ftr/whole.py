@@ -1,0 +1,52 @@
+"""FTR over a whole recorded flight, as it would have formed its values in the air."""
+
+from __future__ import annotations
+
+import math
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight import Flight
+from gsapp.foundation import FlightError
+from gsapp.identification.ftr.online import FTR
+from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.maneuver import mass_over_flight
+from gsapp.quantities import Block
+
+_PIECE = 4096
+"""Samples given at a time."""
+
+
+def listen_to(flight: Flight, aircraft: Aircraft, settings: FTRSettings | None = None) -> FTR:
+    """Return an FTR that has listened to a flight from its first to its last sample.
+
+    Parameters
+    ----------
+    flight : Flight
+        On an even grid.
+    aircraft : Aircraft
+        As that flight flew it.
+    settings : FTRSettings, optional
+
+    Raises
+    ------
+    FlightError
+        If there are too few samples a second, or none at all.
+    """
+    block = flight.block
+    if len(block) < 2 or not math.isfinite(flight.rate):
+        raise FlightError(f"the flight '{flight.name}' holds too few samples to listen to")
+    heard = FTR(
+        aircraft,
+        settings,
+        rate=flight.rate,
+        origin=float(block.times[0]),
+        mass=float(mass_over_flight(flight, aircraft)[0]),
+    )
+    for start in range(0, len(block), _PIECE):
+        piece = slice(start, start + _PIECE)
+        heard.feed(
+            Block(channels=block.channels, times=block.times[piece], values=block.values[piece])
+        )
+        heard.settle()
+    heard.finish()
+    return heard
