@@ -60,7 +60,10 @@ class FlightSpeech:
         for one in new:
             if cues.time - one.time > LATE:
                 continue
-            if one.words:
-                self._voice.say(one.words, _PRIORITY[one.priority], through=True)
             if one.tone:
                 self._voice.tone(one.tone)
+            if one.words:
+                self._voice.say(one.words, _PRIORITY[one.priority], through=True)
+                if one.tone:
+                    # Where there is no voice a common tone has just taken its place.
+                    self._voice.tone(one.tone)

@@ -1,0 +1,247 @@
+"""What is heard in flight: order, mute, and nothing into the answer of the aircraft."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from pilot_kit import BASE, moving
+from window_kit import open_window
+
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.speaking import Spoken
+from ui.pilot.flight_cues import FlightCues
+from ui.pilot.speech import LATE, FlightSpeech
+from ui.voice.queue import Priority, Utterance
+from ui.voice.speaker import Speaker
+from ui.voice.voice import Voice
+
+
+class Mouth(Speaker):
+    """Speaks until it is told that it has done so."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.spoken: list[str] = []
+        self.now: Utterance | None = None
+
+    def speak(self, utterance: Utterance) -> None:
+        self.now = utterance
+        self.spoken.append(utterance.words)
+
+    def stop(self) -> None:
+        self.now = None
+
+    def end(self) -> None:
+        spoken, self.now = self.now, None
+        if spoken is not None:
+            self.done.emit(spoken)
+
+
+class Loudspeaker:
+    """Remembers the tones."""
+
+    def __init__(self) -> None:
+        self.tones: list[str] = []
+
+    def play(self, name: str) -> None:
+        self.tones.append(name)
+
+    def stop(self) -> None:
+        """Fall silent."""
+
+
+class Flight:
+    """A flight that says things, and what is heard of it."""
+
+    def __init__(self) -> None:
+        self.mouth, self.loudspeaker = Mouth(), Loudspeaker()
+        self.voice = Voice(player=self.loudspeaker, speaker=self.mouth)
+        self.speech = FlightSpeech(self.voice)
+        self.said: list[Spoken] = []
+        self.time = 100.0
+
+    def hear(self, *, hands_off: bool = False, aloud: bool = True) -> None:
+        under_way = moving("hands-off") if hands_off else None
+        cues = replace(BASE, time=self.time, under_way=under_way)
+        self.speech.hear(cues, self.said, aloud=aloud)
+
+    def say(self, words: str, priority: str = "prompt", tone: str = "", ago: float = 0.0) -> None:
+        self.said.append(
+            Spoken(time=self.time - ago, words=words, priority=priority, tone=tone)  # type: ignore[arg-type]
+        )
+
+
+@pytest.fixture
+def flight(qapp: QApplication) -> Flight:
+    return Flight()
+
+
+def test_what_is_new_is_said_once_with_its_tone(flight: Flight) -> None:
+    flight.say("go", tone="taken")
+    flight.hear()
+    flight.hear()
+    assert flight.mouth.spoken == ["go"]
+    assert flight.loudspeaker.tones == ["taken"]
+
+
+def test_warnings_come_before_prompts_and_these_before_notes(flight: Flight) -> None:
+    flight.say("three feet a second slow")
+    flight.hear()
+    flight.say("next: rudder doublet", "note")
+    flight.say("left wing low")
+    flight.say("stall: nose down", "warning", "warning")
+    flight.hear()
+    flight.mouth.end()
+    assert flight.mouth.spoken == ["three feet a second slow", "stall: nose down", "left wing low"]
+
+
+def test_nothing_is_spoken_into_the_hands_off_interval(flight: Flight) -> None:
+    """Not what was being said, nor what waits, nor an alarm of the bar, which comes after it."""
+    flight.say("three feet a second slow")
+    flight.say("left wing low")
+    flight.hear()
+    flight.say("hands off", tone="steady")
+    flight.hear(hands_off=True)
+    assert flight.mouth.now is not None
+    assert flight.mouth.now.words == "hands off"
+    flight.mouth.end()
+    flight.voice.say("battery low", Priority.WARNING)
+    flight.voice.say("point taken")
+    flight.hear(hands_off=True)
+    assert flight.mouth.now is None
+    flight.hear()
+    assert flight.mouth.spoken[2:] == ["battery low"]
+
+
+def test_a_danger_that_the_pilot_must_act_on_is_spoken_even_there(flight: Flight) -> None:
+    flight.hear(hands_off=True)
+    flight.say("stall: nose down", "warning", "warning")
+    flight.hear(hands_off=True)
+    assert flight.mouth.spoken == ["stall: nose down"]
+
+
+def test_what_was_true_a_while_ago_is_not_said(flight: Flight) -> None:
+    """As after a jump in a replay, or when a window joins a flight."""
+    flight.say("go", ago=LATE + 0.1)
+    flight.say("hold", ago=LATE - 0.1)
+    flight.hear()
+    assert flight.mouth.spoken == ["hold"]
+    flight.speech.restart(flight.said)
+    flight.hear()
+    assert flight.mouth.spoken == ["hold"]
+
+
+def test_mute_is_one_for_words_and_tones(flight: Flight) -> None:
+    flight.say("three feet a second slow", tone="note")
+    flight.hear()
+    flight.voice.mute(True)
+    assert flight.mouth.now is None
+    flight.say("go", tone="taken")
+    flight.hear()
+    flight.voice.mute(False)
+    flight.hear()
+    assert flight.mouth.spoken == ["three feet a second slow"]
+    assert flight.loudspeaker.tones == ["note"]
+
+
+def test_a_replay_that_goes_back_says_it_again(flight: Flight) -> None:
+    flight.say("go")
+    flight.hear()
+    flight.mouth.end()
+    flight.said.clear()
+    flight.hear()
+    flight.say("left wing low")
+    flight.hear()
+    assert flight.mouth.spoken == ["go", "left wing low"]
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(
+            st.sampled_from(["slow", "fast", "left wing low", "go", "stall: nose down"]),
+            st.sampled_from(["note", "prompt", "warning"]),
+        ),
+        st.sampled_from(["end", "begins", "over"]),
+    ),
+    max_size=40,
+)
+
+
+@settings(
+    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(steps=STEPS)
+def test_never_more_than_one_sentence_behind(qapp: QApplication, steps: list[object]) -> None:
+    """Whatever is said, at most one sentence waits: after one end the newest of its kind comes."""
+    flight = Flight()
+    hands_off = False
+    for step in steps:
+        if step == "end":
+            flight.mouth.end()
+        elif step in ("begins", "over"):
+            hands_off = step == "begins"
+        else:
+            words, priority = step  # type: ignore[misc]
+            flight.say(words, priority)
+        flight.hear(hands_off=hands_off)
+    heard = len(flight.mouth.spoken)
+    flight.hear()
+    flight.mouth.end()
+    flight.mouth.end()
+    flight.mouth.end()
+    assert len(flight.mouth.spoken) <= heard + 2
+    assert flight.mouth.now is None
+
+
+# In the window
+
+
+def test_cues_are_spoken_once_the_page_was_opened(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or always, or never, as the crew wishes; which is remembered."""
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    window = open_window(tmp_path)
+    try:
+        said: list[Spoken] = []
+        now: list[CueSnapshot] = [replace(BASE, time=100.0)]
+        monkeypatch.setattr(FlightCues, "snapshot", lambda _self: now[0])
+        monkeypatch.setattr(FlightCues, "spoken", lambda _self: said)
+        heard: list[str] = []
+        window.voice.said.connect(heard.append)
+        window.crew.mute()  # the windows of the tests begin muted
+
+        def tell(words: str) -> None:
+            said.append(Spoken(time=100.0, words=words, priority="warning"))
+            window.desk.told.emit()
+
+        speak = window.commands.actions["pilot_speak"]
+        tell("one")
+        assert not heard
+        assert not speak.isChecked()
+        window.show_place("pilot")
+        tell("two")
+        window.show_place("flight")
+        tell("three")
+        assert heard[0] == "two"
+        assert speak.isChecked()
+        speak.trigger()
+        assert window.store.current.flight_speech == "never"
+        before = list(heard)
+        tell("four")
+        assert heard == before
+        speak.trigger()
+        assert window.store.current.flight_speech == "always"
+    finally:
+        window.close()
+        window.deleteLater()
