@@ -48,7 +48,7 @@ def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> W
     return wanted_input(surfaces, kind, aircraft=aircraft, model=model, point=point(speed))
 
 
-@pytest.mark.parametrize("speed", [75.0, 100.0, 115.0])
+@pytest.mark.parametrize("speed", [75.0, 115.0])
 @pytest.mark.parametrize("surfaces", [*SINGLE, ("da", "dr")])
 def test_the_largest_reaches_a_limit_and_goes_no_further(
     surfaces: tuple[str, ...], speed: float
@@ -111,8 +111,9 @@ def test_the_grader_agrees_with_the_band(surface: str) -> None:
         assert not [reason for reason in reasons if "clipped" in reason]
 
 
-@pytest.mark.parametrize(("surface", "answer"), [("de", "q"), ("da", "p"), ("dr", "beta")])
-@pytest.mark.parametrize("speed", [85.0, 110.0])
+@pytest.mark.parametrize(
+    ("surface", "answer", "speed"), [("de", "q", 85.0), ("da", "p", 100.0), ("dr", "beta", 110.0)]
+)
 def test_the_width_leaves_the_most_motion_behind(surface: str, answer: str, speed: float) -> None:
     """A scan of doublets of one size: the free answer is largest at the width asked for."""
     wanted = _wanted((surface,), speed)
@@ -166,7 +167,7 @@ def test_moved_together_all_shrink_alike_to_what_they_may_do_together() -> None:
 
 def test_the_roll_is_excited_without_the_dutch_roll() -> None:
     """Ailerons go back before half a dutch roll has passed, and not before the roll is there."""
-    for speed in (80.0, 100.0, 120.0):
+    for speed in (80.0, 120.0):
         width = _wanted(("da",), speed).width
         assert width.high == pytest.approx(math.pi / abs(_dutch_roll_pole(speed)), rel=0.01)
         # What is left of the steady roll rate after the shortest step, by the simulator.
