@@ -1,0 +1,209 @@
+"""Cues of a session: live, in two windows and in the replay the same; kept once; as alarms."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
+from cue_kit import CARDS, Record, card, flown
+
+from gsapp.cli import replay
+from gsapp.flight.cards import CardSet
+from gsapp.flight.events import read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.quantities import Block
+from gsapp.session import MAX_SPEED, Session
+from gsapp.session.cue_watch import VERDICT
+from gsapp.session.session import run_through
+
+_TWO = CardSet(cards=(card("E1"), card("E2", speed=85.0)))
+
+
+def folder_with(tmp_path: Path, cards: CardSet | None = CARDS) -> FlightFolder:
+    folder = FlightFolder.create(tmp_path / "flight")
+    if cards is not None:
+        folder.keep_cards(cards)
+    return folder
+
+
+@contextlib.contextmanager
+def opened(session: Session) -> Iterator[Session]:
+    try:
+        yield session
+    finally:
+        session.close()
+
+
+def follow(folder: FlightFolder) -> Session:
+    return Session.follow(folder.path, channel_map="b777", aircraft="b777")
+
+
+def replayed(folder: FlightFolder, **options: object) -> Session:
+    session = Session.replay(
+        folder.path, channel_map="b777", aircraft="b777", speed=MAX_SPEED, **options
+    )
+    run_through(session)
+    return session
+
+
+def told(session: Session) -> tuple[object, ...]:
+    debrief = session.debrief()
+    assert debrief is not None
+    return json.dumps([debrief.to_json(), debrief.cues_json()]), debrief.cards
+
+
+def verdicts_kept(folder: FlightFolder) -> list[tuple[str, object]]:
+    events = read_events(folder.path / "events.jsonl").events
+    return [(event.text, event.data["id"]) for event in events if event.kind == VERDICT]
+
+
+def test_two_live_windows_and_the_replay_tell_the_same_and_keep_it_once(tmp_path: Path) -> None:
+    """One window looks all the time, one now and then; the verdict is in the record once."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    with opened(follow(folder)) as steady, opened(follow(folder)) as seldom:
+        looks = 0
+        while record.write(17):
+            steady.update(0.5)
+            looks += 1
+            if looks % 20 == 0:
+                seldom.update(0.5)
+        record.close()
+        for session in (steady, seldom):
+            session.update(5.0)
+            session.finish()
+        assert told(steady) == told(seldom)
+        assert verdicts_kept(folder) == [("good", "M1")]
+        cues = steady.cues
+        assert cues is not None
+        assert cues.verdict is not None
+        assert (cues.verdict.card, cues.good, cues.wanted) == ("E1", 1, 2)
+        assert [one.words for one in steady.spoken] == [one.words for one in seldom.spoken]
+        with opened(replayed(folder)) as again:
+            assert told(again) == told(steady)
+            assert again.spoken == steady.spoken
+            assert again.board.log == steady.board.log
+            assert again.board.log == seldom.board.log
+    assert verdicts_kept(folder) == [("good", "M1")]
+
+
+def test_a_card_chosen_in_flight_is_kept_and_counts_in_the_replay(tmp_path: Path) -> None:
+    """The choice is an event at a flight time; another window follows it."""
+    folder = folder_with(tmp_path, _TWO)
+    record = Record(folder.path, flown())
+    with opened(follow(folder)) as live:
+        record.write(700)
+        live.update(5.0)
+        live.choose_card("E2")
+        record.write()
+        record.close()
+        live.update(5.0)
+        live.finish()
+        cues = live.cues
+        assert cues is not None
+        assert cues.card is not None
+        assert (cues.card.card.id, cues.card.why) == ("E2", "chosen")
+        with opened(replayed(folder)) as again:
+            assert told(again) == told(live)
+    kept = read_events(folder.path / "events.jsonl").events
+    assert [event.data["card"] for event in kept if event.kind == "card-choice"] == ["E2"]
+
+
+def test_a_danger_is_an_alarm_and_said_until_it_is_over(tmp_path: Path) -> None:
+    """The alpha vane's wire breaks in flight: bar, page and record agree; limits say their own."""
+    block = flown()
+    values = block.values.copy()
+    values[600:, block.channels.index("alpha")] = values[600, block.channels.index("alpha")]
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, Block(channels=block.channels, times=block.times, values=values))
+    record.write()
+    record.close()
+    with opened(replayed(folder)) as session:
+        cues = session.cues
+        assert cues is not None
+        stuck = [danger for danger in cues.dangers if "alpha" in danger.channels]
+        assert stuck
+        assert any(words.startswith("not believed: ") for words in cues.missing)
+        alarm = session.board.get(f"danger:{stuck[0].key}")
+        assert alarm is not None
+        assert alarm.active
+        assert alarm.words == stuck[0].words
+        assert stuck[0].spoken.split(" ")[0] in " ".join(one.words for one in session.spoken)
+
+
+def test_bad_cards_do_not_keep_a_flight_from_being_watched(tmp_path: Path) -> None:
+    """The remark names the file and the mistake; the rest of the cues work."""
+    folder = folder_with(tmp_path, None)
+    folder.cards_file.write_text('[[cards]]\nid = "E1"\nspeed = "100 fps"\n')
+    record = Record(folder.path, flown())
+    record.write(300)
+    record.close()
+    with opened(replayed(folder)) as session:
+        assert session.cards is None
+        (said,) = (words for words in session.remarks if "test cards are not used" in words)
+        assert "cards.toml" in said
+        assert session.cues is not None
+        assert session.cues.trim is not None
+
+
+def test_cards_of_a_live_flight_are_kept_if_it_had_none(tmp_path: Path) -> None:
+    """What the crew loads in flight is in the folder afterwards; a replay changes no file."""
+    folder = folder_with(tmp_path, None)
+    Record(folder.path, flown()).close()
+    with opened(replayed(folder)) as session:
+        session.use_cards(CARDS)
+        assert session.cards == CARDS
+        assert not folder.cards_file.exists()
+    with opened(follow(folder)) as session:
+        session.use_cards(CARDS)
+        session.use_cards(_TWO)
+        assert session.cards == _TWO
+    assert folder.cards() == CARDS
+
+
+def test_cues_can_be_switched_off(tmp_path: Path) -> None:
+    """Nothing is judged then, and nothing of it costs."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    record.write(300)
+    record.close()
+    with opened(replayed(folder, cues=False)) as session:
+        assert session.cues is None
+        assert session.debrief() is None
+        assert session.spoken == ()
+        assert session.cards is None
+        session.choose_card("E1")
+        session.use_cards(CARDS)
+
+
+def test_the_replay_command_lists_cues_and_verdicts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """For programs all of it in SI, for people a line for each input."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    record.write()
+    record.close()
+    target = tmp_path / "out.json"
+    folder.keep_aircraft(Path("gsapp/aircraft/files/b777.toml"))
+    replay.run(flight=folder.path, json=target, channel_map="b777")
+    result = json.loads(target.read_text())
+    (verdict,) = result["verdicts"]
+    assert (verdict["result"], verdict["card"], verdict["surfaces"]) == ("good", "E1", ["de"])
+    assert verdict["amplitudes"]["de"] == pytest.approx(np.radians(4.5), rel=0.15)
+    assert verdict["wanted"]["amplitudes"]["de"]["best"] == pytest.approx(np.radians(4.5))
+    times = [cue["time"] for cue in result["cues"]]
+    assert times == sorted(times)
+    assert {"trim", "input", "hands-off", "verdict", "card", "spoken"} <= {
+        cue["kind"] for cue in result["cues"]
+    }
+    shown = capsys.readouterr().out
+    assert "1 verdict\n" in shown
+    assert "M1" in shown
