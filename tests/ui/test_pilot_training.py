@@ -1,0 +1,169 @@
+"""Training: keys as sticks, and a real virtual aircraft that is flown by them over a real link."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import open_window, until
+
+import ui.window
+from gsapp.quantities.constants import DEGREE
+from gsapp.telemetry.recorder_control import find_recorders
+from ui.pilot.stick_keys import Click, Push, Rate, Size, StickKeys
+from ui.window import MainWindow
+
+_PATIENCE_MS = 60_000
+"""Recorder and aircraft are processes of their own, which may take a while to start."""
+
+KEYS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_A,
+        Qt.Key.Key_D)  # fmt: skip
+
+
+# Keys
+
+
+def test_down_pulls_and_the_later_key_of_a_stick_wins() -> None:
+    keys = StickKeys()
+    keys.press(Qt.Key.Key_Down, trim=False, again=False)
+    keys.press(Qt.Key.Key_Right, trim=False, again=False)
+    assert keys.push == Push(pitch=1.0, roll=1.0)
+    keys.press(Qt.Key.Key_Up, trim=False, again=False)
+    assert keys.push == Push(pitch=-1.0, roll=1.0)
+    keys.release(Qt.Key.Key_Up)
+    assert keys.push == Push(pitch=1.0, roll=1.0)
+    keys.let_go()
+    assert keys.push == Push()
+
+
+def test_levers_sizes_and_rates_act_once() -> None:
+    keys = StickKeys()
+    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == Click(axis="throttle", by=0.04)
+    assert keys.press(Qt.Key.Key_3, trim=False, again=False) == Size(share=0.5)
+    assert keys.press(Qt.Key.Key_3, trim=False, again=True) is None
+    assert keys.press(Qt.Key.Key_9, trim=False, again=False) == Rate(high=False)
+    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == Click(axis="pitch", by=-0.02)
+    assert keys.push == Push()
+    assert not StickKeys.flies(Qt.Key.Key_Space)
+
+
+@given(st.lists(st.tuples(st.sampled_from(KEYS), st.booleans())))
+def test_released_sticks_are_centered_whatever_was_pressed(
+    strokes: list[tuple[Qt.Key, bool]],
+) -> None:
+    """No order of presses and releases leaves a stick hanging."""
+    keys = StickKeys()
+    for key, down in strokes:
+        if down:
+            keys.press(key, trim=False, again=False)
+        else:
+            keys.release(key)
+        assert max(abs(keys.push.pitch), abs(keys.push.roll), abs(keys.push.yaw)) <= 1.0
+    for key in KEYS:
+        keys.release(key)
+    assert keys.push == Push()
+
+
+# The aircraft
+
+
+@pytest.fixture
+def window(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    made.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    yield made
+    made.close()
+    made.deleteLater()
+    for recorder in find_recorders():
+        recorder.stop()
+
+
+def hold(qtbot: QtBot, window: MainWindow, key: Qt.Key, seconds: float) -> None:
+    """Keep a key down for some seconds of flight, where the keyboard is."""
+    begin = window.desk.time
+    QTest.keyPress(QApplication.focusWidget(), key)
+    until(qtbot, lambda: window.desk.time > begin + seconds, _PATIENCE_MS)
+    QTest.keyRelease(QApplication.focusWidget(), key)
+
+
+def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """All by keys; what they did is measured on the elevator of the record."""
+    qtbot.keyClick(
+        window,
+        Qt.Key.Key_T,
+        Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier,
+    )
+    pilot, desk = window.pilot, window.desk
+    until(qtbot, lambda: pilot.training.running and desk.time is not None, _PATIENCE_MS)
+    assert pilot.isVisible()
+    until(qtbot, lambda: desk.time > 1.0, _PATIENCE_MS)
+    # It begins in the air, with the cards of the aircraft, and the page judges it.
+    until(qtbot, lambda: pilot.canvas.sheet.card.lead.startswith("NEXT"), _PATIENCE_MS)
+    assert "built-in pilot" in pilot.help.text()
+    # Letters are commands until the trainee has it; the keyboard is on the page.
+    assert pilot.canvas.hasFocus()
+    muted = window.store.current.muted
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_S)
+    assert window.store.current.muted is not muted
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_H)
+    until(qtbot, lambda: pilot.training.flies, _PATIENCE_MS)
+    assert pilot.help.text().startswith("You have it")
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_S)
+    assert window.store.current.muted is not muted
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)
+    assert window.store.current.muted is muted
+    # A doublet: half stick back, half stick forward.
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_3)
+    assert "half stick" in pilot.help.text()
+    begin = desk.time
+    hold(qtbot, window, Qt.Key.Key_Down, 0.4)
+    hold(qtbot, window, Qt.Key.Key_Up, 0.4)
+    until(qtbot, lambda: desk.time > begin + 2.5, _PATIENCE_MS)
+    block = desk.session.history.block(("de",), begin - 0.5, begin + 2.5)
+    moved = block.values[:, 0] - np.nanmedian(block.values[:40, 0])
+    # Pulled is trailing edge up, negative, and comes first.
+    assert np.nanmin(moved) < -3.0 * DEGREE
+    assert np.nanmax(moved) > 3.0 * DEGREE
+    assert np.nanargmin(moved) < np.nanargmax(moved)
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_H)
+    until(qtbot, lambda: not pilot.training.flies, _PATIENCE_MS)
+    # Another flight ends it.
+    aircraft = pilot.training._aircraft
+    desk.close_flight()
+    ended = time.monotonic() + 10.0
+    while aircraft.flying() and time.monotonic() < ended:
+        time.sleep(0.05)
+    assert not aircraft.flying()
+    assert not pilot.help.isVisible()
+
+
+def test_the_start_page_offers_training(window: MainWindow, qtbot: QtBot) -> None:
+    """By a button with a name, reached by Tab."""
+    button = window.flight_place.start.train
+    assert "Train" in button.accessibleName()
+    focus = window.flight_place.start
+    focus.setFocus()
+    for _ in range(8):
+        qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
+        if QApplication.focusWidget() is button:
+            break
+    assert button.hasFocus()
