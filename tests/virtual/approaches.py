@@ -42,13 +42,13 @@ class _Approach(_Flight):
         )
         self._until = list(accumulate(float(length) for length in lengths))
         self._goals = [_goal(goals, far=place % 2 == 0) for place in range(4)]
-        self._plan = replace(plan, approach=self._until[-1])
+        self._plan = replace(plan, approach=self._until[-1], bank=0.0, speed_off=0.0)
 
     def _corrected(self, bank: float, speed: float) -> list[float]:
         time = len(self._tables[0]) / RATE
         place = sum(time >= until for until in self._until[:-1])
-        bank, fast, nose = self._goals[place]
-        sticks = super()._corrected(bank, self._plan.speed + fast)
+        lean, fast, nose = self._goals[place]
+        sticks = super()._corrected(bank + lean, speed + fast)
         return [sticks[0] + nose, *sticks[1:]]
 
 

@@ -19,6 +19,8 @@ TURNING: Final = 8.0 * DEGREE
 """A mean turn rate beyond this, rad/s, is a turn; 45 deg of bank turn at 18 deg/s."""
 STRAIGHT: Final = 5.0 * DEGREE
 """Below this, rad/s, a turn is over."""
+_ROLLING_IN: Final = 0.6
+"""Seconds from the first bank to a turn rate of `TURNING`."""
 _PATTERN_TURN: Final = 60.0 * DEGREE
 """What turns less is a correction on the same leg, rad."""
 _ALIKE: Final = 45.0 * DEGREE
@@ -120,10 +122,10 @@ class LegWatch:
         self.turning, self._turned = True, 0.0
         north, east, track, speed = self._ground()
         # The leg ended here, if this becomes a turn of the pattern.
-        ahead = SLOW_LAG * speed
+        ahead = (SLOW_LAG - _ROLLING_IN) * speed
         self._began = _Leg(
             heading=self._leg_heading,
-            length=self._straight_for,
+            length=self._straight_for - _ROLLING_IN,
             track=track,
             north=north + ahead * math.cos(track),
             east=east + ahead * math.sin(track),

@@ -45,7 +45,7 @@ class StandWatch:
         self._frame: list[tuple[float, ...]] = []
         self._frames = 0
         self._still = np.zeros(3)
-        self._still_frames = 0
+        self._still_frames = np.zeros(3, dtype=np.int64)
         self.airborne = False
         self.standing = False
         self.zeros = (0.0, 0.0, 0.0)
@@ -72,12 +72,12 @@ class StandWatch:
             self._learn(means[:3])
 
     def _learn(self, rates: list[float]) -> None:
-        shown = [rate if abs(rate) < _LARGEST_ZERO else 0.0 for rate in rates]
-        self._still += shown
-        self._still_frames += 1
-        if self._still_frames >= _FEWEST_FRAMES:
-            p, q, r = (self._still / self._still_frames).tolist()
-            self.zeros = (p, q, r)
+        there = np.abs(rates) < _LARGEST_ZERO
+        self._still += np.where(there, rates, 0.0)
+        self._still_frames += there
+        known = self._still_frames >= _FEWEST_FRAMES
+        p, q, r = np.where(known, self._still / np.maximum(self._still_frames, 1), 0.0).tolist()
+        self.zeros = (p, q, r)
 
 
 def _mean(values: tuple[float, ...]) -> float:

@@ -13,9 +13,9 @@ STEADY: Final = 0.4
 _DOUBT: Final = 0.2
 """Seconds for which another state has to be wanted before it is taken."""
 ENTER: Final = 0.92
-"""Share of the tolerances within which the aircraft comes to be trimmed."""
+"""Share of the tolerances within which GO is given."""
 LEAVE: Final = 1.08
-"""Share of the tolerances beyond which it no longer is."""
+"""Share of the tolerances beyond which the aircraft is no longer trimmed, once it was."""
 _ROUND_OFF: Final = 1e-6
 
 

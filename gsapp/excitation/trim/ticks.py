@@ -25,6 +25,8 @@ _QUICK: Final = 11
 _SPARES: Final = {name: (f"{name}.2", f"{name}.3") for name in ("p", "q", "r")}
 _STUCK: Final = 2.0
 """s without any change."""
+_NO_FLOW: Final = 5.0
+"""Airspeed, m/s, below which a pitot may well show one and the same: on the ground."""
 
 
 class TickMeans:
@@ -97,7 +99,9 @@ class TickMeans:
     def _still(self, values: FloatArray, count: int) -> BoolArray:
         """Return which channels were stuck at the end of each tick, shape (count, _QUICK)."""
         before = np.concatenate((self._last[np.newaxis], values[:-1]))
-        same = (values == before).reshape(count, self._tick, _QUICK).all(axis=1)
+        unchanged = values == before
+        unchanged[:, PLACE["V"]] &= values[:, PLACE["V"]] > _NO_FLOW
+        same = unchanged.reshape(count, self._tick, _QUICK).all(axis=1)
         if count:
             self._last = values[-1]
         stuck = np.zeros((count, _QUICK), dtype=np.bool_)

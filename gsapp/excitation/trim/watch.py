@@ -176,11 +176,11 @@ class TrimWatch:
 
     def _wanted(self, time: float, off: Sequence[Off], *, airborne: bool) -> TrimState:
         """Return what the state would be if it were new."""
-        motion = self._senses.motion
-        if all(math.isnan(rate) for rate in motion[:3]):
+        if all(math.isnan(rate) for rate in self._senses.quick):
             self._steady = 0.0
             return "blind"
-        if not airborne:
+        # After a gap it takes a second until the means tell anything.
+        if not airborne or all(math.isnan(rate) for rate in self._senses.motion[:3]):
             self._steady = 0.0
             return "fly"
         state = None if self._keeper is None else self._keeper.state
@@ -189,7 +189,7 @@ class TrimWatch:
         self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
         if self._senses.leg.turning or self._too_short(state):
             return "turn"
-        trimmed = worst <= (LEAVE if state in ("hold", "go") else ENTER)
+        trimmed = worst <= (LEAVE if state in ("hold", "go") else 1.0)
         # Gusts come and go: what three seconds together say does not.
         near = trimmed or (
             self._roughness() > _RESTLESS

@@ -49,7 +49,8 @@ class MovingWindow:
     def __init__(self, length: int, columns: int) -> None:
         self._length = length
         self._past = np.full((length - 1, columns), np.nan)
-        self._places = np.arange(length) - 0.5 * (length - 1)
+        self._lags = np.arange(length)
+        self._places = self._lags - 0.5 * (length - 1)
         self._lever = float((self._places**2).sum())
 
     def take(self, ticks: FloatArray) -> WindowFit:
@@ -64,7 +65,8 @@ class MovingWindow:
         joined = np.concatenate((self._past, ticks))
         self._past = joined[len(ticks) :]
         # Contiguous along each window: that fixes the order of every sum.
-        windows = np.lib.stride_tricks.sliding_window_view(joined, length, axis=0).copy()
+        places = np.arange(len(ticks))[:, np.newaxis] + self._lags
+        windows = np.ascontiguousarray(joined.T[:, places])
         there = np.isfinite(windows)
         present = there.sum(axis=2)
         enough = present >= _LEAST_SHARE * length
@@ -73,9 +75,9 @@ class MovingWindow:
         # What is missing counts as the mean.
         rest = np.where(there, windows - mean[:, :, np.newaxis], 0.0)
         slope = (rest * self._places).sum(axis=2) / self._lever
-        power = (rest * rest).sum(axis=2) - slope * slope * self._lever
+        power = np.maximum((rest * rest).sum(axis=2) - slope * slope * self._lever, 0.0) / length
         return WindowFit(
-            mean=mean,
-            slope=np.where(enough, slope, np.nan),
-            power=np.where(enough, np.maximum(power, 0.0) / length, np.nan),
+            mean=mean.T,
+            slope=np.where(enough, slope, np.nan).T,
+            power=np.where(enough, power, np.nan).T,
         )

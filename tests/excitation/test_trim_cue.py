@@ -1,0 +1,249 @@
+"""The trim cue: right by the simulator's own states, steady, honest about what it lacks."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.excitation.trim.cue import TrimCue
+from gsapp.excitation.trim.watch import TrimWatch
+from gsapp.quantities.constants import DEGREE, FOOT
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
+from approaches import fly_approach
+from inputs import FlownInput
+from trim_kit import RATE, SPEED, aircraft, at, changed, cues, drawn, ramped
+from trim_truth import INSTRUMENTS, Score, score
+
+LEVEL = np.zeros(1000)
+AIR = (0.0, 0.3, 0.6)
+
+
+@pytest.fixture(scope="module")
+def flights() -> list[FlownInput]:
+    return [fly_approach(seed, turbulence=air) for seed, air in enumerate(AIR)]
+
+
+@pytest.fixture(scope="module")
+def rows(flights: list[FlownInput]) -> FlightRows:
+    return rows_of(flights[2].measured, RATE)
+
+
+# Against the truth ---------------------------------------------------------------------
+
+
+def test_go_comes_only_in_trim_and_then_soon(flights: list[FlownInput]) -> None:
+    """By the simulator's states over the last second no GO is wrong, and few come late.
+
+    The first flights of the benchmark ``trim_cue``, calm and in gusts, each with one more set of
+    instruments than the aircraft must have.
+    """
+    together = Score()
+    for flown, instruments in zip(flights, INSTRUMENTS, strict=True):
+        together.add(score(flown, instruments))
+    assert together.wrong == 0
+    assert together.right >= 3
+    assert together.trimmed >= 3
+    assert together.in_time >= together.trimmed - 1
+    assert together.hasty == 0
+
+
+def test_rough_air_is_told_from_bad_flying() -> None:
+    """Where only gusts spoil it the pilot is told to wait; where the bank is off, to fly."""
+    random = np.random.default_rng(5)
+    block = drawn(LEVEL)
+    wild = np.convolve(random.standard_normal(block.times.size), np.ones(20) / 20, "same")
+    gusty = changed(
+        block,
+        alpha=block["alpha"] + 5.0 * DEGREE * wild,
+        an=block["an"] + 12.0 * wild,
+        p=block["p"] + 0.6 * (wild - wild.mean()),
+    )
+    found = cues(gusty)
+    assert {cue.state for cue in found if cue.time > 6.5} == {"gusty"}
+    strength = at(found, 9.0).gusts
+    assert strength is not None
+    assert strength > 0.5
+    leaning = drawn(np.full(1000, 12.0 * DEGREE))
+    assert at(cues(leaning), 9.0).state in ("fly", "turn")
+
+
+# Steady --------------------------------------------------------------------------------
+
+
+@settings(max_examples=8, deadline=None)
+@given(cuts=st.lists(st.integers(1, 400), max_size=8))
+def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -> None:
+    """Every change of state is the same to the last bit, however the rows came."""
+    whole, pieces = TrimWatch(aircraft(), RATE), TrimWatch(aircraft(), RATE)
+    part = rows.part(500, 2000)
+    whole.take(part)
+    edges = sorted({0, *(5 * min(cut, 300) for cut in cuts), 1500})
+    for start, stop in pairwise(edges):
+        pieces.take(part.part(start, stop))
+    assert pieces.cue == whole.cue
+    assert pieces.changes == whole.changes
+    assert len(whole.changes) > 3
+
+
+def test_no_state_is_left_at_once(rows: FlightRows) -> None:
+    """In gusts each state but GO stands for 0.6 s at least."""
+    watch = TrimWatch(aircraft(), RATE)
+    watch.take(rows)
+    for before, after in pairwise(watch.changes):
+        assert before.state == "go" or after.since - before.since > 0.59
+        assert after.since == after.time
+
+
+def test_go_ends_at_once_when_trim_is_lost() -> None:
+    """A sudden roll ends GO within a third of a second."""
+    found = cues(drawn(ramped((8.0, 0.0), (1.0, 40.0))))
+    assert at(found, 8.0).state == "go"
+    first = next(cue for cue in found if cue.time > 8.0 and cue.state != "go")
+    assert first.time < 8.35
+
+
+def test_no_go_while_held_off() -> None:
+    """The input under way, or anyone else, silences GO until a time, not longer."""
+    watch = TrimWatch(aircraft(), RATE)
+    watch.hold_off(6.0)
+    found = cues(drawn(LEVEL), watch)
+    assert {cue.state for cue in found if cue.time < 6.0} <= {"fly", "hold"}
+    assert at(found, 6.3).state == "go"
+
+
+# What is off ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("bank", "speed", "words"),
+    [
+        (-6.5, SPEED, "left wing low 6 deg"),
+        (0.0, SPEED - 9.0 * FOOT, "9 ft/s slow"),
+        (0.0, SPEED + 7.0 * FOOT, "7 ft/s fast"),
+    ],
+)
+def test_the_spotter_hears_what_is_off_and_which_way(bank: float, speed: float, words: str) -> None:
+    """Largest first, in the words and with the digits of a spotter."""
+    cue = at(cues(drawn(np.full(900, bank * DEGREE), speed=speed)), 8.5)
+    assert cue.state == "fly"
+    assert cue.worst is not None
+    assert cue.worst.words() == words
+
+
+def test_without_attitude_the_wing_is_named_without_degrees() -> None:
+    """A bank concluded from turn rate has its side told, not its size."""
+    cue = at(cues(drawn(np.full(900, 9.0 * DEGREE), attitude=False)), 8.5)
+    assert cue.worst is not None
+    assert cue.worst.words() == "right wing low"
+    assert any("for want of attitude" in words for words in cue.judged_by)
+
+
+def test_without_a_point_any_steady_speed_will_do() -> None:
+    """Judged on steadiness alone, and said so."""
+    found = cues(drawn(LEVEL, speed=24.0), point=None)
+    assert at(found, 9.0).state == "go"
+    assert any("no test point" in words for words in at(found, 9.0).judged_by)
+    assert at(cues(drawn(LEVEL, speed=24.0)), 9.0).state == "fly"
+
+
+def test_climbing_is_off() -> None:
+    """A steady climb is found in height and accelerations: 8 ft/s, on the ground's side half."""
+    block = drawn(LEVEL)
+    rising = changed(block, altitude=block["altitude"] + 8.0 * FOOT * block.times)
+    worst = at(cues(rising), 9.0).worst
+    assert worst is not None
+    assert worst.quantity == "climb"
+    assert abs(worst.amount - 8.0 * FOOT) < 1.0 * FOOT
+
+
+# With what is there --------------------------------------------------------------------
+
+
+def _missing(cue: TrimCue) -> str:
+    return "; ".join(cue.missing)
+
+
+def test_on_the_ground_it_says_nothing_but_fly() -> None:
+    """Standing, engines running: no GO however steady; and the zero of a gyro is learned."""
+    level = drawn(LEVEL, attitude=False)
+    flying = changed(level, q=level["q"] + 4.0 * DEGREE)
+    still = changed(flying, V=0.5)
+    watch = TrimWatch(aircraft(), RATE)
+    assert {cue.state for cue in cues(still, watch)} == {"fly"}
+    assert at(cues(flying, watch), 9.0).state == "go"
+    assert at(cues(flying), 9.0).state == "fly"
+
+
+def test_blind_without_rates() -> None:
+    """No rates at all: nothing is judged, and what is missing is named."""
+    found = cues(changed(drawn(LEVEL), p=None, q=None, r=None))
+    assert {cue.state for cue in found} == {"blind"}
+    assert found[-1].off == ()
+    assert "pitch rate" in _missing(found[-1])
+
+
+@pytest.mark.parametrize(
+    ("gone", "named"),
+    [
+        (("alpha", "beta"), "the speed stands for it"),
+        (("altitude",), "no height"),
+        (("phi", "theta", "psi", "r"), "neither attitude nor yaw rate"),
+        (("ax", "ay"), ""),
+    ],
+)
+def test_what_is_not_measured_is_not_judged_and_said(gone: tuple[str, ...], named: str) -> None:
+    """Fewer channels: GO by what is left, and words for what is not."""
+    cue = at(cues(changed(drawn(LEVEL), **dict.fromkeys(gone))), 9.0)
+    assert cue.state == "go"
+    assert named in _missing(cue)
+
+
+def test_without_airspeed_all_counts_as_flown() -> None:
+    """Neither airspeed nor aircraft file: all counts as flown, and the speed is not judged."""
+    cue = at(cues(changed(drawn(LEVEL), V=None), TrimWatch(None, RATE)), 9.0)
+    assert cue.state == "go"
+    assert "no airspeed" in _missing(cue)
+
+
+def test_a_stuck_channel_is_not_believed() -> None:
+    """A vane that shows one and the same value for seconds is left out, and named."""
+    found = cues(changed(drawn(LEVEL), alpha=20.0 * DEGREE))
+    assert at(found, 1.5).state != "go"
+    assert at(found, 9.0).state == "go"
+    assert "alpha stands still" in _missing(at(found, 9.0))
+
+
+def test_a_distrusted_channel_is_as_good_as_missing() -> None:
+    """What others found to lie no longer keeps GO away; a spare gyro takes over."""
+    block = drawn(LEVEL)
+    lying = changed(block, q=block["q"] + 0.3, **{"q.2": block["q"]})
+    watch = TrimWatch(aircraft(), RATE)
+    watch.distrust(("q",))
+    assert at(cues(lying, watch), 9.0).state == "go"
+    assert "pitch rate" not in _missing(at(cues(lying, watch), 9.0))
+    assert at(cues(lying), 9.0).state == "fly"
+
+
+def test_without_an_aircraft_it_still_judges() -> None:
+    """No aircraft file: an airspeed of 12 m/s is flight."""
+    assert at(cues(drawn(LEVEL), TrimWatch(None, RATE)), 9.0).state == "go"
+    slow = cues(drawn(LEVEL, speed=8.0), TrimWatch(None, RATE), point=None)
+    assert {cue.state for cue in slow} == {"fly"}
+
+
+def test_gaps_do_no_harm() -> None:
+    """Holes of missing samples, one of them long, leave no state behind that was not judged."""
+    block = drawn(LEVEL)
+    holes = np.where((np.arange(1000) % 50 < 10) | (np.arange(1000) > 800), np.nan, 1.0)
+    found = cues(changed(block, **{name: block[name] * holes for name in block.channels}))
+    assert at(found, 7.5).state == "go"
+    assert found[-1].state == "blind"

@@ -1,0 +1,83 @@
+"""Straight legs of the pattern: learned from earlier laps, by position or by turns alone."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.excitation.trim.watch import BEFORE_TURN, REACTION, TrimWatch
+
+sys.path.insert(0, str(Path(__file__).parent))
+from trim_kit import RATE, aircraft, at, changed, cues, drawn, ramped
+
+# 45 deg of bank at 30 m/s turn by 180 deg in so many seconds, rolling in included.
+TURN, LEG = 9.73, 12.0
+LAPS = ramped((6.0, 0.0), *(((TURN, -45.0), (LEG, 0.0)) * 5))
+ONSET = 6.0 + 3 * (TURN + LEG)
+"""When the fourth turn begins, s."""
+
+
+@pytest.mark.parametrize("position", [True, False])
+def test_seconds_left_of_a_leg_are_learned(position: bool) -> None:
+    """After two laps the end of the leg is known by where, or how long after a turn, it came."""
+    found = cues(drawn(LAPS, position=position, attitude=False), point=None)
+    for before in (8.0, 5.0, 2.0):
+        left = at(found, ONSET - before).leg_left
+        assert left is not None
+        assert abs(left - before) < 0.5
+    assert at(found, 10.0).leg_left is None
+    assert any("position" in words for words in at(found, ONSET - 5.0).judged_by) == position
+
+
+def test_no_go_before_a_turn_nor_in_it() -> None:
+    """Three seconds before the turn GO is over; a longer input needs a longer leg."""
+    block = drawn(LAPS, position=True)
+    watch = TrimWatch(aircraft(), RATE)
+    found = cues(block, watch, point=None)
+    last = max(cue.time for cue in found if cue.state == "go" and cue.time < ONSET)
+    assert BEFORE_TURN < ONSET - last < BEFORE_TURN + 1.5
+    assert at(found, ONSET + 4.0).state == "turn"
+    watch = TrimWatch(aircraft(), RATE)
+    watch.leg_needed(4.5)
+    found = cues(block, watch, point=None)
+    last = max(cue.time for cue in found if cue.state == "go" and cue.time < ONSET)
+    assert 4.5 + REACTION < ONSET - last < 4.5 + REACTION + 1.5
+
+
+def test_without_an_earlier_lap_nothing_is_claimed() -> None:
+    """On the first leg GO comes all the same, and it is said that the leg is not known."""
+    cue = at(cues(drawn(np.zeros(1000), position=True)), 9.0)
+    assert cue.state == "go"
+    assert cue.leg_left is None
+    assert any("no earlier lap" in words for words in cue.missing)
+
+
+def test_wind_does_not_matter_to_legs_of_one_direction() -> None:
+    """Upwind legs last longer than downwind ones: each is told by its own kind."""
+    up, down = 15.0, 9.0
+    bank = ramped((6.0, 0.0), *(((TURN, -45.0), (up, 0.0), (TURN, -45.0), (down, 0.0)) * 3))
+    found = cues(drawn(bank, attitude=False), point=None)
+    # The third leg upwind begins after five turns.
+    onset = 6.0 + 5 * TURN + 2 * (up + down) + up
+    left = at(found, onset - 6.0).leg_left
+    assert left is not None
+    assert abs(left - 6.0) < 0.5
+
+
+def test_latitude_and_longitude_serve_as_well() -> None:
+    """A position in degrees gives what one in meters gives."""
+    block = drawn(LAPS, position=True, attitude=False)
+    radius, latitude = 6_371_000.0, 0.69
+    turned = changed(
+        block,
+        north=None,
+        east=None,
+        latitude=latitude + block["north"] / radius,
+        longitude=-1.4 + block["east"] / (radius * np.cos(latitude)),
+    )
+    left = at(cues(turned, point=None), ONSET - 5.0).leg_left
+    assert left is not None
+    assert abs(left - 5.0) < 0.5
