@@ -333,7 +333,7 @@ def test_without_a_model_little_is_promised() -> None:
     """No model: the linkage and the stops; no aircraft: the card alone, or nothing."""
     aircraft, model = b777()
     bare = wanted_input(("dr",), "doublet", aircraft=aircraft, model=None, point=point(100.0))
-    assert bare.width == USUAL_WIDTH
+    assert (bare.width, bare.source) == (USUAL_WIDTH, "usual")
     assert bare.amplitudes["dr"].high > 4.0 * bare.amplitudes["dr"].low
     # A model that cannot be flown is as good as none.
     broken = Model(name="broken", derivatives={"CN_alpha": 4.0})

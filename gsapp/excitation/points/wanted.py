@@ -45,9 +45,9 @@ class WantedInput:
         no straight leg is long enough for, are not meant), s.
     mode : str
         Which oscillation sets `hands_off` and `width`: ``short period``, ``dutch roll``, ``roll``.
-    source : {"card", "model", "flight"}
+    source : {"card", "model", "flight", "usual"}
         Where it comes from; ``flight`` once derivatives estimated in this flight replaced those of
-        the model.
+        the model, ``usual`` where no model flies there.
     """
 
     surfaces: tuple[str, ...]
@@ -56,4 +56,4 @@ class WantedInput:
     width: Band
     hands_off: float
     mode: str
-    source: Literal["card", "model", "flight"]
+    source: Literal["card", "model", "flight", "usual"]

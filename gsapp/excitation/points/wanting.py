@@ -38,7 +38,7 @@ USUAL_WIDTH: Final = Band(
 USUAL_HANDS_OFF: Final = 4.0
 """Where no model tells, s: two periods of an aircraft of this size."""
 
-Source = Literal["card", "model", "flight"]
+Source = Literal["card", "model", "flight", "usual"]
 
 
 def wanted_input(
@@ -77,15 +77,7 @@ def wanted_input(
         Without a model that flies at the point, widths are the usual ones and amplitudes wide;
         without an aircraft either, a surface that no card speaks of has no amplitude.
     """
-    source: Source = "model"
-    motions = None
-    if aircraft is not None and model is not None:
-        flown = updated(model, estimates, aircraft=aircraft)
-        motions = _motions(aircraft, flown, point)
-        if motions is None and flown is not model:
-            flown = model
-            motions = _motions(aircraft, model, point)
-        source = "model" if flown is model else "flight"
+    motions, source = _known(aircraft, model, point, estimates)
     width, hands_off, mode = _timing(motions, surfaces, kind)
     step = width.best
     if card is not None:
@@ -113,6 +105,22 @@ def wanted_input(
         mode=mode,
         source=source,
     )
+
+
+def _known(
+    aircraft: Aircraft | None,
+    model: Model | None,
+    point: TestPoint | None,
+    estimates: Mapping[str, LiveEstimate] | None,
+) -> tuple[SmallMotions | None, Source]:
+    """Return the small motions by the best model that flies at a point, and whose it is."""
+    if aircraft is None or model is None:
+        return None, "usual"
+    flown = updated(model, estimates, aircraft=aircraft)
+    if flown is not model and (motions := _motions(aircraft, flown, point)) is not None:
+        return motions, "flight"
+    motions = _motions(aircraft, model, point)
+    return motions, "usual" if motions is None else "model"
 
 
 def _motions(aircraft: Aircraft, model: Model, point: TestPoint | None) -> SmallMotions | None:
