@@ -14,7 +14,6 @@ from gsapp.excitation.information.budget import LONGEST, RESERVE, FlightBudget
 from gsapp.excitation.information.first_air import FirstAir
 from gsapp.excitation.information.learning import (
     AXES,
-    LISTENED,
     Knowledge,
     Learning,
     Lesson,
@@ -35,6 +34,8 @@ READY: Final = 4.0
 The work is done before that, in slices; where it is not, at that moment. So what is shown when
 does not depend on how fast the computer is.
 """
+_FIRST_AIR: Final = 20.0
+"""Seconds of the first flying among which a quiet stretch is looked for."""
 
 
 class InformationBook:
@@ -79,7 +80,7 @@ class InformationBook:
         """Forget everything; the flight begins anew."""
         self.budget.restart()
         self._lessons: deque[Lesson | FlightRows] = deque()
-        self._first_air = FirstAir(LISTENED)
+        self._first_air = FirstAir(_FIRST_AIR)
         self._learning: Learning | None = None
         self._answering: Answering | None = None
         self._floor = NoiseFloor()

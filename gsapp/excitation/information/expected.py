@@ -8,7 +8,7 @@ motion follows from the input alone; what the responses showed is not looked at.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +35,8 @@ _ITERATIONS = 12
 _PRIOR = 0.5
 """Share of a derivative that it may be off where a stretch without an input is listened to."""
 _LEAST_PRIOR = 0.05
+_LEAST_EIGENVALUE = 1e-7
+"""Of a correlation matrix, as a share of the largest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,8 +73,42 @@ def settings_for(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
     return MLSettings(axis=axis, free=free, held=held, max_iterations=_ITERATIONS)
 
 
-def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise) -> Information:
-    """Return the information that a maneuver with this input will bring.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sensed:
+    """How the responses of one maneuver depend on the unknowns of its fit.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Free derivatives: the first columns.
+    responses : tuple of str
+    S : ndarray, shape (n, n_responses, n_unknowns)
+        Zero where a sample does not count.
+    segments : tuple of slice
+        Stretches of contiguous samples.
+    """
+
+    names: tuple[str, ...]
+    responses: tuple[str, ...]
+    S: FloatArray
+    segments: tuple[slice, ...]
+
+    def information(self, noise: ResponseNoise) -> Information:
+        """Return the information under this noise, at the maneuver's own rate."""
+        heard = noise.of(self.responses)
+        covariance = covariance_under(
+            self.S,
+            np.diag(1.0 / heard.variances),
+            heard.lags(usual_lags(len(self.S))),
+            segments=None if len(self.segments) == 1 else self.segments,
+        )
+        return _projected(self.names, covariance)
+
+
+def sense(
+    maneuver: Maneuver, axis: Axis, model: Model, responses: Collection[str] | None = None
+) -> Sensed:
+    """Return the sensitivities of a maneuver with this input at known parameters.
 
     Parameters
     ----------
@@ -81,8 +117,8 @@ def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise)
     axis : {"lon", "lat"}
     model : Model
         The known parameters.
-    noise : ResponseNoise
-        Of the responses of the axis, at the maneuver's own rate.
+    responses : collection of str, optional
+        Those to be compared; all of the axis by default.
 
     Raises
     ------
@@ -90,14 +126,15 @@ def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise)
         If nothing of it can be fitted, or the model diverges.
     """
     settings = settings_for(maneuver, axis, model)
-    heard_of = tuple(name for name in RESPONSES[axis] if name in noise.responses)
-    settings = replace(settings, responses=heard_of)
+    if responses is not None:
+        kept = tuple(name for name in RESPONSES[axis] if name in responses)
+        settings = replace(settings, responses=kept)
     problem = lay_out([maneuver], settings)
     solver = Solver(problem, settings)
     point = solver.evaluate(known_start(problem, model))
     if point is None:
         raise FlightError(f"the motion of maneuver {maneuver.id} diverges with the model's values")
-    part = problem.parts[0]
+    (part,) = problem.parts
     part.accept()
     _, _, found = solver.linearize(point)
     S = np.concatenate(found[0], axis=2).transpose(2, 0, 1)
@@ -105,15 +142,20 @@ def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise)
     for segment in part.segments:
         slices.append(slice(first, first + segment.measured.shape[1]))
         first = slices[-1].stop
-    heard = noise.of(part.responses)
-    W = np.diag(1.0 / heard.variances)
-    covariance = covariance_under(
-        np.ascontiguousarray(S),
-        W,
-        heard.lags(usual_lags(len(S))),
-        segments=None if len(slices) == 1 else slices,
+    return Sensed(
+        names=problem.names.all,
+        responses=part.responses,
+        S=np.ascontiguousarray(S),
+        segments=tuple(slices),
     )
-    return _projected(problem.names.all, covariance)
+
+
+def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise) -> Information:
+    """Return the information that a maneuver with this input will bring under this noise.
+
+    Arguments and errors as in `sense`.
+    """
+    return sense(maneuver, axis, model, noise.responses).information(noise)
 
 
 def known_start(problem: Problem, model: Model) -> FloatArray:
@@ -199,5 +241,13 @@ def _projected(
         and 0.0 < variance < UNSEEN**2
     ]
     places = [order.index(name) for name in kept]
-    matrix: FloatArray = np.linalg.inv(covariance[np.ix_(places, places)])
-    return Information(names=tuple(kept), matrix=matrix)
+    return Information(names=tuple(kept), matrix=_inverted(covariance[np.ix_(places, places)]))
+
+
+def _inverted(covariance: FloatArray) -> FloatArray:
+    """Return the inverse of a covariance, which an estimated one need not quite be."""
+    scale = 1.0 / np.sqrt(covariance.diagonal())
+    values, vectors = np.linalg.eigh(covariance * scale * scale[:, None])
+    lifted = np.maximum(values, _LEAST_EIGENVALUE * values[-1]) if values.size else values
+    found: FloatArray = (vectors / lifted) @ vectors.T * scale * scale[:, None]
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -17,6 +17,11 @@ from gsapp.quantities.constants import FOOT
 
 USUAL: Final = 4.0
 """What is usual counts as much as so many maneuvers seen."""
+UNHEARD: Final = 1.0, 0.9
+"""Mean and spread of the logarithm of what air nobody has heard does to bounds.
+
+In calm air they are what the instruments allow; in gusts of 0.8 m/s ten times that.
+"""
 FIT: Final = frozenset({"good", "too-small", "too-fast", "too-slow", "not-trimmed"})
 """Verdicts on maneuvers that say something of the derivatives all the same."""
 
@@ -35,12 +40,14 @@ class Habit:
     spread: float
     seen: int = 0
 
-    def after(self, value: float) -> Habit:
-        """Return the habit once another value was seen."""
+    def after(self, values: Sequence[float]) -> Habit:
+        """Return the habit once another maneuver was seen, with all that it showed of it."""
         weight = USUAL + self.seen
+        value = float(np.mean(values))
         miss = value - self.mean
         mean = self.mean + miss / (weight + 1.0)
-        variance = (weight * self.spread**2 + miss * (value - mean)) / (weight + 1.0)
+        seen = miss * (value - mean) + float(np.var(values))
+        variance = (weight * self.spread**2 + seen) / (weight + 1.0)
         return Habit(mean=mean, spread=math.sqrt(variance), seen=self.seen + 1)
 
 
@@ -66,7 +73,7 @@ class Habits:
     size: Habit = Habit(mean=0.0, spread=0.12)
     width: Habit = Habit(mean=0.0, spread=0.12)
     speed: Habit = Habit(mean=0.0, spread=3.0 * FOOT)
-    surprise: Habit = Habit(mean=0.0, spread=0.15)
+    surprise: Habit = Habit(mean=0.0, spread=0.5)
     hands_off: Habit = Habit(mean=4.0, spread=0.8)
     tried: int = 0
     fit: int = 0
@@ -89,7 +96,9 @@ class Habits:
         found = replace(self, tried=self.tried + 1, fit=self.fit + fit)
         if not fit:
             return found
-        found = replace(found, hands_off=self.hands_off.after(verdict.t_end - verdict.t_input_end))
+        found = replace(
+            found, hands_off=self.hands_off.after([verdict.t_end - verdict.t_input_end])
+        )
         if card is None or card.kind != verdict.kind or set(card.surfaces) != set(verdict.surfaces):
             return found
         asked = card.amplitudes
@@ -105,16 +114,16 @@ class Habits:
             if width > 0.0 and len(verdict.halves[name]) == len(SHAPES.get(card.kind, ()))
         ]
         if sizes:
-            found = replace(found, size=self.size.after(float(np.mean(sizes))))
+            found = replace(found, size=self.size.after([float(np.mean(sizes))]))
         if widths and card.kind == "doublet":
-            found = replace(found, width=self.width.after(float(np.mean(widths))))
+            found = replace(found, width=self.width.after([float(np.mean(widths))]))
         if verdict.V is not None:
-            found = replace(found, speed=self.speed.after(verdict.V - card.speed))
+            found = replace(found, speed=self.speed.after([verdict.V - card.speed]))
         return found
 
-    def surprised(self, ratio: float) -> Habits:
-        """Return the habits once a bound was reported `ratio` times as large as expected."""
-        return replace(self, surprise=self.surprise.after(math.log(ratio)))
+    def surprised(self, ratios: Sequence[float]) -> Habits:
+        """Return the habits once bounds were reported so many times as large as expected."""
+        return replace(self, surprise=self.surprise.after([math.log(one) for one in ratios]))
 
 
 def executions(card: TestCard, habits: Habits, count: int) -> tuple[Execution, ...]:

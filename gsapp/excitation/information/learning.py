@@ -17,13 +17,13 @@ from gsapp.excitation.information.cutting import maneuver_of
 from gsapp.excitation.information.expected import (
     Information,
     brought,
-    expected,
     fitted,
     heard_before,
     heard_in,
+    sense,
 )
 from gsapp.excitation.information.habits import FIT, Habits
-from gsapp.excitation.information.noise import ResponseNoise, assumed_noise, pooled
+from gsapp.excitation.information.noise import ResponseNoise, assumed_noise, just_heard, pooled
 from gsapp.excitation.points.learned import updated
 from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import TestCard
@@ -37,9 +37,9 @@ from gsapp.identification.statistics.bounds import inverse
 from gsapp.quantities import FloatArray
 
 AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
-LISTENED: Final = 10.0
+LISTENED: Final = 4.0
 """Seconds before a maneuver in which the noise is heard."""
-_SHORTEST_HEARD: Final = 4.0
+_SHORTEST_HEARD: Final = 2.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,6 +112,9 @@ class Knowledge:
     floor : NoiseFloor
     maneuvers : int
         That brought something.
+    foreseen : mapping of str to float
+        Bounds expected for the latest one's input as it was flown, before its responses were
+        looked at.
     remarks : tuple of str
         Why others brought nothing.
     """
@@ -129,6 +132,7 @@ class Knowledge:
     density: float = SEA_LEVEL_DENSITY
     floor: NoiseFloor = field(default_factory=NoiseFloor)
     maneuvers: int = 0
+    foreseen: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
     def found(self) -> dict[str, tuple[float, float]]:
@@ -145,12 +149,21 @@ class Knowledge:
         }
         return updated(self.given, {**self.earned, **own}, aircraft=aircraft)
 
-    def noise(self, axis: Axis, aircraft: Aircraft) -> ResponseNoise:
-        """Return the noise to be expected, as heard so far; else that of the instruments."""
+    def noise(self, axis: Axis, aircraft: Aircraft, *, soon: bool = False) -> ResponseNoise:
+        """Return the noise to be expected, as heard so far; else that of the instruments.
+
+        Parameters
+        ----------
+        axis : {"lon", "lat"}
+        aircraft : Aircraft
+        soon : bool
+            In the next seconds: what was heard just now tells more of it.
+        """
         heard = self.heard.get(axis, ())
         if not heard:
             return assumed_noise(aircraft, self.floor, RESPONSES[axis], self.rate)
-        return pooled([one for one in heard if one.responses == heard[-1].responses])
+        alike = [one for one in heard if one.responses == heard[-1].responses]
+        return just_heard(alike) if soon else pooled(alike)
 
     def hearing(self, axis: Axis, noise: ResponseNoise) -> Knowledge:
         """Return the knowledge with the noise of another stretch."""
@@ -216,9 +229,13 @@ def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
         yield
     useful = False
     for axis in axes_of(verdict.surfaces):
-        foreseen: dict[str, float] = {}
+        usual, soon = now.noise(axis, aircraft), now.noise(axis, aircraft, soon=True)
         try:
-            foreseen = expected(maneuver, axis, model, now.noise(axis, aircraft)).stds
+            sensed = sense(maneuver, axis, model, usual.responses)
+            planned_for = sensed.information(usual).stds
+            yield
+            foreseen = sensed.information(soon).stds
+            now = replace(now, foreseen={**now.foreseen, **foreseen})
             yield
             solution = fitted(maneuver, axis, model)
         except FlightError as error:
@@ -228,19 +245,29 @@ def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
             now = _without(now, verdict, solution.estimate.message)
             continue
         yield
-        now, useful = _booked(now, solution, axis, foreseen), True
+        now, useful = _booked(now, solution, axis, planned_for), True
         yield
     return replace(now, maneuvers=now.maneuvers + useful)
 
 
 def listen(before: Knowledge, rows: FlightRows, aircraft: Aircraft) -> Learning:
-    """Hear the noise of a stretch of flight in steps; give what is known then."""
+    """Hear the noise in the quietest part of a stretch of flight; give what is known then."""
     now = before
+    between = _quietest(rows)
     for axis in AXES:
-        between = float(rows.times[0]), float(rows.times[-1])
         now = _listened(now, rows, between, aircraft, axis)
         yield
     return now
+
+
+def _quietest(rows: FlightRows) -> tuple[float, float]:
+    """Return when the `LISTENED` seconds begin and end in which the aircraft turns least, s."""
+    dt = float(np.median(np.diff(rows.times)))
+    length = min(round(LISTENED / dt), len(rows) - 1)
+    rates = np.nan_to_num(np.stack([rows[name] for name in ("p", "q", "r")]))
+    sums = np.cumsum(np.pad((rates * rates).sum(axis=0), (1, 0)))
+    first = int(np.argmin(sums[length:] - sums[:-length]))
+    return float(rows.times[first]), float(rows.times[min(first + length, len(rows) - 1)])
 
 
 def axes_of(surfaces: tuple[str, ...]) -> tuple[Axis, ...]:
@@ -289,12 +316,8 @@ def _booked(
     """Return the knowledge with what a fit brought."""
     information = brought(solution)
     values = {name: solution.value(name) for name in information.names}
-    ratios = [
-        math.log(std / foreseen[name]) for name, std in information.stds.items() if name in foreseen
-    ]
-    habits = now.habits
-    if ratios:
-        habits = habits.surprised(math.exp(float(np.median(ratios))))
+    ratios = [std / foreseen[name] for name, std in information.stds.items() if name in foreseen]
+    habits = now.habits.surprised(ratios) if ratios else now.habits
     totals = {**now.totals, axis: now.totals[axis].plus(information, values)}
     return replace(now.hearing(axis, heard_in(solution, now.rate)), totals=totals, habits=habits)
 

@@ -18,7 +18,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.information.expected import Information, expected
-from gsapp.excitation.information.habits import Habits, executions
+from gsapp.excitation.information.habits import UNHEARD, Habits, executions
 from gsapp.excitation.information.learning import Total, axes_of
 from gsapp.excitation.information.noise import ResponseNoise
 from gsapp.excitation.information.planned import planned
@@ -154,9 +154,10 @@ def _prospects_of(
     gains: list[list[Gain]] = [[] for _ in range(repeats)]
     shrunk = np.zeros(repeats)
     for axis, matrices in informations.items():
-        names, before, after = _bounds_after(
-            request.totals[axis], matrices, request.habits, repeats
-        )
+        heard = request.noise[axis].seconds > 0.0
+        surprise = request.habits.surprise
+        luck = (surprise.mean, surprise.spread) if heard else UNHEARD
+        names, before, after = _bounds_after(request.totals[axis], matrices, luck, repeats)
         # Shape (3, repeats, n_names).
         bands = np.quantile(after, BAND, axis=0)
         for row in range(repeats):
@@ -187,9 +188,12 @@ def _prospects_of(
 
 
 def _bounds_after(
-    total: Total, informations: list[Information], habits: Habits, repeats: int
+    total: Total, informations: list[Information], luck: tuple[float, float], repeats: int
 ) -> tuple[tuple[str, ...], dict[str, float], FloatArray]:
-    """Return names, bounds now, and bounds after each repeat, shape (draws, repeats, n_names)."""
+    """Return names, bounds now, and bounds after each repeat, shape (draws, repeats, n_names).
+
+    `luck` is mean and spread of the logarithm by which noise and gusts lift a bound.
+    """
     seen = {name for one in informations for name in one.names}
     now = {name: std for name, (_, std) in total.estimates().items()}
     names = tuple(name for name in total.names if name in seen or name in now)
@@ -200,8 +204,8 @@ def _bounds_after(
         matrix[np.ix_(places, places)] = one.matrix
     random = np.random.default_rng(0)
     chosen = random.integers(len(informations), size=(DRAWS, repeats))
-    luck = random.standard_normal((DRAWS, repeats))
-    surprise = np.exp(habits.surprise.mean + habits.surprise.spread * luck)
+    mean, spread = luck
+    surprise = np.exp(mean + spread * random.standard_normal((DRAWS, repeats)))
     gained = np.cumsum(matrices[chosen] / surprise[:, :, None, None] ** 2, axis=1)
     after = gained + total.matrix[np.ix_(whole, whole)]
     scale = 1.0 / np.sqrt(np.einsum("drii->dri", after))

@@ -190,8 +190,10 @@ def covariance_under(
     """
     part = Part(S=S, v=np.zeros(S.shape[:2]), W=W, segments=segments)
     inverted, lost = _inverse(information(S, W))
-    B = _Work(part, len(lagged) // 2, lagged).gradient_covariance()
-    covariance: FloatArray = inverted @ B @ inverted
+    work = _Work(part, len(lagged) // 2, lagged)
+    # What was put together from several stretches need not be a covariance.
+    work.lift()
+    covariance: FloatArray = inverted @ work.gradient_covariance() @ inverted
     covariance[lost, lost] = np.inf
     return covariance
 
@@ -251,9 +253,13 @@ class _Work:
         B = self._integrated()
         if (B.diagonal() < 0.0).any():
             # Means over differing pairs, or what was added back, need not be a covariance.
-            self._density = _positive(self._density)
+            self.lift()
             B = self._integrated()
         return 0.5 * (B + B.T)
+
+    def lift(self) -> None:
+        """Lift the density of the noise to what a density can be."""
+        self._density = _positive(self._density)
 
     def _integrated(self) -> FloatArray:
         W, width = self.part.W, self._S.shape[2]

@@ -1,0 +1,446 @@
+"""Bounds expected against bounds reported, the band before a maneuver, and what it all costs.
+
+A hundred virtual maneuvers (seeds 0 to 99) in ten flights of ten, card after card. Aircraft and
+instruments are those of the virtual aircraft; each flight has its own noise and air, and half of
+the flights no attitude. The model that the book begins with is wrong by up to 15 % in every
+derivative; whatever it knows better it learned from the maneuvers before. What maximum likelihood
+reports is what `gsapp estimate` reports: a campaign of that one maneuver, the honest bound.
+
+Conditions: ``white`` is calm air and instruments as they are: their own noise white, engine
+vibration folded into the gyros; ``colored`` adds noise of a first-order recursion (0.9 at 100 Hz)
+to all responses; ``gusts`` is air of 0.1 to 0.8 m/s.
+
+As flown: the bound expected for the input as it was then flown, by the values known before the
+maneuver; within 25 % of the reported one is asked for. Once with the noise heard in that maneuver,
+once with what had been heard before it: none of its responses is looked at then. Engine vibration
+that folds to near zero, and the gust that happens to come, are not foretold by what came before.
+
+Band: 80 % band of the bound by one maneuver, before it, from the card; the pilot's errors (12 % in
+size and width) are drawn by the bench and not known to the book. It should hold in 80 %.
+
+Reached: bounds that the book shows against those of one joint fit of all maneuvers so far.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model, load_model
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.information.book import READY, InformationBook
+from gsapp.excitation.information.cutting import maneuver_of
+from gsapp.excitation.information.expected import expected
+from gsapp.excitation.information.learning import (
+    AXES,
+    Knowledge,
+    Learning,
+    Lesson,
+    Total,
+    axes_of,
+    learn,
+    listen,
+)
+from gsapp.excitation.information.prospects import OpenCard, Request, prospects
+from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.flight.cards import CardSet, TestCard, load_cards
+from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.identification import maximum_likelihood as likelihood
+from gsapp.identification.campaign import CampaignSettings, run_campaign
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings
+from gsapp.identification.results import Estimate
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
+
+from inputs import FlownInput, fly_input
+
+PER_FLIGHT = 10
+WITHIN = 0.25
+OFF = 0.15
+"""Share by which each derivative of the first model may be wrong."""
+COLOR = 0.9
+EXTRA = {
+    "alpha": 0.1 * DEGREE,
+    "beta": 0.1 * DEGREE,
+    **dict.fromkeys("pqr", 1.0 * DEGREE),
+    **dict.fromkeys(("ax", "ay", "an"), 0.005 * GRAVITY),
+}
+"""Standard deviation of the colored noise that is added."""
+GUSTS = (0.1, 0.8)
+ORDER = ("C1", "E1", "C1", "R1", "E2", "A1", "C1", "E1", "R1", "C1")
+LAP = 40.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """One maneuver as the book gets it."""
+
+    card: TestCard
+    verdict: Verdict
+    rows: FlightRows
+    aircraft: Aircraft
+    rate: float
+
+    @property
+    def approach(self) -> FlightRows:
+        """Return the rows before the maneuver."""
+        return self.rows.part(0, int(np.searchsorted(self.rows.times, self.verdict.t_start)))
+
+    def maneuver(self) -> Maneuver:
+        """Return it as it is cut after the flight."""
+        verdict = self.verdict
+        return maneuver_of(
+            self.rows,
+            self.aircraft,
+            verdict.t_start,
+            verdict.t_end,
+            id=verdict.id,
+            inputs=verdict.surfaces,
+            mass=self.aircraft.mass.mass,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """What became of one derivative of one maneuver: bounds by that maneuver alone."""
+
+    maneuver: str
+    name: str
+    reported: float
+    foreseen: float
+    in_its_air: float
+    low: float
+    middle: float
+    high: float
+
+
+def flight(first: int, condition: str, rate: float, count: int = PER_FLIGHT) -> Iterator[Case]:
+    """Fly the maneuvers of one flight, the first of which has this seed."""
+    cards = load_cards("b777")
+    for number in range(count):
+        yield _case(first, number, condition, rate, cards)
+
+
+def _case(first: int, number: int, condition: str, rate: float, cards: CardSet) -> Case:
+    day = np.random.default_rng((first, 61))
+    noise, gust, attitude = day.uniform(0.7, 1.5), day.uniform(*GUSTS), day.random() < 0.5
+    card = cards.card(ORDER[number])
+    assert card is not None
+    seed = first + number
+    flown = _flown(seed, card, noise, gust if condition == "gusts" else 0.0, bool(attitude))
+    measured = flown.measured
+    if condition == "colored":
+        measured = _colored(measured, seed, noise)
+    step = round(100.0 / rate)
+    offset = number * LAP
+    block = Block(
+        channels=measured.channels,
+        times=measured.times[::step] + offset,
+        values=measured.values[::step],
+    )
+    return Case(
+        card=card,
+        verdict=verdict_of(flown, f"M{number + 1}", offset),
+        rows=rows_of(block, rate),
+        aircraft=flown.aircraft,
+        rate=rate,
+    )
+
+
+def _flown(seed: int, card: TestCard, noise: float, gust: float, attitude: bool) -> FlownInput:
+    random = np.random.default_rng((seed, 62))
+    size, width, speed = random.standard_normal(3)
+    side = 1.0 if random.random() < 0.5 else -1.0
+    return fly_input(
+        seed,
+        surfaces=card.surfaces,
+        kind=card.kind,
+        speed=card.speed,
+        amplitudes={
+            name: side
+            * (1.0 if place == 0 else -1.0)
+            * asked
+            * float(np.exp(0.12 * size + 0.05 * random.standard_normal()))
+            for place, (name, asked) in enumerate(card.amplitudes.items())
+        },
+        width=card.width * float(np.exp(0.12 * width)),
+        stagger=card.duration * float(np.exp(0.1 * random.standard_normal())),
+        bank=1.5 * DEGREE * float(random.standard_normal()),
+        speed_off=3.0 * FOOT * float(speed),
+        roll_rate=0.0,
+        pitch_rate=0.0,
+        meddling=(),
+        hands_off=float(random.uniform(4.5, 6.0)),
+        left_over=0.03 * float(random.standard_normal()),
+        turbulence=gust,
+        noise=noise,
+        attitude=attitude,
+    )
+
+
+def _colored(measured: Block, seed: int, factor: float) -> Block:
+    """Return a record with colored noise added."""
+    random = np.random.default_rng((seed, 64))
+    values = measured.values.copy()
+    for name, std in EXTRA.items():
+        error = random.standard_normal(len(measured) + 100)
+        slow = lfilter([np.sqrt(1.0 - COLOR**2)], [1.0, -COLOR], error)[100:]
+        values[:, measured.channels.index(name)] += factor * std * slow
+    return Block(channels=measured.channels, times=measured.times, values=values)
+
+
+def verdict_of(flown: FlownInput, name: str, offset: float) -> Verdict:
+    """Return what a judge who knows the truth says of an input."""
+    inside = (flown.truth.times >= flown.t_input) & (flown.truth.times <= flown.t_let_go + 0.3)
+    return Verdict(
+        id=name,
+        given_at=flown.t_hand + 0.5 + offset,
+        t_start=flown.t_input - 1.0 + offset,
+        t_input=flown.t_input + offset,
+        t_input_end=flown.t_let_go + offset,
+        t_end=flown.t_hand + offset,
+        surfaces=flown.plan.surfaces,
+        kind=flown.plan.kind,
+        amplitudes={
+            one: 0.5 * float(np.ptp(flown.truth[one][inside])) for one in flown.plan.surfaces
+        },
+        halves=dict.fromkeys(flown.plan.surfaces, (flown.plan.width, flown.plan.width)),
+        symmetry={},
+        left_over={},
+        cross={},
+        V=float(flown.truth["V"][inside][0]),
+        alpha=None,
+        result="good",
+        findings=(),
+        advice="good",
+        card="",
+        counts=True,
+    )
+
+
+def wrong_model(first: int) -> Model:
+    """Return the model that the crew takes for right."""
+    random = np.random.default_rng((first, 63))
+    base = load_model("b777")
+    return base.with_derivatives(
+        {
+            name: value * (1.0 + OFF * float(random.uniform(-1.0, 1.0)))
+            for name, value in base.derivatives.items()
+        }
+    )
+
+
+def reported(maneuver: Maneuver) -> dict[str, float]:
+    """Return the honest bounds that maximum likelihood reports for one maneuver."""
+    (result,) = run_campaign([maneuver], CampaignSettings()).results
+    return {} if result.estimate is None else _stds(result.estimate)
+
+
+def _stds(estimate: Estimate) -> dict[str, float]:
+    return {
+        name: one.std
+        for name, one in estimate.derivatives.items()
+        if one.status == "estimated" and one.std is not None
+    }
+
+
+def follow(cases: Sequence[Case], model: Model) -> Iterator[Outcome]:
+    """Let the book follow a flight; give what it expected and what was reported."""
+    aircraft = cases[0].aircraft
+    first = Knowledge(given=model, rate=cases[0].rate, mass=aircraft.mass.mass)
+    # The book hears the first air of a flight; here that is the first approach.
+    known = _all_of(listen(first, cases[0].approach, aircraft))
+    for case in cases:
+        band = _band(known, case, aircraft)
+        before, known = known, _all_of(learn(known, _lesson(case), aircraft))
+        maneuver = case.maneuver()
+        model, own = before.known(aircraft), {}
+        for axis in axes_of(case.verdict.surfaces):
+            noise = known.heard[axis][-1]
+            own.update(expected(maneuver, axis, model, noise).stds)
+        for name, std in reported(maneuver).items():
+            if name in band and name in known.foreseen and name in own:
+                low, middle, high = band[name]
+                yield Outcome(
+                    maneuver=case.verdict.id,
+                    name=name,
+                    reported=std,
+                    foreseen=known.foreseen[name],
+                    in_its_air=own[name],
+                    low=low,
+                    middle=middle,
+                    high=high,
+                )
+
+
+def _all_of(learning: Learning) -> Knowledge:
+    while True:
+        try:
+            next(learning)
+        except StopIteration as done:
+            known: Knowledge = done.value
+            return known
+
+
+def _lesson(case: Case) -> Lesson:
+    return Lesson(
+        verdict=case.verdict,
+        rows=case.rows,
+        card=case.card,
+        mass=case.aircraft.mass.mass,
+        floor=NoiseFloor(),
+        earned={},
+    )
+
+
+def _band(
+    known: Knowledge, case: Case, aircraft: Aircraft
+) -> dict[str, tuple[float, float, float]]:
+    request = Request(
+        aircraft=aircraft,
+        model=known.known(aircraft),
+        cards=(OpenCard(card=case.card, missing=1),),
+        totals={axis: Total.nothing(axis) for axis in AXES},
+        noise={axis: known.noise(axis, aircraft) for axis in AXES},
+        habits=known.habits,
+        channels=known.channels,
+        rate=known.rate,
+        mass=known.mass,
+        density=known.density,
+        wanted={},
+        lap=35.0,
+    )
+    (found,) = prospects(request).by_card.values()
+    return {gain.name: (gain.low, gain.after, gain.high) for gain in found[0].gains}
+
+
+# --- what is printed ----------------------------------------------------------------------------
+
+
+def _within(ratios: Sequence[float]) -> float:
+    return float(np.mean(np.abs(np.array(ratios) - 1.0) < WITHIN))
+
+
+def print_condition(condition: str, rate: float, outcomes: Sequence[Outcome]) -> None:
+    """Print how near the expected bounds came, and how often the band held."""
+    before = [one.foreseen / one.reported for one in outcomes]
+    during = [one.in_its_air / one.reported for one in outcomes]
+    held = [one.low <= one.reported <= one.high for one in outcomes]
+    width = float(np.median([one.high / one.low for one in outcomes]))
+    print(
+        f"{condition:8}{rate:4.0f} Hz: {len(outcomes)} bounds; within 25 %: "
+        f"{100.0 * _within(during):.1f} % with the noise of the maneuver, "
+        f"{100.0 * _within(before):.1f} % with that heard before "
+        f"(median {np.median(before):.2f}, 10 to 90 %: {np.quantile(before, 0.1):.2f} to "
+        f"{np.quantile(before, 0.9):.2f}); 80 % band before the maneuver holds "
+        f"{100.0 * np.mean(held):.1f} %, its ends {width:.1f} times apart"
+    )
+
+
+def print_derivatives(outcomes: Sequence[Outcome]) -> None:
+    """Print the same by derivative."""
+    print(f"{'':10}{'in its air':>22}{'heard before':>24}{'band':>8}")
+    print(f"{'':10}{'within':>8}{'median':>8}{'10-90 %':>12}{'within':>8}{'10-90 %':>12}")
+    for name in dict.fromkeys(one.name for one in outcomes):
+        own = [one for one in outcomes if one.name == name]
+        during = np.array([one.in_its_air / one.reported for one in own])
+        before = np.array([one.foreseen / one.reported for one in own])
+        held = np.mean([one.low <= one.reported <= one.high for one in own])
+        print(
+            f"{name:10}{_within(during.tolist()):8.2f}{np.median(during):8.2f}"
+            f"{np.quantile(during, 0.1):6.2f}-{np.quantile(during, 0.9):4.2f}"
+            f"{_within(before.tolist()):9.2f}"
+            f"{np.quantile(before, 0.1):6.2f}-{np.quantile(before, 0.9):4.2f}{held:8.2f}"
+        )
+
+
+def print_reached(cases: Sequence[Case], model: Model) -> None:
+    """Print the bounds that the book reached over those of a joint fit of the same maneuvers."""
+    book = _followed(cases, model)
+    ratios = []
+    for axis in AXES:
+        chosen = [case for case in cases if axes_of(case.verdict.surfaces) == (axis,)]
+        joint = likelihood.estimate([case.maneuver() for case in chosen], MLSettings(axis=axis))
+        ratios += [
+            bound.std / std
+            for name, std in _stds(joint).items()
+            for bound in book.bounds()
+            if bound.name == name and bound.std is not None
+        ]
+    print(
+        f"bounds reached by {len(cases)} maneuvers over those of one joint fit: median "
+        f"{np.median(ratios):.2f}, {min(ratios):.2f} to {max(ratios):.2f}"
+    )
+
+
+def _followed(cases: Sequence[Case], model: Model) -> InformationBook:
+    book = InformationBook(cases[0].aircraft, model, cases[0].rate)
+    for case in cases:
+        book.flown(case.verdict, case.rows, card=case.card)
+    book.outlook(cases[-1].verdict.given_at + READY)
+    return book
+
+
+def print_cost(cases: Sequence[Case], model: Model) -> None:
+    """Print the CPU that a maneuver and an outlook take, and the longest step of either."""
+    cards = load_cards("b777")
+    book = InformationBook(cases[0].aircraft, model)
+    took: dict[str, list[float]] = {"flown": [], "prospects": [], "ask": [], "step": []}
+    for case in cases:
+        book.flown(case.verdict, case.rows, card=case.card)
+        started = time.process_time()
+        while True:
+            begun = time.process_time()
+            more = book.work(0.0)
+            took["step"].append(time.process_time() - begun)
+            if not more:
+                break
+        took["flown"].append(time.process_time() - started)
+        at = case.verdict.given_at + READY
+        book.outlook(at, cards)
+        started = time.process_time()
+        book.outlook(at + READY, cards)
+        took["prospects"].append(time.process_time() - started)
+        started = time.process_time()
+        for _ in range(20):
+            book.outlook(at + READY, cards)
+        took["ask"].append((time.process_time() - started) / 20.0)
+    print(
+        f"CPU: what a maneuver taught {1e3 * np.median(took['flown']):.0f} ms, prospects of "
+        f"{len(cards.cards)} cards {1e3 * float(np.median(took['prospects'][:1])):.0f} ms, longest "
+        f"step {1e3 * max(took['step']):.0f} ms, asking for the outlook "
+        f"{1e6 * np.median(took['ask']):.0f} us"
+    )
+
+
+def main(*arguments: str) -> None:
+    """Fly, expect, estimate, compare; ``--quick`` takes two of the ten flights."""
+    count = 2 if "--quick" in arguments else 10
+    firsts = [PER_FLIGHT * number for number in range(count)]
+    everything: list[Outcome] = []
+    for condition, rate in (
+        ("white", 100.0), ("colored", 100.0), ("gusts", 100.0), ("white", 50.0), ("gusts", 50.0),
+    ):  # fmt: skip
+        outcomes: list[Outcome] = []
+        for first in firsts:
+            outcomes += follow(list(flight(first, condition, rate)), wrong_model(first))
+        print_condition(condition, rate, outcomes)
+        everything += outcomes
+    print_derivatives(everything)
+    cases = list(flight(firsts[0], "white", 100.0))
+    print_reached(cases, wrong_model(firsts[0]))
+    print_cost(cases, wrong_model(firsts[0]))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
