@@ -21,6 +21,7 @@ from gsapp.excitation.doublets.verdict import Finding, Result
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.points.stick_words import more_words, stick_words, width_words
 from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.excitation.trim.cue import Off
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards.card import SURFACES as SURFACE_WORDS
 from gsapp.flight.maneuvers.grading import (
@@ -30,7 +31,7 @@ from gsapp.flight.maneuvers.grading import (
     unrest,
 )
 from gsapp.flight.maneuvers.shape import SurfaceInput
-from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.quantities import FloatArray, channel
 from gsapp.quantities.constants import DEGREE
 
 START_FACTOR: Final = 2.0
@@ -51,18 +52,15 @@ SAMPLES_NEEDED: Final = 0.8
 _LEAST_CROSS: Final = 0.5 * DEGREE
 _CLIPPED_FOR: Final = 0.03
 """Seconds at the end of a sensor's range that count."""
+_ROUGH_BEFORE: Final = 1.5
+"""What the model leaves over counts for gusts up to so many times the unrest before the input: a
+model that is wrong leaves as much over in calm air."""
 _UNREST: Final = 0.6
 """Unrest before the input over its answer that counts for gusts where no model tells more; the
 grader calls it a large defect."""
 _SMALLER: Final = 0.75
 """Advice after an answer that was too large, where no band tells better."""
 
-_TURNING: Final = {
-    "p": ("rolling right", "rolling left"),
-    "q": ("pitching up", "pitching down"),
-    "r": ("yawing right", "yawing left"),
-}
-_SPEED_UNITS: Final = {"US": ("ft/s", "feet per second"), "SI": ("m/s", "meters per second")}
 _OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "g"}
 
 
@@ -132,6 +130,9 @@ def unjudged(case: Case) -> tuple[str, ...]:
     found += [f"{channel(name).title} stands at the end of its range" for name in measured.stuck]
     if measured.gusts is None:
         found.append("gusts during the input: no model tells what it explains")
+    elif measured.gusts > GUST_SHARE >= _ROUGH_BEFORE * _unrest(case):
+        share = 100.0 * measured.gusts
+        found.append(f"the model leaves {share:.0f} % of the answer over in calm air: doubt it")
     if "bank" not in measured.trim:
         found.append("bank at the start: nothing tells it")
     elif not measured.bank_seen:
@@ -176,28 +177,37 @@ def _clipped(case: Case) -> list[Finding]:
 def _not_trimmed(case: Case) -> list[Finding]:
     allowed, trim = case.tolerances, case.measured.trim
     seen = case.measured.bank_seen
+    bank = allowed.bank if seen else allowed.bank_unseen
     checks = [
-        ("p", START_FACTOR * allowed.roll_rate, 0.0),
-        ("q", START_FACTOR * allowed.pitch_rate, 0.0),
-        ("r", START_FACTOR * allowed.yaw_rate, 0.0),
-        ("bank", START_FACTOR * (allowed.bank if seen else allowed.bank_unseen), 0.0),
+        ("p", "roll rate", "p", allowed.roll_rate, 0.0),
+        ("q", "pitch rate", "q", allowed.pitch_rate, 0.0),
+        ("r", "yaw rate", "r", allowed.yaw_rate, 0.0),
+        # A bank that rates tell is not told in degrees.
+        ("bank", "bank", "phi" if seen else "r", bank, 0.0),
     ]
     point = case.point
     if point is not None and point.speed is not None:
-        checks.append(("V", START_FACTOR * point.speed_tolerance, point.speed))
+        checks.append(("V", "speed", "V", point.speed_tolerance, point.speed))
     elif point is not None and point.alpha is not None:
-        checks.append(("alpha", START_FACTOR * point.alpha_tolerance, point.alpha))
-    off = []
-    for name, room, wanted in checks:
-        if name in trim and abs(trim[name] - wanted) > room:
-            off.append((abs(trim[name] - wanted) / room, name, trim[name] - wanted))
+        checks.append(("alpha", "alpha", "alpha", point.alpha_tolerance, point.alpha))
+    off = [
+        Off(
+            quantity=quantity,
+            amount=trim[name] - wanted,
+            share=abs(trim[name] - wanted) / (START_FACTOR * room),
+            channel=told,
+        )
+        for name, quantity, told, room, wanted in checks
+        if name in trim
+    ]
     return [
         Finding(
             result="not-trimmed",
-            words=f"not trimmed: {_off_words(name, amount, case.system)}",
-            channel={"bank": "phi"}.get(name, name),
+            words=f"not trimmed: {one.words(case.system)}",
+            channel=one.channel,
         )
-        for _, name, amount in sorted(off, reverse=True)
+        for one in sorted(off, key=lambda one: -one.share)
+        if one.share > 1.0
     ]
 
 
@@ -267,12 +277,15 @@ def _beyond(case: Case) -> list[Finding]:
 def _gusty(case: Case) -> list[Finding]:
     gusts = case.measured.gusts
     if gusts is not None:
-        spoiled = gusts > GUST_SHARE
+        spoiled = min(gusts, _ROUGH_BEFORE * _unrest(case)) > GUST_SHARE
     else:
-        ratio, _ = unrest(case.measured.passage, case.setting, case.measured.surfaces)
-        spoiled = ratio > _UNREST
+        spoiled = _unrest(case) > _UNREST
     words = "spoiled by gusts: wait for calmer air"
     return [Finding(result="spoiled", words=words)] if spoiled else []
+
+
+def _unrest(case: Case) -> float:
+    return unrest(case.measured.passage, case.setting, case.measured.surfaces)[0]
 
 
 def _width(case: Case) -> list[Finding]:
@@ -357,18 +370,3 @@ def _spoken(name: str) -> str:
         "alpha": "angle of attack",
         "beta": "sideslip",
     }.get(name, "acceleration")
-
-
-def _off_words(name: str, amount: float, system: str) -> str:
-    """Return what was off at the start, and which way."""
-    if name in _TURNING:
-        return _TURNING[name][amount < 0.0]
-    if name == "bank":
-        wing = "right" if amount > 0.0 else "left"
-        return f"{wing} wing low {abs(amount) / DEGREE:.0f} degrees"
-    if name == "V":
-        unit, words = _SPEED_UNITS[system]
-        by = from_si(abs(amount), unit, "speed")
-        return f"{by:.0f} {words} {'fast' if amount > 0.0 else 'slow'}"
-    size = "large" if amount > 0.0 else "small"
-    return f"angle of attack {abs(amount) / DEGREE:.0f} degrees too {size}"

@@ -338,7 +338,9 @@ class DoubletWatch:
         if self._wanted_for is not None:
             speed = self._speed_before(min(one.t_start for one in kept))
             wanted = self._wanted_for(surfaces, kept[0].kind, speed)
-        return Asked(wanted=wanted, point=asked.point, card=None), kept
+        # The point of a card does not hold for what is flown in its place.
+        point = asked.point if asked.wanted is None else None
+        return Asked(wanted=wanted, point=point, card=None), kept
 
     def _speed_before(self, time: float) -> float | None:
         _, rows = self._history.stretch(time - 1.0, time)
