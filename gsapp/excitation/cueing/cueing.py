@@ -6,6 +6,8 @@ import bisect
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.cueing.card_desk import CardDesk
@@ -30,6 +32,8 @@ from gsapp.quantities import Block
 
 _AFTER_INPUT: Final = 0.3
 """Seconds after what is known of an input until GO may be given again."""
+_LARGEST: Final = 1e7
+"""No channel reads more, whatever its unit; what does is a damaged number."""
 _SHOWN_OVER: Final = 0.5
 """Seconds over which the speed and the angle of attack shown are the mean."""
 
@@ -102,7 +106,7 @@ class Cueing:
 
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels."""
-        for rows in self._stream.feed(block):
+        for rows in self._stream.feed(_plausible(block)):
             self._take(rows)
 
     def settle(self) -> None:
@@ -309,3 +313,11 @@ class Cueing:
         self.spoken += self._announcer.hear(
             time, fresh, self._trim.cue, self._dangers.standing, moving=moving
         )
+
+
+def _plausible(block: Block) -> Block:
+    """Return samples without those that no instrument can mean: as good as missing."""
+    wild = np.abs(block.values) > _LARGEST
+    if not wild.any():
+        return block
+    return Block.trusted(block.channels, block.times, np.where(wild, np.nan, block.values))

@@ -1,0 +1,213 @@
+"""Cues of flights with bad instruments or little known: what can be judged is, the rest is said."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
+from cue_kit import CARDS, Record, cueing, feed, flown, part
+
+from calibration.reading import certificate_files
+from gsapp.excitation.cueing import Cueing
+from gsapp.excitation.cueing.judging import NO_AIRCRAFT, NO_CARDS, NO_MODEL
+from gsapp.flight.folder import FlightFolder
+from gsapp.quantities import Block
+from gsapp.session import MAX_SPEED, Session
+from gsapp.session.session import run_through
+
+SURFACES = (
+    "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "de", "da", "dr",
+)  # fmt: skip
+FLOW = ("alpha", "beta", "dynamic_pressure", "static_pressure")
+
+
+def without(block: Block, *names: str) -> Block:
+    """Return a flight whose map knows nothing of some channels."""
+    kept = [name for name in block.channels if name not in names]
+    return part(block, 0, len(block), kept)
+
+
+def changed(block: Block, name: str, change: Callable[[np.ndarray], None]) -> Block:
+    """Return a flight with one channel changed in place by a function of its samples."""
+    values = block.values.copy()
+    change(values[:, block.channels.index(name)])
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
+def judged(block: Block, **known: object) -> Cueing:
+    """Return the cues of a whole flight; without the model's look ahead, which costs time."""
+    cuts = range(0, len(block), 97)
+    return feed(cueing(**{"model": None, **known}), block, cuts)
+
+
+def states(cues: Cueing) -> set[str]:
+    return {event.state for event in cues.log if event.kind == "trim"}
+
+
+def said(cues: Cueing) -> str:
+    """Return all that is said of what can and cannot be judged."""
+    snapshot = cues.snapshot()
+    doubts = [words for verdict in cues.verdicts for words in verdict.judged_by]
+    return "; ".join((*snapshot.missing, *snapshot.judged, *doubts))
+
+
+def test_no_aircraft_no_model_no_cards() -> None:
+    """Trim, the input and hands off are cued by the usual figures, and that is said."""
+    cues = judged(flown(), aircraft=None, cards=None)
+    assert "go" in states(cues)
+    assert len(cues.verdicts) == 1
+    missing = cues.snapshot().missing
+    assert {NO_AIRCRAFT, NO_MODEL, NO_CARDS} <= set(missing)
+    assert cues.snapshot().card is None
+
+
+def test_no_aircraft_but_cards() -> None:
+    """The card tells what is wanted, in degrees: nobody knows the stick."""
+    cues = judged(flown(), aircraft=None)
+    picked = cues.snapshot().card
+    assert picked is not None
+    assert picked.stick["de"].endswith("deg")
+    assert cues.verdicts[0].card == "E1"
+
+
+def test_no_model() -> None:
+    """Verdicts by the card alone; no bounds are predicted, and that is said."""
+    cues = judged(flown())
+    assert cues.verdicts[0].result == "good"
+    outlook = cues.snapshot().outlook
+    assert outlook is None or outlook.next is None
+    assert NO_MODEL in cues.snapshot().missing
+
+
+def test_no_attitude() -> None:
+    """As the source's aircraft: rates and lateral acceleration serve, and it says so."""
+    cues = judged(without(flown(), "phi", "theta", "psi"))
+    assert "go" in states(cues)
+    assert cues.verdicts[0].result == "good"
+    assert "wings: " in said(cues)
+    assert "wings: attitude" not in said(cues)
+
+
+def test_surfaces_uncalibrated() -> None:
+    """Inputs cannot be seen: trim is judged all the same."""
+    cues = judged(without(flown(), *SURFACES))
+    assert "go" in states(cues)
+    assert cues.verdicts == ()
+    assert not any(event.kind == "input" for event in cues.log)
+
+
+def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
+    """A session knows which instruments give volts only, and the page can say so."""
+    folder = FlightFolder.create(tmp_path / "flight")
+    folder.keep_cards(CARDS)
+    record = Record(folder.path, flown())
+    record.write(400)
+    record.close()
+    some = tmp_path / "some"
+    some.mkdir()
+    for path in certificate_files("b777"):
+        if not path.stem.startswith(SURFACES[:5]):
+            shutil.copy(path, some)
+    session = Session.replay(
+        folder.path, channel_map="b777", aircraft="b777", certificates=some, speed=MAX_SPEED
+    )
+    run_through(session)
+    cues = session.cues
+    assert cues is not None
+    assert "not calibrated" in cues.missing[0]
+    assert "levator" in cues.missing[0]
+    session.close()
+
+
+def test_nose_sensors_missing() -> None:
+    """Flight B: no alpha, beta, airspeed. No GO at a speed that nobody knows; it is said."""
+    cues = judged(without(flown(), *FLOW))
+    assert "blind" not in {event.state for event in cues.log if event.time > 3.0}
+    assert "speed" in said(cues)
+    assert cues.snapshot().speed is None
+    assert cues.snapshot().alpha is None
+
+
+def test_no_rates_at_all_is_blind() -> None:
+    """Without gyros nobody can say that the aircraft is steady."""
+    cues = judged(without(flown(), "p", "q", "r"))
+    assert states(cues) == {"blind"}
+    assert cues.snapshot().missing
+
+
+@pytest.mark.parametrize("name", ["q", "alpha", "de", "V", "an", "phi"])
+def test_stuck_in_flight(name: str) -> None:
+    """A channel that stands still from the first second: nothing crashes, no false verdict."""
+    block = flown()
+    if name not in block.channels:
+        name = "dynamic_pressure"
+
+    def stick(samples: np.ndarray) -> None:
+        samples[400:] = samples[400]
+
+    cues = judged(changed(block, name, stick))
+    assert math.isfinite(cues.log[-1].time)
+    if name == "de":
+        assert cues.verdicts == ()
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
+def test_numbers_that_are_none(bad: float) -> None:
+    """Bursts of what no instrument reads, in every channel in turn: the cues go on behind them."""
+    block = flown()
+    values = block.values.copy()
+    for column in range(len(block.channels)):
+        values[100 + 11 * column : 105 + 11 * column, column] = bad
+    cues = judged(Block(channels=block.channels, times=block.times, values=values))
+    assert cues.snapshot().time == pytest.approx(block.times[-1], abs=0.06)
+    assert len(cues.verdicts) == 1
+    for one in cues.maneuvers:
+        one.to_record()
+
+
+def test_nothing_but_missing_samples() -> None:
+    """A link that brings rows without a number."""
+    block = flown()
+    empty = np.full_like(block.values, np.nan)
+    cues = judged(Block(channels=block.channels, times=block.times, values=empty))
+    assert states(cues) <= {"blind", "fly"}
+    assert cues.verdicts == ()
+    assert cues.snapshot().missing
+
+
+def test_late_channels() -> None:
+    """The vanes come a second late, as over a bad link: the rows do not wait for them."""
+    block = flown()
+    quick = [name for name in block.channels if name not in ("alpha", "beta")]
+    cues = cueing(model=None)
+    behind = 0.0
+    for start in range(0, len(block), 10):
+        cues.feed(part(block, start, start + 10, quick))
+        cues.feed(part(block, max(start - 100, 0), max(start - 90, 0), ("alpha", "beta")))
+        cues.settle()
+        time = cues.snapshot().time
+        if start > 200 and time is not None:
+            behind = max(behind, block.times[min(start + 10, len(block)) - 1] - time)
+    assert behind < 0.5
+    assert cues.snapshot().alpha is None
+    cues.finish()
+    assert len(cues.verdicts) == 1
+
+
+def test_an_empty_flight() -> None:
+    """Nothing ever comes."""
+    cues = cueing()
+    cues.settle()
+    cues.finish()
+    snapshot = cues.snapshot()
+    assert snapshot.time is None
+    assert snapshot.trim is None
+    assert snapshot.verdict_age is None
+    assert list(cues.log) == []
