@@ -48,7 +48,8 @@ class TextTable(QWidget):
         if made == self._rows:
             return
         self._rows = made
-        holder = QWidget()
+        # Never without a parent: it would be a window of its own for a moment.
+        holder = QWidget(self)
         grid = QGridLayout(holder)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(self._look.px(16))
@@ -62,6 +63,7 @@ class TextTable(QWidget):
                 grid.addWidget(cell, line, place, Qt.AlignmentFlag.AlignTop)
         holder.setVisible(bool(made))
         self.layout().replaceWidget(self._holder, holder)
+        self._holder.hide()
         self._holder.deleteLater()
         self._holder = holder
         self.setAccessibleDescription("; ".join(", ".join(row) for row in made) or none)

@@ -1,0 +1,213 @@
+"""The debrief in the place Pilot: gone through by keys, drawn, kept in a catalog."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from pilot_kit import debrief, flights, judged
+from preflight_kit import as_opened, dress, in_window, opened_window, pixels, press
+from window_kit import until, write_flight
+
+from gsapp.excitation.debrief import Debrief
+from ui.pilot.debrief_page import DebriefPage
+from ui.pilot.debrief_words import maneuver_line, reasons, trend_rows
+from ui.pilot.flight_cues import FlightCues
+from ui.pilot.keeping import catalog_path, keep, kept_trends
+from ui.window import MainWindow
+
+ALT, CONTROL = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    yield from opened_window(tmp_path_factory)
+
+
+@pytest.fixture
+def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
+    yield from as_opened(made, qtbot)
+    made.pilot.go(debrief=False)
+
+
+@pytest.fixture
+def page(window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> DebriefPage:
+    """Return the debrief of a flight of eight maneuvers, reached by keys."""
+    shown = debrief()
+    monkeypatch.setattr(FlightCues, "is_open", True)
+    monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown)
+    qtbot.keyClick(window, Qt.Key.Key_F3)
+    press(qtbot, Qt.Key.Key_2, ALT)
+    QApplication.processEvents()
+    found = window.pilot.debrief.page
+    assert found is not None
+    found.list.choose_row(0)
+    return found
+
+
+# Words
+
+
+def test_a_maneuver_is_told_with_verdict_reason_and_what_was_wanted() -> None:
+    line = maneuver_line(judged(), "US")
+    assert line.words == "M7  aileron and rudder doublet"
+    assert (line.state, line.state_words, line.note) == ("caution", "too small", "C1")
+    assert line.more.startswith("02:55, 100.0 ft/s: rudder doublet too small")
+    said = reasons(judged(), "US")
+    assert said[0] == "rudder doublet too small: half again"
+    assert "rudder 4.9 ° (wanted 7.0 ° to 14.0 °), steps of 0.50, 0.50 s" in said[2]
+    assert said[3].startswith("begun 1.2 s after GO; off in tolerances: speed −0.4")
+    assert "begun without GO" in reasons(judged(go=False), "US")[3]
+
+
+def test_flights_in_a_row_come_newest_first() -> None:
+    rows = trend_rows(flights())
+    assert [row[0][-1] for row in rows] == ["3", "2", "1"]
+    assert rows[0][1:3] == ("9 of 12", "60 %")
+    assert rows[0][3] == "aileron 0.9, rudder 0.8"
+
+
+# Keys and pixels
+
+
+def test_keys_go_through_the_maneuvers(page: DebriefPage, qtbot: QtBot) -> None:
+    """Down goes on, Enter goes to the maneuver, Esc comes back, Alt+1 goes to the page."""
+    assert page.list.hasFocus()
+    assert page.headline.text().startswith("2026-05-12 flight 2: 4 of 8 inputs good")
+    press(qtbot, Qt.Key.Key_Down)
+    assert page.title.text() == "M2  aileron and rudder doublet: too small"
+    assert "half again" in page.why.text()
+    press(qtbot, Qt.Key.Key_Return)
+    assert page.scroll.hasFocus()
+    press(qtbot, Qt.Key.Key_PageDown)
+    assert page.scroll.verticalScrollBar().value() > 0
+    press(qtbot, Qt.Key.Key_Escape)
+    assert page.list.hasFocus()
+    press(qtbot, Qt.Key.Key_1, ALT)
+    window = page.window()
+    assert isinstance(window, MainWindow)
+    assert window.pilot.canvas.hasFocus()
+    # The place comes back to where it was left.
+    press(qtbot, Qt.Key.Key_2, ALT)
+    qtbot.keyClick(window, Qt.Key.Key_F2)
+    qtbot.keyClick(window, Qt.Key.Key_F3)
+    assert page.list.hasFocus()
+
+
+def test_the_chart_shows_the_input_within_the_wanted_band(
+    page: DebriefPage, window: MainWindow
+) -> None:
+    """The aileron of M2 reaches into its band, the rudder stays below it; both in pixels."""
+    page.list.choose("M2")
+    QApplication.processEvents()
+    ink = int(window.look.theme.text[1:], 16)
+    reached = []
+    for chart, low in zip(page.charts.surfaces, (4.0, 7.0), strict=True):
+        assert chart.isVisible()
+        box = chart.plot.getPlotItem().getViewBox()
+        inner = box.mapRectToScene(box.boundingRect()).toRect().adjusted(4, 4, -4, -4)
+        rows = np.flatnonzero((pixels(chart.plot, inner) == ink).any(axis=1)) + inner.top()
+        bottom, top = box.viewRange()[1]
+        per_pixel = (top - bottom) / box.mapRectToScene(box.boundingRect()).height()
+        half = 0.5 * (rows[-1] - rows[0]) * per_pixel
+        reached.append(half - low)
+    assert reached[0] > 1.0
+    assert reached[1] < -1.0
+
+
+def test_a_maneuver_is_shown_in_the_charts(
+    page: DebriefPage, window: MainWindow, qtbot: QtBot
+) -> None:
+    press(qtbot, Qt.Key.Key_Down)
+    press(qtbot, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
+    assert window.places.currentWidget() is window.flight_place
+
+
+def test_a_flight_without_inputs_says_so(
+    page: DebriefPage, window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FlightCues, "debrief", lambda _self: Debrief(flight="x", maneuvers=()))
+    window.pilot.refresh()
+    assert "No maneuver yet" in page.title.text()
+    assert not page.charts.isVisible()
+    assert "No test cards" in page.cards.none.text()
+
+
+LOOKS = (((1280, 800), 200, "dark"), ((2560, 1600), 200, "high-contrast"),
+         ((1280, 800), 100, "daylight"))  # fmt: skip
+
+
+def test_nothing_is_cut_and_nothing_overlaps(page: DebriefPage, window: MainWindow) -> None:
+    for size, scale, theme in LOOKS:
+        dress(window, theme, scale)
+        window.resize(*size)
+        page.show_trends(flights())
+        page.list.choose("M2")
+        page.read()
+        for _ in range(3):
+            QApplication.processEvents()
+        body = page.scroll.widget()
+        assert body.width() <= page.scroll.viewport().width()
+        texts = [
+            widget for widget in body.findChildren(QLabel) if widget.isVisible() and widget.text()
+        ]
+        assert len(texts) > 20
+        boxes = [(in_window(widget, body), widget) for widget in texts]
+        for place, (box, widget) in enumerate(boxes):
+            assert body.rect().contains(box), (scale, widget.text())
+            need = widget.heightForWidth(box.width()) if widget.wordWrap() else 0
+            assert box.height() >= need - 1, (scale, widget.text())
+            if not widget.wordWrap():
+                assert box.width() >= widget.sizeHint().width() - 1, (scale, widget.text())
+            for other, neighbor in boxes[place + 1 :]:
+                assert not box.intersects(other), (widget.text(), neighbor.text())
+        page.begin()
+        for control in (page.list, page.scroll):
+            assert control.accessibleName()
+
+
+# The catalog
+
+
+def test_a_debrief_is_kept_and_flights_are_compared(tmp_path: Path) -> None:
+    """Kept twice it is there once; another flight comes after it."""
+    catalog = tmp_path / "campaign.sqlite"
+    assert kept_trends(catalog) == ()
+    for name in ("one", "one", "two"):
+        made = replace(debrief(), flight=name)
+        keep(write_flight(tmp_path / name), made, catalog)
+    (kept,) = kept_trends(catalog)  # both files are called small.csv
+    assert (kept.inputs, kept.good) == (8, 4)
+    assert kept.amplitudes["dr"] == pytest.approx(0.49, abs=0.01)
+
+
+def test_ctrl_s_keeps_the_open_flight(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    shown = replace(debrief(), flight=window.desk.name)
+    monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown)
+    qtbot.keyClick(window, Qt.Key.Key_F3)
+    press(qtbot, Qt.Key.Key_2, ALT)
+    press(qtbot, Qt.Key.Key_S, CONTROL)
+    catalog = catalog_path(window.store.current)
+    until(qtbot, lambda: any("is kept in" in text for text in window.banners.texts()))
+    assert catalog.is_file()
+    page = window.pilot.debrief.page
+    rows = [widget.text() for widget in page.trends.findChildren(QLabel) if _stands(widget, page)]
+    assert "4 of 8" in rows
+
+
+def _stands(widget: QWidget, page: QWidget) -> bool:
+    return widget.isVisibleTo(page) and widget.mapTo(page, QPoint(0, 0)) is not None
