@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gsapp.excitation.doublets.judging import Case, findings, unjudged
+from gsapp.excitation.doublets.case import Case
+from gsapp.excitation.doublets.judging import findings, unjudged
 from gsapp.excitation.doublets.measuring import Measured
 from gsapp.excitation.doublets.verdict import Finding, Verdict
 from gsapp.excitation.points.point import TestPoint

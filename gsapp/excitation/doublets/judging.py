@@ -10,25 +10,19 @@ last a width that misses the mode.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from gsapp.aircraft import Aircraft
-from gsapp.excitation.doublets.measuring import Measured
+from gsapp.excitation.doublets.case import Case
 from gsapp.excitation.doublets.verdict import Finding, Result
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.stick_words import more_words, stick_words, width_words
-from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.excitation.points.stick_words import more_words, width_words
+from gsapp.excitation.points.wanted import Band
 from gsapp.excitation.trim.cue import Off
-from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards.card import SURFACES as SURFACE_WORDS
 from gsapp.flight.maneuvers.grading import (
     ANSWERING,
     TRIM_TIME,
-    Setting,
-    unrest,
 )
 from gsapp.flight.maneuvers.shape import SurfaceInput
 from gsapp.quantities import FloatArray, channel
@@ -64,55 +58,6 @@ _SMALLER: Final = 0.75
 _OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "g"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Case:
-    """All that a verdict is drawn from.
-
-    Attributes
-    ----------
-    measured : Measured
-    kind : str
-        Shape of the main input.
-    wanted : WantedInput or None
-        None where nothing is known of what is wanted: shape and answer alone are judged.
-    point : TestPoint or None
-    setting : Setting
-    tolerances : TrimTolerances
-    known_aircraft : bool
-        Whether there is an aircraft file.
-    system : {"US", "SI"}
-        Units of the words.
-    """
-
-    measured: Measured
-    kind: str
-    wanted: WantedInput | None
-    point: TestPoint | None
-    setting: Setting
-    tolerances: TrimTolerances
-    known_aircraft: bool = True
-    system: str = "US"
-
-    @property
-    def aircraft(self) -> Aircraft:
-        """Return the aircraft."""
-        return self.setting.aircraft
-
-    @property
-    def dt(self) -> float:
-        """Return the time between samples, s."""
-        return float(np.median(np.diff(self.measured.passage.times)))
-
-    def stick(self, surface: str, amplitude: float) -> str:
-        """Return a deflection in the pilot's words."""
-        aircraft = self.aircraft if self.known_aircraft else None
-        return stick_words(aircraft, surface, amplitude, rate_switch=self.measured.rate_switch)
-
-    def name(self, one: SurfaceInput) -> str:
-        """Return what an input is called: "rudder doublet"."""
-        return f"{SURFACE_WORDS[one.surface]} {one.kind}"
-
-
 def findings(case: Case) -> tuple[Finding, ...]:
     """Return what speaks against an input, the worst first; nothing for a good one."""
     return tuple(finding for judge in _JUDGES for finding in judge(case))
@@ -130,7 +75,7 @@ def unjudged(case: Case) -> tuple[str, ...]:
     found += [f"{channel(name).title} stands at the end of its range" for name in measured.stuck]
     if measured.gusts is None:
         found.append("gusts during the input: no model tells what it explains")
-    elif measured.gusts > GUST_SHARE >= _ROUGH_BEFORE * _unrest(case):
+    elif measured.gusts > GUST_SHARE >= _ROUGH_BEFORE * case.unrest:
         share = 100.0 * measured.gusts
         found.append(f"the model leaves {share:.0f} % of the answer over in calm air: doubt it")
     if "bank" not in measured.trim:
@@ -242,7 +187,7 @@ def _other_shape(case: Case) -> list[Finding]:
 def _too_small(case: Case) -> list[Finding]:
     found = []
     for one in case.measured.inputs:
-        band = _band(case, one.surface)
+        band = case.band(one.surface)
         if band is None or one.amplitude >= band.low:
             continue
         factor = band.best / max(one.amplitude, 1e-9)
@@ -267,7 +212,7 @@ def _beyond(case: Case) -> list[Finding]:
     for one in case.measured.inputs:
         # What the card asks for, and what no vane shows, is judged by the surface.
         blind = not {"alpha", "beta"} & set(case.measured.flow)
-        band = _band(case, one.surface)
+        band = case.band(one.surface)
         by_card = case.wanted is not None and case.wanted.source == "card"
         if band is not None and (by_card or blind) and one.amplitude > band.high:
             found.append(_larger_than(case, one, band))
@@ -277,15 +222,11 @@ def _beyond(case: Case) -> list[Finding]:
 def _gusty(case: Case) -> list[Finding]:
     gusts = case.measured.gusts
     if gusts is not None:
-        spoiled = min(gusts, _ROUGH_BEFORE * _unrest(case)) > GUST_SHARE
+        spoiled = min(gusts, _ROUGH_BEFORE * case.unrest) > GUST_SHARE
     else:
-        spoiled = _unrest(case) > _UNREST
+        spoiled = case.unrest > _UNREST
     words = "spoiled by gusts: wait for calmer air"
     return [Finding(result="spoiled", words=words)] if spoiled else []
-
-
-def _unrest(case: Case) -> float:
-    return unrest(case.measured.passage, case.setting, case.measured.surfaces)[0]
 
 
 def _width(case: Case) -> list[Finding]:
@@ -338,16 +279,12 @@ def _outside(values: FloatArray, low: float, high: float) -> int:
         return int(((values < low) | (values > high)).sum())
 
 
-def _band(case: Case, surface: str) -> Band | None:
-    return None if case.wanted is None else case.wanted.amplitudes.get(surface)
-
-
 def _too_large(case: Case, name: str, why: str) -> Finding:
     """Return the finding for a signal that went too far."""
     main = max(
         case.measured.inputs, key=lambda one: (name in ANSWERING[one.surface], one.amplitude)
     )
-    band = _band(case, main.surface)
+    band = case.band(main.surface)
     factor = _SMALLER if band is None else min(band.best / max(main.amplitude, 1e-9), 0.9)
     words = f"{case.name(main)} too large: {why}, {more_words(factor)}"
     return Finding(

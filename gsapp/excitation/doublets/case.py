@@ -1,0 +1,75 @@
+"""All that a verdict is drawn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.doublets.measuring import Measured
+from gsapp.excitation.points.point import TestPoint
+from gsapp.excitation.points.stick_words import stick_words
+from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.excitation.trim.tolerances import TrimTolerances
+from gsapp.flight.cards.card import SURFACES as SURFACE_WORDS
+from gsapp.flight.maneuvers.grading import Setting, unrest
+from gsapp.flight.maneuvers.shape import SurfaceInput
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """All that a verdict is drawn from.
+
+    Attributes
+    ----------
+    measured : Measured
+    kind : str
+        Shape of the main input.
+    wanted : WantedInput or None
+        None where nothing is known of what is wanted: shape and answer alone are judged.
+    point : TestPoint or None
+    setting : Setting
+    tolerances : TrimTolerances
+    known_aircraft : bool
+        Whether there is an aircraft file.
+    system : {"US", "SI"}
+        Units of the words.
+    """
+
+    measured: Measured
+    kind: str
+    wanted: WantedInput | None
+    point: TestPoint | None
+    setting: Setting
+    tolerances: TrimTolerances
+    known_aircraft: bool = True
+    system: str = "US"
+
+    @property
+    def aircraft(self) -> Aircraft:
+        """Return the aircraft."""
+        return self.setting.aircraft
+
+    @property
+    def dt(self) -> float:
+        """Return the time between samples, s."""
+        return float(np.median(np.diff(self.measured.passage.times)))
+
+    def stick(self, surface: str, amplitude: float) -> str:
+        """Return a deflection in the pilot's words."""
+        aircraft = self.aircraft if self.known_aircraft else None
+        return stick_words(aircraft, surface, amplitude, rate_switch=self.measured.rate_switch)
+
+    def name(self, one: SurfaceInput) -> str:
+        """Return what an input is called: "rudder doublet"."""
+        return f"{SURFACE_WORDS[one.surface]} {one.kind}"
+
+    @property
+    def unrest(self) -> float:
+        """Return the unrest before the input over its answer, as the grader measures it."""
+        return unrest(self.measured.passage, self.setting, self.measured.surfaces)[0]
+
+    def band(self, surface: str) -> Band | None:
+        """Return the amplitudes wanted of a surface; None where none are known."""
+        return None if self.wanted is None else self.wanted.amplitudes.get(surface)

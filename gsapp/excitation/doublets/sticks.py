@@ -1,0 +1,234 @@
+"""Quick moves that may be an input: whether the sticks were let go, and what was moved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.doublets.giving import Asked
+from gsapp.excitation.doublets.history import History
+from gsapp.excitation.doublets.measuring import LOOKED_BACK
+from gsapp.excitation.doublets.surroundings import Surroundings
+from gsapp.excitation.rows import TICK
+from gsapp.flight.maneuvers.grading import HANDS_OFF_WANTED
+from gsapp.flight.maneuvers.moves import (
+    ALSO_MOVED,
+    CLOSED,
+    CLOSED_AWAY,
+    deliberate,
+    moved_inputs,
+    strong_moves,
+)
+from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, measure
+from gsapp.flight.maneuvers.signals import SURFACES
+from gsapp.quantities import FloatArray
+
+QUIET: Final = 0.15
+"""Seconds without a quick move after which an input is over, if the surfaces are back."""
+AWAITED: Final = 0.6
+"""The same while a surface that is expected has not moved yet."""
+JOINED: Final = 0.7
+"""A quick move so soon after an input, s, goes on with it."""
+_LONGEST = 10.0
+"""An input that goes on for longer, s, is steering."""
+_ODD_FREE = 1.05
+"""Seconds without a stick after which an input of an unusual shape is believed."""
+_BACK = 0.4
+"""Share of its excursion that a surface may be away from trim and be back."""
+_LEFT = 0.25
+"""Share of its amplitude from which a surface was not brought back, and looks like another shape
+about the line between its trims."""
+_BOTH_SIDES = 0.35
+"""Share of the larger excursion from which the smaller one is the other half of a doublet."""
+_AFTER_LAST_STEP = 0.8
+"""Seconds after which an input that ends away from trim is over, once both sides were seen."""
+_CLEAR = ("doublet", "3-2-1-1")
+
+
+@dataclass(slots=True)
+class Moving:
+    """Quick moves that may be an input.
+
+    Attributes
+    ----------
+    first, last : float
+        Time of the first and of the last quick move, s.
+    moved : list of str
+        Surfaces in the order of their first quick move.
+    busy : bool
+        Whether the pilot was recovering when it began.
+    found : list of SurfaceInput
+        Measured when the sticks were let go; empty before.
+    t_end : float
+        When the last surface was back, s.
+    asked : Asked
+        What the input is held against, once it is known.
+    hands_off : float
+        Seconds for which the hands should be off.
+    """
+
+    first: float
+    last: float
+    busy: bool
+    moved: list[str] = field(default_factory=list)
+    found: list[SurfaceInput] = field(default_factory=list)
+    t_end: float = math.nan
+    asked: Asked = field(default_factory=Asked)
+    hands_off: float = HANDS_OFF_WANTED
+
+    @property
+    def expected(self) -> set[str]:
+        """Return the surfaces that the crew expects to be moved."""
+        return set() if self.asked.wanted is None else set(self.asked.wanted.surfaces)
+
+    @property
+    def awaited(self) -> set[str]:
+        """Return the surfaces expected that have not moved yet."""
+        return self.expected - set(self.moved)
+
+    @property
+    def kind(self) -> str:
+        """Return the shape expected; empty for none."""
+        return "" if self.asked.wanted is None else self.asked.wanted.kind
+
+
+class Sticks:
+    """Reads the sticks from the surfaces.
+
+    Parameters
+    ----------
+    history : History
+    around : Surroundings
+    """
+
+    def __init__(self, history: History, around: Surroundings) -> None:
+        self._history = history
+        self._around = around
+
+    def sizes(self, moving: Moving, now: float) -> dict[str, float]:
+        """Return how far each surface went so far, rad: half of peak to peak."""
+        _, rows = self._history.stretch(moving.first - LOOK_BACK, now)
+        found = {}
+        for surface in moving.moved:
+            samples = rows[:, SURFACES.index(surface)]
+            if np.isfinite(samples).any():
+                found[surface] = 0.5 * float(np.nanmax(samples) - np.nanmin(samples))
+        shares = {
+            name: size / self._around.setting.half_travel(name) for name, size in found.items()
+        }
+        most = max(shares.values(), default=0.0)
+        return {name: size for name, size in found.items() if shares[name] >= ALSO_MOVED * most}
+
+    def let_go(self, moving: Moving, now: float) -> list[SurfaceInput] | None:
+        """Return what was moved once the sticks are let go, the main surface first.
+
+        Parameters
+        ----------
+        moving : Moving
+        now : float
+            s.
+
+        Returns
+        -------
+        list of SurfaceInput or None
+            Empty if it was steering; None while that is open.
+        """
+        if moving.last - moving.first > _LONGEST:
+            return []
+        idle = now - moving.last
+        if idle < (AWAITED if moving.awaited and moving.awaited < moving.expected else QUIET):
+            return None
+        ends = idle >= CLOSED_AWAY or self._back(moving, now)
+        if not ends and idle <= _AFTER_LAST_STEP:
+            return None
+        found = self._measured(moving, now)
+        if not ends and not (
+            found and _complete(found[0], idle) and self._both_sides(moving, found[0], now)
+        ):
+            return None
+        if not found:
+            return []
+        if self._is_input(moving, found[0], now):
+            return found
+        return [] if idle >= CLOSED else None
+
+    def _is_input(self, moving: Moving, main: SurfaceInput, now: float) -> bool:
+        """Return whether the main surface was moved on purpose."""
+        if moving.busy and not main.unmistakable:
+            return False
+        clear = main.kind in _CLEAR or main.kind == moving.kind
+        # Steering makes other moves as well; who asked for a shape has no use for them.
+        if not clear and (moving.kind or now - moving.last < _ODD_FREE):
+            return False
+        threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
+        if deliberate(main, math.inf, threshold):
+            return True
+        left = not main.returned and _steps(main, threshold)
+        return left and self._both_sides(moving, main, now)
+
+    def _measured(self, moving: Moving, now: float) -> list[SurfaceInput]:
+        """Return what each surface did, the main one first."""
+        times, rows = self._history.stretch(moving.first - LOOK_BACK - LOOKED_BACK, now)
+        lag = self._around.quick.lag
+        if times.size <= lag:
+            return []
+        moves = strong_moves(times, rows, moving.moved, moving.first, moving.last, lag)
+        found = moved_inputs(times, rows, moves, self._around.setting)
+        return [self._left(one, moves, moving.last, times, rows) for one in found]
+
+    def _left(
+        self,
+        one: SurfaceInput,
+        moves: Mapping[str, tuple[float, float]],
+        last: float,
+        times: FloatArray,
+        rows: FloatArray,
+    ) -> SurfaceInput:
+        """Return an input that was not brought back as it shows about its trim before."""
+        if abs(one.after - one.before) < _LEFT * one.amplitude:
+            return one
+        noise = self._around.setting.noise.of(one.surface)
+        samples = rows[:, SURFACES.index(one.surface)]
+        first = moves[one.surface][0]
+        other = measure(one.surface, times, samples, first, last, noise, left=True)
+        return one if other is None or other.kind not in _CLEAR else other
+
+    def _both_sides(self, moving: Moving, main: SurfaceInput, now: float) -> bool:
+        """Return whether a surface truly went to both sides of where it stood before."""
+        _, rows = self._history.stretch(main.t_start, min(moving.last + 0.2, now))
+        away = rows[:, SURFACES.index(main.surface)] - main.before
+        if not np.isfinite(away).any():
+            return False
+        sides = sorted((float(np.nanmax(away)), float(-np.nanmin(away))))
+        return sides[0] > _BOTH_SIDES * sides[1]
+
+    def _back(self, moving: Moving, now: float) -> bool:
+        """Return whether every moved surface is near where it was before."""
+        begin = moving.first - LOOK_BACK
+        times, rows = self._history.stretch(begin - 0.5, now)
+        for surface in moving.moved:
+            samples = rows[:, SURFACES.index(surface)]
+            early, late = samples[times < begin], samples[times > now - 2.0 * TICK]
+            if not (np.isfinite(early).any() and np.isfinite(late).any()):
+                continue
+            level = float(np.nanmedian(early))
+            largest = float(np.nanmax(np.abs(samples - level)))
+            if abs(float(np.nanmedian(late)) - level) > _BACK * largest:
+                return False
+        return True
+
+
+def _complete(main: SurfaceInput, idle: float) -> bool:
+    """Return whether an input that ends away from its trim has had all its steps."""
+    longest = max(length for _, length in main.runs)
+    return main.kind in _CLEAR and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
+
+
+def _steps(main: SurfaceInput, threshold: float) -> bool:
+    """Return whether a doublet that was not brought back is one all the same."""
+    clear = main.kind in _CLEAR and main.quickest > threshold
+    return clear and main.abruptness > 0.5 and main.unrest < main.amplitude
