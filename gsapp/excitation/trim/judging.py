@@ -9,7 +9,10 @@ from typing import Final, NamedTuple
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.trim.cue import Off
 from gsapp.excitation.trim.tolerances import TrimTolerances
+from gsapp.quantities.constants import DEGREE
 
+_WELL_KNOWN: Final = 1.25 * DEGREE
+"""Standard deviation of a bank not seen, rad, for which the tolerance itself leaves room."""
 _LEAST_ROOM: Final = 0.25
 """Share of the tolerance of a bank not seen that is left however little is known of it."""
 
@@ -63,7 +66,8 @@ def judge(
             )
 
     unseen = tolerances.bank_unseen
-    room = tolerances.bank if attitude else max(unseen - motion.spread, _LEAST_ROOM * unseen)
+    doubt = 2.0 * max(motion.spread - _WELL_KNOWN, 0.0)
+    room = tolerances.bank if attitude else max(unseen - doubt, _LEAST_ROOM * unseen)
     add("bank", motion.bank, room, "phi" if attitude else "r")
     add("roll rate", motion.roll_rate, tolerances.roll_rate, "p")
     add("pitch rate", motion.pitch_rate, tolerances.pitch_rate, "q")

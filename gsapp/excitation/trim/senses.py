@@ -25,13 +25,21 @@ from gsapp.quantities.constants import GRAVITY
 
 _FITTED: Final = (*RESTLESS, "V")
 _FITTED_PLACES: Final = [PLACE[name] for name in _FITTED]
+_P, _Q, _R, _ALPHA = (PLACE[name] for name in ("p", "q", "r", "alpha"))
+_SPEED, _ALTITUDE = PLACE["V"], PLACE["altitude"]
+_SLOWEST: Final = 5.0
+"""Airspeed below which flow angles mean nothing, m/s."""
 _USUAL_SPEED: Final = 28.0
+"""Airspeed, m/s, where neither a pitot nor an aircraft file tells one."""
 _CRUISE: Final = 1.5
 """Usual airspeed over that below which it does not fly."""
 _EARTH_RADIUS: Final = 6_371_000.0
 _TURN_TIME: Final = 0.5
+"""Seconds of which the mean turn rate tells a turn."""
 _QUICK_TIME: Final = 0.3
+"""Seconds of which the mean rates tell that trim is lost."""
 _LEAST_SHARE: Final = 0.6
+"""Share of what a mean is taken of that must be there."""
 
 
 class Senses:
@@ -81,45 +89,36 @@ class Senses:
         self._turns: deque[float] = deque(maxlen=round(_TURN_TIME / self._dt))
         self._rates: deque[Sequence[float]] = deque(maxlen=round(_QUICK_TIME / self._dt))
         self.motion = Motion(*(math.nan for _ in Motion._fields))
+        self._local = False
         self.quick: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.airborne = self.attitude = self.beta = False
 
     def take(self, ticks: FloatArray) -> Iterator[None]:
         """Go through ticks of `gsapp.excitation.trim.ticks.SEEN`; give way after each."""
-        flies = self._flown(ticks)
-        fit = self._window.take(ticks[:, _FITTED_PLACES])
-        places = _positions(ticks)
-        for place, values in enumerate(ticks.tolist()):
-            self._step(values, places[place], flies[place], fit, place)
+        prepared = [self._prepared(values) for values in ticks.tolist()]
+        fitted = [[values[place] for place in _FITTED_PLACES] for values, _, _ in prepared]
+        fit = self._window.take(np.array(fitted, dtype=np.float64).reshape(-1, len(_FITTED)))
+        for place, (values, airborne, standing) in enumerate(prepared):
+            self.airborne = airborne
+            self._step(values, standing, fit, place)
             yield
 
-    def _flown(self, ticks: FloatArray) -> list[tuple[bool, bool]]:
-        """Return whether it flies and stands at each tick; take zeros off, put alpha to the CG."""
-        states = []
-        watched = [PLACE[name] for name in ("p", "q", "r", "V", "altitude")]
-        for row, values in enumerate(ticks[:, watched].tolist()):
-            self._stand.step(tuple(values))
-            states.append((self._stand.airborne, self._stand.standing))
-            ticks[row, :3] -= self._stand.zeros
+    def _prepared(self, values: list[float]) -> tuple[list[float], bool, bool]:
+        """Take zeros off, put alpha to the CG; return whether it flies and stands, too."""
+        stand = self._stand
+        p, q, r, speed = values[_P], values[_Q], values[_R], values[_SPEED]
+        stand.step((p, q, r, speed, values[_ALTITUDE]))
+        p, q, r = (rate - zero for rate, zero in zip((p, q, r), stand.zeros, strict=True))
+        values[_P], values[_Q], values[_R] = p, q, r
         if self._aircraft is not None:
             vane = self._aircraft.sensors.alpha_vane
-            x, y, _ = vane.position
-            p, q, speed = ticks[:, PLACE["p"]], ticks[:, PLACE["q"]], ticks[:, PLACE["V"]]
-            arm = np.where(speed > 1.0, q * x - p * y, 0.0) / np.maximum(speed, 1.0)
-            ticks[:, PLACE["alpha"]] /= vane.upwash
-            ticks[:, PLACE["alpha"]] += np.where(np.isfinite(arm), arm, 0.0)
-        return states
+            turned = q * vane.position[0] - p * vane.position[1]
+            known = speed > _SLOWEST and turned == turned
+            values[_ALPHA] = values[_ALPHA] / vane.upwash + (turned / speed if known else 0.0)
+        return values, stand.airborne, stand.standing
 
-    def _step(
-        self,
-        values: list[float],
-        position: list[float],
-        flies: tuple[bool, bool],
-        fit: WindowFit,
-        place: int,
-    ) -> None:
-        airborne, standing = flies
-        self.airborne = airborne
+    def _step(self, values: list[float], standing: bool, fit: WindowFit, place: int) -> None:
+        airborne = self.airborne
         powers = fit.power[place, : len(RESTLESS)].tolist()
         means = fit.mean[place].tolist()
         p, q, r, ax, ay, an, _, beta, speed, phi, theta, altitude, climb_rate, height = values[:14]
@@ -142,7 +141,7 @@ class Senses:
         self._rates.append((p, q, r))
         self._turns.append((q * sine if q == q else 0.0) + r * cosine)
         if airborne:
-            self.leg.step(self._turns[-1], _mean(self._turns), *position)
+            self.leg.step(self._turns[-1], _mean(self._turns), *self._place(values[14:]))
         self.quick = tuple(_mean(column) for column in zip(*self._rates, strict=True))
         leaned, climb, high = (_mean(column) for column in zip(*self._derived, strict=True))
         self.motion = Motion(
@@ -158,15 +157,14 @@ class Senses:
             spread=0.0 if self.attitude else bank.spread,
         )
 
-
-def _positions(ticks: FloatArray) -> list[list[float]]:
-    """Return north and east from anywhere, m, of each tick; NaN where unknown."""
-    north, east = ticks[:, PLACE["north"]], ticks[:, PLACE["east"]]
-    latitude, longitude = ticks[:, PLACE["latitude"]], ticks[:, PLACE["longitude"]]
-    east = np.where(np.isfinite(east), east, _EARTH_RADIUS * longitude * np.cos(latitude))
-    north = np.where(np.isfinite(north), north, _EARTH_RADIUS * latitude)
-    found: list[list[float]] = np.column_stack((north, east)).tolist()
-    return found
+    def _place(self, values: list[float]) -> tuple[float, float]:
+        """Return north and east, m, from whichever position this flight has; NaN for none."""
+        north, east, latitude, longitude = values
+        # The two have different origins: one of them serves throughout.
+        self._local = self._local or north == north
+        if self._local:
+            return north, east
+        return _EARTH_RADIUS * latitude, _EARTH_RADIUS * longitude * math.cos(latitude)
 
 
 def _mean(values: Iterable[float]) -> float:

@@ -67,21 +67,22 @@ class TickMeans:
             For each tick.
         """
         tick, count = self._tick, len(rows) // self._tick
-        values = np.column_stack([self._read(rows, name) for name in SEEN])[: count * tick]
+        values = np.array([self._read(rows, name) for name in SEEN]).T[: count * tick]
         still = self._still(values[:, :_QUICK], count)
         shaped = values.reshape(count, tick, len(SEEN))
         there = np.isfinite(shaped)
-        total, present = np.zeros((count, len(SEEN))), np.zeros((count, len(SEEN)))
-        for place in range(tick):
-            total += np.where(there[:, place], shaped[:, place], 0.0)
-            present += there[:, place]
-        means = np.where(present > 0.0, total / np.maximum(present, 1.0), np.nan)
-        means[:, :_QUICK][still] = np.nan
+        present = there.sum(axis=1)
+        filled = np.where(there, shaped, 0.0)
+        total = filled[:, 0]
+        for place in range(1, tick):
+            total = total + filled[:, place]
+        means = np.where(present > 0, total / np.maximum(present, 1), np.nan)
         for name in self.distrusted & PLACE.keys():
             if name not in _SPARES:
                 means[:, PLACE[name]] = np.nan
         if not still.any():
             return means, [()] * count
+        means[:, :_QUICK][still] = np.nan
         return means, [tuple(SEEN[place] for place in np.flatnonzero(one)) for one in still]
 
     def _read(self, rows: FlightRows, name: str) -> FloatArray:
