@@ -37,6 +37,7 @@ BENCHMARKS = {
     "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",
     "wizard_window": "the wizard's page: errors over bounds and faults named, 200 aircraft",
     "calibrations": "angles and hysteresis against the truth, faults named, drift found",
+    "trim_cue": "GO against the simulator's states: given rightly, given soon, by air and instruments",
     "information": "bounds expected against those reported; the band before a maneuver; its cost",
     "verdicts": "verdicts on 300 virtual inputs against the truth; how late they are",
     "peers": "MAVProxy between the virtual aircraft and the recorder",

@@ -22,7 +22,7 @@ _LASTING: Final = 0.5
 """Share of the tolerance that each of the last seconds exceeds in gusts that last: the answer to
 an input fills some of them only."""
 _SECONDS: Final = 5
-_VANE_TO_GUST: Final = 2.2
+_VANE_TO_GUST: Final = 2.8
 """Standard deviation of a gust over that of V alpha within a second: the rest is slower, and the
 aircraft turns its nose into the wind."""
 _LIFT_SLOPE: Final = 4.5
