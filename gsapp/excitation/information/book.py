@@ -166,7 +166,8 @@ class InformationBook:
     def _ask(self, time: float) -> None:
         """Ask for a new outlook, to be shown some seconds after a flight time (s)."""
         self._stale = True
-        self._due = time + READY
+        due = time + READY
+        self._due = due if self._due is None else min(self._due, due)
 
     def _advance(self) -> bool:
         """Do one step; return whether there is another one to do."""

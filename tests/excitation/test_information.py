@@ -1,0 +1,335 @@
+"""Bounds to come are those that maximum likelihood reports; slices and cuts change nothing."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.model import load_model
+from gsapp.excitation.doublets.verdict import Result, Verdict
+from gsapp.excitation.information.book import READY, InformationBook
+from gsapp.excitation.information.budget import LAP, LONGEST, RESERVE, FlightBudget
+from gsapp.excitation.information.expected import brought, expected, fitted, heard_in
+from gsapp.excitation.information.habits import Habit, Habits, executions
+from gsapp.excitation.information.learning import AXES, Total
+from gsapp.excitation.information.noise import assumed_noise, just_heard, pooled
+from gsapp.excitation.information.planned import planned
+from gsapp.excitation.information.prospect import Gain
+from gsapp.excitation.information.prospects import OpenCard, Request, prospects
+from gsapp.excitation.information.wording import prospect_words
+from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.flight.cards import CardSet, TestCard, load_cards
+from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.identification.axes import RESPONSES
+from gsapp.identification.maximum_likelihood import MLSettings, estimate
+from gsapp.quantities import Block
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
+
+from virtual_maneuvers import AXES as AXIS_OF
+from virtual_maneuvers import Virtual, fly
+
+RATE = 100.0
+MODEL = load_model("b777")
+
+
+@lru_cache(maxsize=1)
+def _aircraft() -> Aircraft:
+    return load_aircraft("b777")
+
+
+@lru_cache(maxsize=8)
+def _flown(seed: int, kind: str) -> Virtual:
+    return fly(seed, kind)
+
+
+def _verdict(virtual: Virtual, *, start: float = 0.0, result: Result = "good") -> Verdict:
+    return Verdict(
+        id="M1",
+        given_at=start + 11.0,
+        t_start=start + virtual.maneuver.t_start,
+        t_input=start + 1.0,
+        t_input_end=start + 3.0,
+        t_end=start + virtual.maneuver.t_end,
+        surfaces=virtual.maneuver.inputs,
+        kind="doublet",
+        amplitudes=dict.fromkeys(virtual.maneuver.inputs, 0.08),
+        halves={},
+        symmetry={},
+        left_over={},
+        cross={},
+        V=30.0,
+        alpha=None,
+        result=result,
+        findings=(),
+        advice="",
+    )
+
+
+def _rows(virtual: Virtual, without: str = "") -> FlightRows:
+    block = virtual.maneuver.block
+    kept = [name for name in block.channels if name != without]
+    return rows_of(block.select(kept), RATE)
+
+
+def _cards(*ids: str) -> CardSet:
+    cards = load_cards("b777")
+    return cards.model_copy(update={"cards": tuple(c for c in cards.cards if c.id in ids)})
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+@pytest.mark.parametrize("color", [0.0, 0.9])
+def test_expected_bounds_are_those_reported(kind: str, color: float) -> None:
+    """At known parameters, for the input as flown and in the noise there is: within 25 %."""
+    ratios: list[float] = []
+    for seed in (5300, 5301):
+        virtual, axis = fly(seed, kind, color=color), AXIS_OF[kind]
+        known = MODEL.with_derivatives(virtual.truth)
+        noise = heard_in(fitted(virtual.maneuver, axis, MODEL), RATE)
+        found = expected(virtual.maneuver, axis, known, noise).stds
+        told = estimate([virtual.maneuver], MLSettings(axis=axis))
+        ratios += [
+            found[name] / one.std
+            for name, one in told.derivatives.items()
+            if one.std is not None and name in found
+        ]
+    assert len(ratios) >= 20
+    assert np.mean(np.abs(np.array(ratios) - 1.0) < 0.25) >= 0.95
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_what_a_maneuver_brought_is_what_maximum_likelihood_reports(kind: str) -> None:
+    """Begun at a model that is wrong by 15 %, the fit ends where the one after the flight ends."""
+    virtual, axis = _flown(5302, kind), AXIS_OF[kind]
+    found = brought(fitted(virtual.maneuver, axis, MODEL)).stds
+    told = estimate([virtual.maneuver], MLSettings(axis=axis)).derivatives
+    for name, std in found.items():
+        assert std == pytest.approx(told[name].std, rel=0.01)
+
+
+def test_a_larger_input_brings_smaller_bounds() -> None:
+    """Twice the amplitude halves the bounds of derivatives, as noise does not grow with it."""
+    card = load_cards("b777").cards[1]
+    exactly = replace(Habits(), size=Habit(mean=0.0, spread=0.0), width=Habit(mean=0.0, spread=0.0))
+    (execution,) = executions(card, exactly, 1)
+    noise = assumed_noise(_aircraft(), NoiseFloor(), RESPONSES["lat"], RATE)
+    found = []
+    for factor in (0.25, 0.5):
+        smaller = card.model_copy(
+            update={"amplitude": {n: factor * a for n, a in card.amplitudes.items()}}
+        )
+        maneuver = planned(
+            smaller,
+            execution,
+            aircraft=_aircraft(),
+            model=MODEL,
+            mass=_aircraft().mass.mass,
+            density=1.2,
+            rate=RATE,
+            channels=RESPONSES["both"],
+        )
+        for name, asked in smaller.amplitudes.items():
+            moved = maneuver.block[name] - maneuver.block[name][0]
+            assert 0.5 * np.ptp(moved) == pytest.approx(asked * np.mean(execution.sizes[name]))
+        found.append(expected(maneuver, "lat", MODEL, noise).stds)
+    for name in ("Cl_beta", "Cl_p", "Cl_da", "Cn_beta", "Cn_r", "Cn_dr", "CY_beta"):
+        assert found[0][name] / found[1][name] == pytest.approx(2.0, rel=0.1)
+
+
+def test_slices_change_nothing_and_an_outlook_comes_when_it_is_due() -> None:
+    """Worked out in slices, or all at once when it is due: the same, and not before."""
+    virtual, cards = _flown(5302, "lat"), _cards("E1", "R1")
+    verdict, rows = _verdict(virtual), _rows(virtual)
+    found = []
+    for sliced in (True, False):
+        book = InformationBook(_aircraft(), MODEL, RATE)
+        book.flown(verdict, rows, card=cards.cards[0])
+        if sliced:
+            assert book.work(0.0)
+            while book.work(1e-4):
+                pass
+        early = book.outlook(verdict.given_at + 0.5, cards)
+        assert all(bound.std is None for bound in early.bounds)
+        assert early.next is None
+        found.append(book.outlook(verdict.given_at + 0.5 + READY, cards))
+    assert found[0] == found[1]
+    outlook = found[0]
+    reached = {bound.name for bound in outlook.bounds if bound.std is not None}
+    assert reached == set(_lateral())
+    # Nothing is known of pitch yet: that is where most is to be gained.
+    assert outlook.next is not None
+    assert outlook.next.card == "E1"
+    assert outlook.next.repeats == 3
+    for prospect in outlook.prospects:
+        for gain in prospect.gains:
+            assert gain.low <= gain.after <= gain.high
+            assert gain.before is None or gain.high <= gain.before * 1.001
+
+
+def _lateral() -> tuple[str, ...]:
+    return tuple(
+        f"{one}_{what}"
+        for one in ("CY", "Cl", "Cn")
+        for what in ("0", "beta", "p", "r", "da", "dr")
+    )
+
+
+def test_bounds_add_up_like_one_joint_fit() -> None:
+    """Two maneuvers of one aircraft say as much as a fit of both together reports."""
+    book = InformationBook(_aircraft(), MODEL, RATE)
+    flown = [fly(seed, "lat", model=MODEL) for seed in (5302, 5303)]
+    for virtual in flown:
+        book.flown(_verdict(virtual), _rows(virtual))
+    book.outlook(100.0)
+    told = estimate([one.maneuver for one in flown], MLSettings(axis="lat")).derivatives
+    for bound in book.bounds():
+        if bound.name in told:
+            assert bound.std == pytest.approx(told[bound.name].std, rel=0.25)
+
+
+def test_spoiled_maneuvers_and_lost_channels() -> None:
+    """A spoiled maneuver brings nothing; without a vane the rest still brings something."""
+    virtual = _flown(5302, "lat")
+    for result, without, expected_to_bring in (
+        ("spoiled", "", False),
+        ("too-small", "beta", True),
+        ("good", "phi", True),
+    ):
+        book = InformationBook(_aircraft(), MODEL, RATE)
+        book.flown(_verdict(virtual, result=result), _rows(virtual, without))  # type: ignore[arg-type]
+        outlook = book.outlook(100.0, _cards("R1"))
+        seen = [bound.name for bound in outlook.bounds if bound.std is not None]
+        assert bool(seen) == expected_to_bring
+    empty = InformationBook(_aircraft(), MODEL, RATE)
+    gone = _rows(virtual)
+    gone = FlightRows(first=0, times=gone.times, values=np.full_like(gone.values, np.nan))
+    empty.flown(_verdict(virtual), gone)
+    outlook = empty.outlook(100.0)
+    assert all(bound.std is None for bound in outlook.bounds)
+    assert any("M1 brought nothing" in remark for remark in outlook.remarks)
+
+
+def test_without_a_model_only_time_is_told() -> None:
+    """No model: no bounds, but time. No aircraft either: nothing, and it says so."""
+    virtual = _flown(5302, "lat")
+    book = InformationBook(_aircraft(), None, RATE)
+    book.flown(_verdict(virtual), _rows(virtual))
+    outlook = book.outlook(20.0, _cards("R1"))
+    assert outlook.bounds == ()
+    assert outlook.next is None
+    assert outlook.time_left == pytest.approx(LONGEST - RESERVE)
+    nothing = InformationBook(None, None, RATE).outlook(0.0)
+    assert nothing.time_left is None
+    assert any("no aircraft file" in remark for remark in nothing.remarks)
+
+
+def test_a_request_goes_to_another_process_and_back() -> None:
+    """Prospects depend on nothing but their request, and a card that cannot be flown is named."""
+    cards = _cards("A1").cards
+    slow = cards[0].model_copy(update={"id": "A9", "speed": 12.0})
+    aircraft = _aircraft()
+    request = Request(
+        aircraft=aircraft,
+        model=MODEL,
+        cards=(OpenCard(card=cards[0], missing=2), OpenCard(card=slow, missing=1)),
+        totals={axis: Total.nothing(axis) for axis in AXES},
+        noise={axis: assumed_noise(aircraft, NoiseFloor(), RESPONSES[axis], RATE) for axis in AXES},
+        habits=Habits(),
+        channels=frozenset(RESPONSES["both"]),
+        rate=RATE,
+        mass=aircraft.mass.mass,
+        density=1.2,
+        wanted={},
+        lap=LAP,
+    )
+    reply = prospects(pickle.loads(pickle.dumps(request)))  # noqa: S301 - our own
+    assert pickle.loads(pickle.dumps(reply)) == prospects(request)  # noqa: S301
+    (one, two) = reply.by_card["A1"]
+    assert (one.repeats, two.repeats) == (1, 2)
+    assert two.seconds == pytest.approx(2.0 * one.seconds)
+    after = [{gain.name: gain.after for gain in each.gains} for each in (one, two)]
+    assert all(after[1][name] < bound for name, bound in after[0].items())
+    assert "A9 cannot be judged" in reply.remarks[0]
+
+
+def test_words_of_a_prospect() -> None:
+    """As the crew reads it."""
+    card = TestCard(
+        id="C1",
+        speed="105 ft/s",
+        surfaces=("dr", "da"),
+        amplitude="6 deg",
+        width="0.5 s",
+        repeats=4,
+    )
+    value = abs(MODEL.derivative("Cn_r"))
+    gain = Gain(name="Cn_r", before=0.35 * value, after=0.15 * value, low=0.1, high=0.2)
+    words = prospect_words(card, 2, (gain,), MODEL, {})
+    assert words == "two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %"
+    unknown = replace(gain, before=None)
+    words = prospect_words(card, 1, (unknown,), MODEL, {}, "SI")
+    assert words == "one more rudder-aileron doublet at 32 m/s: C_nr to 15 %"
+    assert "C_nr" not in prospect_words(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
+
+
+def test_noise_that_stretches_agree_on_is_pooled() -> None:
+    """Stretches alike: all count. One quite unlike the rest: the last one does."""
+    aircraft = _aircraft()
+    noise = replace(assumed_noise(aircraft, NoiseFloor(), RESPONSES["lat"], RATE), seconds=6.0)
+    alike = just_heard([noise] * 6)
+    np.testing.assert_allclose(alike.variances, noise.variances, rtol=1e-9)
+    loud = replace(noise, lagged=25.0 * noise.lagged)
+    mixed = [noise, loud, noise, loud, noise, loud]
+    assert (just_heard(mixed).variances > 1.5 * pooled(mixed).variances).all()
+
+
+# --- time left ----------------------------------------------------------------------------------
+
+
+def _flight_rows(speed: np.ndarray, throttle: float) -> FlightRows:
+    times = np.arange(speed.size) / 10.0
+    values = np.column_stack((speed, np.full(speed.size, throttle), np.full(speed.size, 0.01)))
+    return rows_of(Block(channels=("V", "throttle", "q"), times=times, values=values), 10.0)
+
+
+@settings(max_examples=20, deadline=None)
+@given(cuts=st.lists(st.integers(1, 1199), max_size=8), throttle=st.floats(0.2, 1.0))
+def test_cutting_changes_no_budget(cuts: list[int], throttle: float) -> None:
+    """Time left is the same to the last bit however the rows came."""
+    rows = _flight_rows(np.where(np.arange(1200) < 300, 0.0, 30.0), throttle)
+    whole, pieces = FlightBudget(_aircraft(), 10.0), FlightBudget(_aircraft(), 10.0)
+    whole.take(rows)
+    for start, stop in pairwise(sorted({0, *cuts, 1200})):
+        pieces.take(rows.part(start, stop))
+    assert whole.time_left(120.0) == pieces.time_left(120.0)
+    assert whole.mass == pieces.mass
+
+
+def test_time_left_by_clock_and_by_fuel() -> None:
+    """At half throttle the clock ends the flight; at full throttle from the start the fuel does."""
+    speed = np.where(np.arange(2000) < 300, 0.0, 30.0)
+    aircraft = _aircraft()
+    thrifty, thirsty = FlightBudget(aircraft, 10.0), FlightBudget(aircraft, 10.0)
+    thrifty.take(_flight_rows(speed, 0.3))
+    thirsty.take(_flight_rows(speed, 1.0))
+    by_clock = thrifty.time_left(200.0)
+    assert by_clock == pytest.approx(LONGEST - RESERVE - 170.0, abs=2.0)
+    fuel = aircraft.mass
+    by_fuel = (fuel.fuel - 200.0 * fuel.fuel_flow_full) / fuel.fuel_flow_full - RESERVE
+    assert thirsty.time_left(200.0) == pytest.approx(min(by_fuel, by_clock or 0.0), abs=3.0)
+    assert thrifty.maneuvers_left(200.0) == int((by_clock or 0.0) // LAP)
+    for begun in (100.0, 120.0, 140.0):
+        thrifty.flown(begun)
+    assert thrifty.lap == pytest.approx((LAP + 40.0) / 3.0)
+    thrifty.take(_flight_rows(np.zeros(100), 0.0).part(0, 0))
+    assert thrifty.time_left(200.0) == by_clock
