@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-from maneuver_kit import EVERYTHING, make_flight
+from maneuver_kit import EVERYTHING, lagged, make_flight
 from verdict_kit import (
     RATE,
     FlownInput,
@@ -29,11 +29,13 @@ from verdict_kit import (
 )
 
 from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.model import load_model
+from gsapp.excitation.doublets.explaining import Explainer
 from gsapp.excitation.doublets.verdict import Verdict
 from gsapp.excitation.doublets.watch import DoubletWatch
 from gsapp.excitation.rows import RowStream
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers import find_maneuvers
+from gsapp.flight.maneuvers import NoiseFloor, find_maneuvers
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 
@@ -213,6 +215,75 @@ def test_what_the_watch_says_live_is_what_the_detection_finds_afterwards() -> No
         assert set(verdict.surfaces) == set(one.inputs)
         assert verdict.kind == one.kind
         assert not (one.grade == "D" and verdict.result == "good")
+
+
+def _heard(flown: FlownInput, block: Block, distrusted: tuple[str, ...] = ()) -> Verdict:
+    watch = DoubletWatch(load_aircraft("b777"), RATE)
+    watch.expect(wanted_of(flown), point_of(flown), None)
+    watch.distrust(distrusted)
+    for rows in rows_in_ticks(block):
+        watch.take(rows)
+    return watch.verdicts[0]
+
+
+def test_too_large_is_told_by_what_went_too_far() -> None:
+    """Alpha out of its linear range is named; without vanes the model's band tells as much."""
+    flown = fly_input(5000, **{**CLEAN, "amplitudes": {"de": 10.0 * DEGREE}})
+    seen = _heard(flown, flown.measured)
+    assert seen.result == "too-large"
+    assert seen.findings[0].channel == "alpha"
+    assert "angle of attack left its linear range" in seen.advice
+    blind = _heard(flown, flown.measured, ("alpha", "beta"))
+    assert blind.result == "too-large"
+    assert blind.findings[0].channel == ""
+    assert blind.findings[0].factor == pytest.approx(
+        wanted_of(flown).amplitudes["de"].best / blind.amplitudes["de"]
+    )
+
+
+def test_a_sensor_at_its_end_is_named_and_one_that_always_stands_there_is_not() -> None:
+    """A pitch gyro that clips is told; one that reads its end before the input too is stuck."""
+    flown = _clean()
+    block = flown.measured
+    place = block.channels.index("q")
+    high = load_aircraft("b777").sensors.gyro.range[1]
+    values = np.array(block.values)
+    values[:, place] = np.clip(5.0 * values[:, place], -high, high)
+    clipped = _heard(flown, Block(channels=block.channels, times=block.times, values=values))
+    assert clipped.result == "too-large"
+    assert clipped.findings[0].channel == "q"
+    assert "pitch rate clipped" in clipped.advice
+    values[:, place] = high
+    stuck = _heard(flown, Block(channels=block.channels, times=block.times, values=values))
+    assert all(one.channel != "q" for one in stuck.findings if one.result == "too-large")
+    assert any("end of its range" in words for words in stuck.judged_by)
+
+
+def test_what_the_input_does_not_explain_is_the_share_of_the_gusts() -> None:
+    """In calm air next to nothing is left over; an answer with gusts added shows their share."""
+    aircraft = load_aircraft("b777")
+    explainer = Explainer(aircraft, load_model("b777"), RATE)
+    flown = _clean()
+    truth = flown.truth
+    part = (truth.times >= flown.t_input) & (truth.times < flown.t_input + 5.0)
+    answers = {name: truth[name][part] for name in ("alpha", "q", "an")}
+    asked = {"speed": 30.48, "density": float(truth["density"][0]), "noise": NoiseFloor()}
+    inputs = {"de": truth["de"][part]}
+    calm = explainer.left_over(inputs, answers, ["de"], **asked)
+    assert calm is not None
+    assert calm < 0.12
+    random = np.random.default_rng(5000)
+    gusts = {
+        name: lagged(lagged(random.standard_normal(part.sum()), 0.05, 0.01), 0.05, 0.01)
+        for name in answers
+    }
+    for share in (0.3, 0.7):
+        rough = {
+            name: values + share * values.std() * gusts[name] / gusts[name].std()
+            for name, values in answers.items()
+        }
+        seen = explainer.left_over(inputs, rough, ["de"], **asked)
+        assert seen == pytest.approx(share, rel=0.25)
 
 
 def test_a_card_counts_what_is_good_and_within_its_tolerances() -> None:

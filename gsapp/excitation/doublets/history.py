@@ -39,8 +39,15 @@ class History:
         self._values = np.empty((4 * self._kept, self._width))
         self._count = 0
 
-    def add(self, rows: FlightRows) -> None:
-        """Take in the next rows; what they lead to may be asked for row by row."""
+    def add(self, rows: FlightRows, signals: FloatArray) -> None:
+        """Take in the next rows; what they lead to may be asked for row by row.
+
+        Parameters
+        ----------
+        rows : FlightRows
+        signals : ndarray, shape (n, len(SIGNALS))
+            Of these rows, as far as they are believed.
+        """
         count = len(rows)
         if self._count + count > self._times.size:
             kept = min(self._count, self._kept)
@@ -52,7 +59,7 @@ class History:
             self._times, self._values, self._count = times, values, kept
         low, high = self._count, self._count + count
         self._times[low:high] = rows.times
-        self._values[low:high, : len(SIGNALS)] = rows.values[:, : len(SIGNALS)]
+        self._values[low:high, : len(SIGNALS)] = signals
         for name, place in _EXTRA_PLACE.items():
             self._values[low:high, place] = rows[name]
         self._count = high

@@ -27,7 +27,7 @@ from gsapp.flight.maneuvers.moves import (
     taken_over,
 )
 from gsapp.flight.maneuvers.shape import SurfaceInput
-from gsapp.flight.maneuvers.signals import SIGNALS, SURFACES
+from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
 
 _BUSY = 4.0
@@ -90,6 +90,7 @@ class DoubletWatch:
         self._verdicts: list[Verdict] = []
         self._busy_until = -math.inf
         self._now = -math.inf
+        self._distrusted: list[int] = []
 
     def expect(
         self, wanted: WantedInput | None, point: TestPoint | None, card: TestCard | None
@@ -105,6 +106,16 @@ class DoubletWatch:
             What it is flown for.
         """
         self._expected = Asked(wanted=wanted, point=point, card=card)
+
+    def distrust(self, channels: Sequence[str]) -> None:
+        """Take these channels for missing, from the next rows on.
+
+        Surfaces stay: an input that nobody sees is not judged at all.
+        """
+        believed = (*SURFACES, "altitude", "throttle", "rpm")
+        self._distrusted = [
+            COLUMN[name] for name in channels if name in COLUMN and name not in believed
+        ]
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -145,8 +156,11 @@ class DoubletWatch:
             return
         if rows.fresh:
             self._interrupt(float(rows.times[0]))
-        self._history.add(rows)
         signals = rows.values[:, : len(SIGNALS)]
+        if self._distrusted:
+            signals = signals.copy()
+            signals[:, self._distrusted] = np.nan
+        self._history.add(rows, signals)
         moves = self._around.quick.measure(signals)
         for low in range(0, len(rows), self._tick):
             high = min(low + self._tick, len(rows))
