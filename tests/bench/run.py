@@ -37,9 +37,10 @@ BENCHMARKS = {
     "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",
     "wizard_window": "the wizard's page: errors over bounds and faults named, 200 aircraft",
     "calibrations": "angles and hysteresis against the truth, faults named, drift found",
-    "trim_cue": "GO against the simulator's states: given rightly, given soon, by air and instruments",
+    "trim_cue": "GO against the simulator's states: given rightly and soon, by air and instruments",
     "information": "bounds expected against those reported; the band before a maneuver; its cost",
     "verdicts": "verdicts on 300 virtual inputs against the truth; how late they are",
+    "cue_cost": "cues of a live flight: share of a core, telemetry to cue",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }
 ONLY_WHEN_NAMED = {"peers", "discrepancy"}
