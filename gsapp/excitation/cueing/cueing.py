@@ -286,7 +286,7 @@ class Cueing:
             )
         )
         card = None if self.cards is None else self.cards.card(verdict.card)
-        self._lessons.judged(verdict, self._recent, card)
+        self._lessons.judged(verdict, self._recent, card, self.flown)
         self._changes.verdict(verdict)
 
     def _choose(self, time: float, under_way: InputUnderWay | None) -> None:

@@ -83,10 +83,18 @@ class Lessons:
         self._book.earned(self._estimates.earned)
         return True
 
-    def judged(self, verdict: Verdict, recent: RecentRows, card: TestCard | None) -> None:
-        """Learn from a maneuver, flown for a card or for none."""
+    def judged(
+        self,
+        verdict: Verdict,
+        recent: RecentRows,
+        card: TestCard | None,
+        flown: CardsFlown | None,
+    ) -> None:
+        """Learn from a maneuver, flown for a card or for none; `flown` counts it already."""
         rows = recent.between(verdict.t_start - LISTENED, verdict.t_end)
         self._book.flown(verdict, rows, card=card)
+        # The cards as they stand now: else the look ahead would be worked out twice.
+        self.outlook = self._book.outlook(verdict.given_at, flown)
         self._ready_at = verdict.given_at + READY + _MARGIN
         if self._estimates is not None:
             self._estimates.judged(verdict)
