@@ -47,8 +47,8 @@ def guidance(
         share = abs(steep) / point.alpha_tolerance
         words = Off(quantity="alpha", amount=steep, share=share, channel="alpha").words(system)
         if fast is not None and share > 1.0:
-            # The speed is right: the load is not 1 g.
-            return f"{words}: {'ease the stick' if steep > 0.0 else 'a little back stick'}"
+            # The speed is right, so the load is not 1 g: in a turn that is as it should be.
+            return words
         if fast is None and share > NEAR_ENOUGH:
             return f"{words}: {_power(steep > 0.0, share > _FAR, point.throttle)}"
     high = _off(height, point.height)
