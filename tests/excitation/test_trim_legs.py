@@ -15,7 +15,7 @@ from trim_kit import RATE, aircraft, at, changed, cues, drawn, ramped
 
 # 45 deg of bank at 30 m/s turn by 180 deg in so many seconds, rolling in included.
 TURN, LEG = 9.73, 12.0
-LAPS = ramped((6.0, 0.0), *(((TURN, -45.0), (LEG, 0.0)) * 5))
+LAPS = ramped((6.0, 0.0), *(((TURN, -45.0), (LEG, 0.0)) * 3), (5.0, -45.0))
 ONSET = 6.0 + 3 * (TURN + LEG)
 """When the fourth turn begins, s."""
 
@@ -58,7 +58,12 @@ def test_without_an_earlier_lap_nothing_is_claimed() -> None:
 def test_wind_does_not_matter_to_legs_of_one_direction() -> None:
     """Upwind legs last longer than downwind ones: each is told by its own kind."""
     up, down = 15.0, 9.0
-    bank = ramped((6.0, 0.0), *(((TURN, -45.0), (up, 0.0), (TURN, -45.0), (down, 0.0)) * 3))
+    bank = ramped(
+        (6.0, 0.0),
+        *(((TURN, -45.0), (up, 0.0), (TURN, -45.0), (down, 0.0)) * 2),
+        (TURN, -45.0),
+        (up, 0.0),
+    )
     found = cues(drawn(bank, attitude=False), point=None)
     # The third leg upwind begins after five turns.
     onset = 6.0 + 5 * TURN + 2 * (up + down) + up
