@@ -24,8 +24,6 @@ from gsapp.excitation.trim.tolerances import TOLERANCES, TrimTolerances
 
 BEFORE_TURN: Final = 3.0
 """No GO with less of the straight leg left, s."""
-REACTION: Final = 1.0
-"""From GO to the first stick, s."""
 _AGAIN: Final = 1.0
 """A leg found too short stays so unless it grows by this, s."""
 _LOST_RATE: Final = 3.0
@@ -112,7 +110,11 @@ class TrimWatch:
         self._held_until = until
 
     def leg_needed(self, seconds: float) -> None:
-        """Give no GO unless an input and its answer of this length, s, end before the turn."""
+        """Give no GO unless so many seconds from GO to the end of hands off fit before the turn.
+
+        Three seconds (`BEFORE_TURN`) are the least; they are not added, or no input would fit
+        into a leg of ten.
+        """
         self._needed = seconds
 
     def distrust(self, channels: tuple[str, ...]) -> None:
@@ -212,7 +214,7 @@ class TrimWatch:
         left = self._senses.leg.left
         if left is None:
             return False
-        least = max(BEFORE_TURN, self._needed + REACTION if self._needed > 0.0 else 0.0)
+        least = max(BEFORE_TURN, self._needed)
         return left < least + self._senses.leg.doubt + (_AGAIN if state == "turn" else 0.0)
 
     def _off_on_average(self) -> float:
