@@ -27,6 +27,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,9 @@ EXTRA = {
 GUSTS = (0.1, 0.8)
 ORDER = ("C1", "E1", "C1", "R1", "E2", "A1", "C1", "E1", "R1", "C1")
 LAP = 40.0
+CONDITIONS = (
+    ("white", 100.0), ("colored", 100.0), ("white", 50.0), ("gusts", 100.0), ("gusts", 50.0),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -157,6 +161,7 @@ def _case(first: int, number: int, condition: str, rate: float, cards: CardSet) 
     )
 
 
+@lru_cache(maxsize=2 * PER_FLIGHT)
 def _flown(seed: int, card: TestCard, noise: float, gust: float, attitude: bool) -> FlownInput:
     random = np.random.default_rng((seed, 62))
     size, width, speed = random.standard_normal(3)
@@ -427,15 +432,15 @@ def main(*arguments: str) -> None:
     """Fly, expect, estimate, compare; ``--quick`` takes two of the ten flights."""
     count = 2 if "--quick" in arguments else 10
     firsts = [PER_FLIGHT * number for number in range(count)]
-    everything: list[Outcome] = []
-    for condition, rate in (
-        ("white", 100.0), ("colored", 100.0), ("gusts", 100.0), ("white", 50.0), ("gusts", 50.0),
-    ):  # fmt: skip
-        outcomes: list[Outcome] = []
-        for first in firsts:
-            outcomes += follow(list(flight(first, condition, rate)), wrong_model(first))
-        print_condition(condition, rate, outcomes)
-        everything += outcomes
+    outcomes: dict[tuple[str, float], list[Outcome]] = {one: [] for one in CONDITIONS}
+    for first in firsts:
+        # Flown once for all that is done to the record afterwards.
+        for condition, rate in CONDITIONS:
+            cases = list(flight(first, condition, rate))
+            outcomes[condition, rate] += follow(cases, wrong_model(first))
+    for (condition, rate), found in outcomes.items():
+        print_condition(condition, rate, found)
+    everything = [one for found in outcomes.values() for one in found]
     print_derivatives(everything)
     cases = list(flight(firsts[0], "white", 100.0))
     print_reached(cases, wrong_model(firsts[0]))

@@ -21,6 +21,9 @@ LAP: Final = 35.0
 """From one maneuver to the next where nothing is known yet, s: nine to twelve in a flight."""
 _SHORTEST, _LONGEST = 10.0, 120.0
 """Laps out of these, s, were no laps: two inputs on one leg, a pause."""
+_TURNING = 100.0
+"""Above this speed, rad/s, an engine runs."""
+_CLOSED = 0.02
 _LEARNED_FROM = 30.0
 """Seconds of flight from which on its own fuel flow counts."""
 
@@ -112,7 +115,10 @@ class FlightBudget:
         self._landed = self.took_off is not None and not watch.airborne
 
     def _burn(self, rows: FlightRows) -> None:
-        """Add up the fuel that the throttle asked for, and look at the gauge."""
+        """Add up the fuel that the throttle asked for, and look at the gauge.
+
+        Engines run while they turn; where nobody measures that, while the throttle is open.
+        """
         assert self._aircraft is not None  # noqa: S101 - for the type checker
         mass = self._aircraft.mass
         throttle = rows["throttle"]
@@ -120,6 +126,9 @@ class FlightBudget:
             throttle, 0.0, 1.0
         )
         flow = np.where(np.isfinite(throttle), flow, self._usual_flow)
+        rpm = rows["rpm"]
+        running = np.where(np.isfinite(rpm), rpm > _TURNING, ~(throttle < _CLOSED))
+        flow = np.where(running, flow, 0.0)
         # One after the other, so that pieces give what the whole gives.
         self._burned = float(np.cumsum(np.concatenate(([self._burned], flow / self._rate)))[-1])
         gauge = rows["fuel"]

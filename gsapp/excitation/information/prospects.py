@@ -8,7 +8,6 @@ ticks, in another process, or at once.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -21,9 +20,9 @@ from gsapp.excitation.information.expected import Information, expected
 from gsapp.excitation.information.habits import UNHEARD, Habits, executions
 from gsapp.excitation.information.learning import Total, axes_of
 from gsapp.excitation.information.noise import ResponseNoise
-from gsapp.excitation.information.planned import planned
+from gsapp.excitation.information.planned import Execution, planned
 from gsapp.excitation.information.prospect import Gain, Prospect
-from gsapp.excitation.information.wording import prospect_words
+from gsapp.excitation.information.wording import prospect_words, shrinking
 from gsapp.flight.cards import TestCard
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import Axis, axis_derivatives
@@ -123,28 +122,39 @@ def answer(request: Request) -> Answering:
     remarks: list[str] = []
     for one in request.cards:
         informations: dict[Axis, list[Information]] = {a: [] for a in axes_of(one.card.surfaces)}
-        try:
-            for execution in executions(one.card, request.habits, EXECUTIONS):
-                maneuver = planned(
-                    one.card,
-                    execution,
-                    aircraft=request.aircraft,
-                    model=request.model,
-                    mass=request.mass,
-                    density=request.density,
-                    rate=request.rate,
-                    channels=request.channels,
-                )
-                for axis, collected in informations.items():
-                    collected.append(expected(maneuver, axis, request.model, request.noise[axis]))
-                yield
-        except FlightError as error:
-            remarks.append(f"card {one.card.id} cannot be judged: {error}")
-            continue
-        found.append(_prospects_of(one, informations, request))
+        problem: FlightError | None = None
+        for execution in executions(one.card, request.habits, EXECUTIONS):
+            try:
+                for axis, information in _turned_out(one.card, execution, request).items():
+                    informations[axis].append(information)
+            except FlightError as error:
+                problem = error  # one that goes wrong says nothing of the others
+            yield
+        if all(informations.values()):
+            found.append(_prospects_of(one, informations, request))
+        else:
+            remarks.append(f"card {one.card.id} cannot be judged: {problem}")
         yield
     found.sort(key=lambda repeats: -repeats[0].score)
     return Reply(by_card={one[0].card: one for one in found}, remarks=tuple(remarks))
+
+
+def _turned_out(card: TestCard, execution: Execution, request: Request) -> dict[Axis, Information]:
+    """Return what a card brings in each axis if it turns out so."""
+    maneuver = planned(
+        card,
+        execution,
+        aircraft=request.aircraft,
+        model=request.model,
+        mass=request.mass,
+        density=request.density,
+        rate=request.rate,
+        channels=request.channels,
+    )
+    return {
+        axis: expected(maneuver, axis, request.model, request.noise[axis])
+        for axis in axes_of(card.surfaces)
+    }
 
 
 def _prospects_of(
@@ -171,7 +181,7 @@ def _prospects_of(
     counted = max(len(_counted(request.model)), 1)
     found = []
     for row in range(repeats):
-        ordered = tuple(sorted(gains[row], key=_by_gain))
+        ordered = tuple(sorted(gains[row], key=lambda gain: -shrinking(gain, request.model)))
         found.append(
             Prospect(
                 card=one.card.id,
@@ -241,9 +251,3 @@ def _shrinkage(
         reached = np.clip(after[:, column], least, begun)
         total += float(np.mean(np.log(begun / reached))) if begun > 0.0 else 0.0
     return total
-
-
-def _by_gain(gain: Gain) -> tuple[bool, float]:
-    if gain.before is None:
-        return True, gain.after
-    return False, math.log(gain.after / gain.before)

@@ -63,18 +63,27 @@ def prospect_words(
     return f"{said}: {symbol(best.name)} from {_percent(best.before / value)} to {after}"
 
 
+def shrinking(gain: Gain, model: Model) -> float:
+    """Return by how much the logarithm of a bound shrinks, from 100 % of the derivative down.
+
+    Negative where it stays above that; minus infinity for what has no value in the model.
+    """
+    value = abs(model.derivative(gain.name))
+    if gain.name.endswith("_0") or not value:
+        return -math.inf
+    begun = value if gain.before is None else min(gain.before, value)
+    return math.log(begun / gain.after)
+
+
 def _telling(gains: Sequence[Gain], model: Model, wanted: Mapping[str, float]) -> Gain | None:
-    """Return the gain that says most: the largest, from 100 % of the derivative down."""
-
-    def shrinks(gain: Gain) -> float:
-        value = abs(model.derivative(gain.name))
-        begun = value if gain.before is None else min(gain.before, value)
-        if gain.name.endswith("_0") or not value or begun <= wanted.get(gain.name, 0.0):
-            return 0.0
-        return math.log(begun / gain.after)
-
-    best = max(gains, key=shrinks, default=None)
-    return best if best is not None and shrinks(best) > 0.0 else None
+    """Return the gain that says most among bounds that are still above those wanted."""
+    open_ones = [
+        gain
+        for gain in gains
+        if (gain.before is None or gain.before > wanted.get(gain.name, 0.0))
+        and shrinking(gain, model) > 0.0
+    ]
+    return max(open_ones, key=lambda gain: shrinking(gain, model), default=None)
 
 
 def _percent(share: float) -> str:
