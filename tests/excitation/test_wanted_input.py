@@ -342,6 +342,11 @@ def test_without_a_model_little_is_promised() -> None:
         == bare
     )
     assert wanted_input(("dr",), "doublet", aircraft=aircraft, model=model, point=None) == bare
+    for speed in (0.0, 5.0, math.nan):  # on the ground, or a dead pitot
+        assert (
+            wanted_input(("dr",), "doublet", aircraft=aircraft, model=model, point=point(speed))
+            == bare
+        )
     carded = wanted_input(
         ("dr",), "doublet", aircraft=None, model=None, point=None, card=_card("10 deg")
     )

@@ -125,7 +125,7 @@ def _known(
 
 def _motions(aircraft: Aircraft, model: Model, point: TestPoint | None) -> SmallMotions | None:
     """Return the small motions at a point; None where the model does not fly there."""
-    if point is None or point.speed is None:
+    if point is None or point.speed is None or not point.speed > 0.0:
         return None
     try:
         return small_motions(
