@@ -43,10 +43,10 @@ def drawn(
     turn = GRAVITY * np.tan(bank) / np.maximum(V, 5.0)
     heading = np.cumsum(turn) * dt
     truth = {
-        "p": np.gradient(bank, dt),
-        "q": turn * np.sin(bank),
-        "r": turn * np.cos(bank),
-        "ax": np.full(count, GRAVITY * np.sin(ALPHA)),
+        "p": np.gradient(bank, dt) - turn * np.sin(ALPHA),
+        "q": turn * np.sin(bank) * np.cos(ALPHA),
+        "r": turn * np.cos(bank) * np.cos(ALPHA),
+        "ax": (GRAVITY + turn * np.sin(bank) * V) * np.sin(ALPHA),
         "ay": np.zeros(count),
         "an": GRAVITY * np.cos(ALPHA) / np.cos(bank),
         "alpha": np.full(count, ALPHA),
