@@ -485,7 +485,8 @@ class Desk(QObject):
         if session is None or session.now is None:
             return None
         silent = now - self._moved_at
-        live = session.replaying is None and session.recorder is not None
+        # While what was recorded is still being read nothing is missing yet.
+        live = session.replaying is None and session.recorder is not None and session.feed.caught_up
         return session.now + silent if live and silent > _GRACE else session.now
 
     def _tell(self, session: Session) -> None:
