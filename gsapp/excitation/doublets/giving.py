@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from gsapp.excitation.doublets.case import Case
 from gsapp.excitation.doublets.judging import findings, unjudged
@@ -15,6 +16,9 @@ from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.matching import compare
 from gsapp.flight.maneuvers.detection import described
 from gsapp.flight.maneuvers.grading import TRIM_TIME, Setting
+
+UNEVEN: Final = 0.6
+"""Smaller over larger half of a doublet, by area, below which it is told; it counts, though."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +86,8 @@ def give_verdict(
         found = (Finding(result="unclear", words=graded.reasons[0]),)
     result = found[0].result if found else "good"
     advice = found[0].words if found else "good"
+    if not found and min(measured.symmetry.values()) < UNEVEN and case.kind == "doublet":
+        advice = "good, but uneven: both halves alike"
     card, counts = "", False
     if asked.card is not None and asked.card.kind == case.kind:
         attempt = compare(asked.card, graded)

@@ -46,7 +46,11 @@ _BOTH_SIDES = 0.35
 """Share of the larger excursion from which the smaller one is the other half of a doublet."""
 _AFTER_LAST_STEP = 0.8
 """Seconds after which an input that ends away from trim is over, once both sides were seen."""
-_CLEAR = ("doublet", "3-2-1-1")
+_CALM, _FAR = 0.15, 2.0
+"""Unrest before an input of another shape than expected, as a share of its amplitude, and its
+quickest move over the threshold, so that it is taken for the one expected."""
+CLEAR: Final = ("doublet", "3-2-1-1")
+"""Shapes that steering hardly makes."""
 
 
 @dataclass(slots=True)
@@ -160,11 +164,12 @@ class Sticks:
         """Return whether the main surface was moved on purpose."""
         if moving.busy and not main.unmistakable:
             return False
-        clear = main.kind in _CLEAR or main.kind == moving.kind
-        # Steering makes other moves as well; who asked for a shape has no use for them.
-        if not clear and (moving.kind or now - moving.last < _ODD_FREE):
+        clear = main.kind in CLEAR or main.kind == moving.kind
+        if not clear and now - moving.last < _ODD_FREE:
             return False
         threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
+        if not clear and moving.kind and not _meant(moving, main, threshold):
+            return False
         if deliberate(main, math.inf, threshold):
             return True
         left = not main.returned and _steps(main, threshold)
@@ -195,7 +200,7 @@ class Sticks:
         samples = rows[:, SURFACES.index(one.surface)]
         first = moves[one.surface][0]
         other = measure(one.surface, times, samples, first, last, noise, left=True)
-        return one if other is None or other.kind not in _CLEAR else other
+        return one if other is None or other.kind not in CLEAR else other
 
     def _both_sides(self, moving: Moving, main: SurfaceInput, now: float) -> bool:
         """Return whether a surface truly went to both sides of where it stood before."""
@@ -225,10 +230,19 @@ class Sticks:
 def _complete(main: SurfaceInput, idle: float) -> bool:
     """Return whether an input that ends away from its trim has had all its steps."""
     longest = max(length for _, length in main.runs)
-    return main.kind in _CLEAR and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
+    return main.kind in CLEAR and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
+
+
+def _meant(moving: Moving, main: SurfaceInput, threshold: float) -> bool:
+    """Return whether another shape than the one expected was meant to be it, and went wrong.
+
+    Steering makes such moves as well, but hardly out of complete calm.
+    """
+    calm = main.unrest < _CALM * main.amplitude
+    return main.surface in moving.expected and calm and main.quickest > _FAR * threshold
 
 
 def _steps(main: SurfaceInput, threshold: float) -> bool:
     """Return whether a doublet that was not brought back is one all the same."""
-    clear = main.kind in _CLEAR and main.quickest > threshold
+    clear = main.kind in CLEAR and main.quickest > threshold
     return clear and main.abruptness > 0.5 and main.unrest < main.amplitude

@@ -13,7 +13,7 @@ from gsapp.excitation.doublets.explaining import Explainer
 from gsapp.excitation.doublets.giving import Asked, give_verdict
 from gsapp.excitation.doublets.history import History
 from gsapp.excitation.doublets.measuring import measure_input
-from gsapp.excitation.doublets.sticks import AWAITED, JOINED, Moving, Sticks
+from gsapp.excitation.doublets.sticks import AWAITED, CLEAR, JOINED, Moving, Sticks
 from gsapp.excitation.doublets.surroundings import Surroundings
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.points.point import TestPoint
@@ -252,13 +252,14 @@ class DoubletWatch:
         asked = moving.asked
         expected = moving.expected
         moved = {one.surface for one in found}
-        if expected and expected <= moved and found[0].surface in expected:
+        another = found[0].kind in CLEAR and moving.kind not in ("", found[0].kind)
+        if expected and expected <= moved and found[0].surface in expected and not another:
             return asked, [one for one in found if one.surface in expected]
         # A second stick belongs to the input if it was moved in the same way.
         kept = [one for one in found if one is found[0] or one.kind == found[0].kind]
         kept.sort(key=lambda one: one.t_start)
         surfaces = tuple(one.surface for one in kept)
-        if set(surfaces) == expected:
+        if set(surfaces) == expected and not another:
             return asked, kept
         wanted = None
         if self._wanted_for is not None:
