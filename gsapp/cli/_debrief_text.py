@@ -43,24 +43,26 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
         box=box.SIMPLE_HEAD,
         pad_edge=False,
     )
-    for heading in ("id", "at [s]", "inputs", "kind", "flown/wanted", "V [ft/s]", "GO", "card"):
+    for heading in ("id", "at [s]", "inputs", "kind", "V [ft/s]", "GO", "card", "verdict"):
         table.add_column(heading, no_wrap=True)
-    table.add_column("verdict")
     for one in debrief.maneuvers:
         verdict = one.verdict
-        color = _COLORS.get(verdict.result, "red")
         table.add_row(
             verdict.id,
             f"{verdict.t_input:.1f}",
             "+".join(verdict.surfaces),
             verdict.kind,
-            _sizes(one),
             "" if verdict.V is None else f"{verdict.V / FOOT:.0f}",
             "yes" if one.go_at is not None else "no",
-            f"{escape(verdict.card)}{'' if verdict.counts or not verdict.card else ' (no)'}",
-            f"[{color}]{escape(verdict.advice)}[/]",
+            escape(verdict.card),
+            f"[{_COLORS.get(verdict.result, 'red')}]{verdict.result}[/]",
         )
     console.print(table)
+    for one in debrief.maneuvers:
+        console.print(
+            f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}",
+            highlight=False, markup=False, soft_wrap=True,
+        )  # fmt: skip
     describe_score(console, debrief.cards, debrief.score)
     for words in debrief.missing:
         console.print(words, style="dim", highlight=False, markup=False, soft_wrap=True)
@@ -86,13 +88,12 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
 
     from gsapp.flight.cards.card import SURFACES
 
-    table = Table(title="from flight to flight", title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(
+        title="from flight to flight", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False
+    )
     for heading in ("flight", "inputs", "good", "score", "without GO", "s each"):
         table.add_column(heading, no_wrap=True)
-    table.add_column("flown over wanted")
-    table.add_column("worst at the start")
     for one in found:
-        worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
         table.add_row(
             escape(one.flight),
             str(one.inputs),
@@ -100,21 +101,25 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
             "" if one.score is None else f"{100.0 * one.score:.0f} %",
             str(one.without_go),
             "" if one.seconds_each is None else f"{one.seconds_each:.0f}",
-            ", ".join(f"{SURFACES[name]} {share:.2f}" for name, share in one.amplitudes.items()),
-            f"{worst} {one.trim_errors[worst]:.1f} of its tolerance" if worst else "",
         )
     console.print(table)
+    for one in found:
+        told = [f"{SURFACES[name]} {share:.2f}" for name, share in one.amplitudes.items()]
+        sizes = f"{', '.join(told)} of what was wanted" if told else "nothing wanted"
+        worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
+        off = f"; began with {worst} {one.trim_errors[worst]:.1f} of its tolerance" if worst else ""
+        console.print(f"{one.flight}: {sizes}{off}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _sizes(one: JudgedManeuver) -> str:
+    from gsapp.flight.cards.card import SURFACES
     from gsapp.quantities.constants import DEGREE
 
     wanted = {} if one.wanted is None else one.wanted.amplitudes
-    told = [
-        f"{size / DEGREE:.1f}"
-        + (f"/{wanted[name].best / DEGREE:.1f} deg" if name in wanted else " deg")
-        for name, size in one.verdict.amplitudes.items()
-    ]
+    told = []
+    for name, size in one.verdict.amplitudes.items():
+        best = f" of {wanted[name].best / DEGREE:.1f}" if name in wanted else ""
+        told.append(f"{SURFACES[name]} {size / DEGREE:.1f}{best} deg")
     return ", ".join(told)
 
 

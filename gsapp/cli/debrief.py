@@ -84,7 +84,7 @@ def run(
             describe_debrief(console, one)
         if len(found) > 1 or not debriefs:
             describe_trends(console, found)
-        for written in (json, catalog):
+        for written in (json, catalog if flights else None):
             if written is not None:
                 console.print(f"written to {written}", highlight=False, soft_wrap=True)
 
