@@ -44,6 +44,8 @@ _REPEATS: Final = (5.0, 10.0, 20.0, 40.0)
 """Seconds until the same words are said again, the first time, the second time ..."""
 _FAR: Final = 3.0
 """What is off by more than so many tolerances is seen by every pilot: he is on his way."""
+_ROLLING_OUT: Final = 2.0
+"""Seconds after a turn in which a pilot still rolls out of it."""
 _RECOVERY: Final = 3.0
 """Seconds after a verdict that belong to it, and to flying on."""
 _UNTIL_VERDICT: Final = 1.5
@@ -117,6 +119,7 @@ class Announcer:
         """Forget what was said; the flight begins anew."""
         self._silent_until = -math.inf
         self._recovers_until = -math.inf
+        self._level_at = -math.inf  # when a turn should be over
         self._moving = False
         self._last_words = -math.inf  # when a sentence was given
         self._note: str | None = None  # waits until the pilot has time
@@ -224,9 +227,11 @@ class Announcer:
             self._nagging = _Nagging()
             return [self._say(time, "go", "prompt", GO_TONE)] if former != "go" else []
         lost = LOST_TONE if former == "go" else ""
+        if former == "turn" and trim.state != "turn":
+            self._level_at = time + _ROLLING_OUT
         if trim.state == "fly" and trim.worst is not None:
             words = aloud(trim.worst.words(self._system))
-            due = bool(lost) or trim.worst.share <= _FAR
+            due = bool(lost) or (trim.worst.share <= _FAR and time >= self._level_at)
             due = due and self._nagging.due(
                 time, _key(trim.worst), abs(trim.worst.amount), bool(lost)
             )

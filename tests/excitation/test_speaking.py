@@ -90,6 +90,13 @@ def test_a_pilot_on_his_way_is_not_nagged() -> None:
     assert words(voice.hear(62.0, (), far)) == ["33 feet a second slow"]
 
 
+def test_who_rolls_out_of_a_turn_is_left_alone() -> None:
+    """Two seconds after the turn the wing may still be low."""
+    voice = Announcer()
+    voice.hear(0.0, (), trim(0.0, "turn"))
+    assert nag(voice, 1.0, 5.0, trim(0.0, "fly", 0.1, "bank")) == [3.0]
+
+
 def test_a_hands_off_interval_is_silent_from_the_first_move_to_the_verdict() -> None:
     """Trim, cautions and cards wait; the verdict comes first, then what still stands."""
     voice = Announcer()
