@@ -119,6 +119,8 @@ def test_no_go_while_held_off() -> None:
     found = cues(drawn(LEVEL), watch)
     assert {cue.state for cue in found if cue.time < 6.0} <= {"fly", "hold"}
     assert at(found, 6.3).state == "go"
+    # What an input shakes is not taken for gusts, soon after it either.
+    assert at(found, 9.0).gusts is None
 
 
 # What is off ---------------------------------------------------------------------------

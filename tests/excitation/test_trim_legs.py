@@ -86,3 +86,11 @@ def test_latitude_and_longitude_serve_as_well() -> None:
     left = at(cues(turned, point=None), ONSET - 5.0).leg_left
     assert left is not None
     assert abs(left - 5.0) < 0.5
+
+
+def test_yawing_level_is_no_turn() -> None:
+    """A rudder that swings the nose about does not end a leg; a banked turn does."""
+    block = drawn(np.zeros(1000))
+    swung = changed(block, r=block["r"] + 0.25 * np.sin(3.0 * block.times))
+    assert "turn" not in {cue.state for cue in cues(swung, point=None)}
+    assert at(cues(drawn(ramped((5.0, 0.0), (5.0, 40.0)))), 8.0).state == "turn"

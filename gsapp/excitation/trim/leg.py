@@ -19,8 +19,10 @@ TURNING: Final = 8.0 * DEGREE
 """A mean turn rate beyond this, rad/s, is a turn; 45 deg of bank turn at 18 deg/s."""
 STRAIGHT: Final = 5.0 * DEGREE
 """Below this, rad/s, a turn is over."""
-_ROLLING_IN: Final = 0.6
-"""Seconds from the first bank to a turn rate of `TURNING`."""
+LEANING: Final = 12.0 * DEGREE
+"""A turn is flown with more bank, rad; what yaws with less is the answer to a rudder."""
+_ROLLING_IN: Final = 0.7
+"""Seconds from the first bank to a mean turn rate of `TURNING`."""
 _PATTERN_TURN: Final = 60.0 * DEGREE
 """What turns less is a correction on the same leg, rad."""
 _ALIKE: Final = 45.0 * DEGREE
@@ -87,13 +89,15 @@ class LegWatch:
         self.told_by = ""
         self._laps = 0
 
-    def step(self, rate: float, mean_rate: float, north: float, east: float) -> None:
+    def step(self, rate: float, mean_rate: float, bank: float, north: float, east: float) -> None:
         """Go on by one tick.
 
         Parameters
         ----------
         rate, mean_rate : float
-            Turn rate in this tick and over the last half second, rad/s; NaN where missing.
+            Turn rate in this tick and over the last moments, rad/s; NaN where missing.
+        bank : float
+            rad; NaN where unknown.
         north, east : float
             Position as it was `SLOW_LAG` ago, m; NaN where missing.
         """
@@ -107,7 +111,7 @@ class LegWatch:
                 self._keep(self._began)
             if size < STRAIGHT:
                 self._leave_turn()
-        elif size > TURNING:
+        elif size > TURNING and not math.copysign(1.0, mean_rate) * bank < LEANING:
             self._enter_turn()
         else:
             self._straight_for += self._dt

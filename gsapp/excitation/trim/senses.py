@@ -34,7 +34,7 @@ _USUAL_SPEED: Final = 28.0
 _CRUISE: Final = 1.5
 """Usual airspeed over that below which it does not fly."""
 _EARTH_RADIUS: Final = 6_371_000.0
-_TURN_TIME: Final = 0.5
+_TURN_TIME: Final = 0.7
 """Seconds of which the mean turn rate tells a turn."""
 _QUICK_TIME: Final = 0.3
 """Seconds of which the mean rates tell that trim is lost."""
@@ -141,7 +141,7 @@ class Senses:
         self._rates.append((p, q, r))
         self._turns.append((q * sine if q == q else 0.0) + r * cosine)
         if airborne:
-            self.leg.step(self._turns[-1], _mean(self._turns), *self._place(values[14:]))
+            self.leg.step(self._turns[-1], _mean(self._turns), seen, *self._place(values[14:]))
         self.quick = tuple(_mean(column) for column in zip(*self._rates, strict=True))
         leaned, climb, high = (_mean(column) for column in zip(*self._derived, strict=True))
         self.motion = Motion(

@@ -21,7 +21,8 @@ RESTLESS: Final = ("p", "q", "r", "an", "alpha", "beta")
 _LASTING: Final = 0.5
 """Share of the tolerance that each of the last seconds exceeds in gusts that last: the answer to
 an input fills some of them only."""
-_SECONDS: Final = 5
+SECONDS: Final = 5
+"""Windows of a second by which unrest is found to last, or gusts to be strong."""
 _VANE_TO_GUST: Final = 2.8
 """Standard deviation of a gust over that of V alpha within a second: the rest is slower, and the
 aircraft turns its nose into the wind."""
@@ -79,7 +80,7 @@ class UnrestWatch:
 
     def restart(self) -> None:
         """Forget the motion; what was learned on the ground stays."""
-        self._past: deque[Sequence[float]] = deque(maxlen=(_SECONDS - 1) * self._second + 1)
+        self._past: deque[Sequence[float]] = deque(maxlen=(SECONDS - 1) * self._second + 1)
         self.share, self.worst, self.lasting = math.nan, "", False
         self.gusts: float | None = None
 
@@ -113,7 +114,7 @@ class UnrestWatch:
             share = math.sqrt(sum(recent) / len(recent)) / limit
             if not share <= self.share:
                 self.share, self.worst = share, RESTLESS[place]
-                self.lasting = len(clean) >= _SECONDS and min(clean) > (_LASTING * limit) ** 2
+                self.lasting = len(clean) >= SECONDS and min(clean) > (_LASTING * limit) ** 2
         self.gusts = self._gusts(seconds, speed)
 
     def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:

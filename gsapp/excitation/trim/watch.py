@@ -21,6 +21,7 @@ from gsapp.excitation.trim.senses import Senses
 from gsapp.excitation.trim.states import ENTER, LEAVE, STEADY, StateKeeper
 from gsapp.excitation.trim.ticks import TickMeans
 from gsapp.excitation.trim.tolerances import TOLERANCES, TrimTolerances
+from gsapp.excitation.trim.unrest import SECONDS
 
 BEFORE_TURN: Final = 3.0
 """No GO with less of the straight leg left, s."""
@@ -167,7 +168,7 @@ class TrimWatch:
                 leg=leg.told_by,
                 stuck=stuck if airborne else (),
             ),
-            gusts=senses.unrest.gusts if airborne else None,
+            gusts=senses.unrest.gusts if airborne and self._undisturbed(time) else None,
             leg_left=leg.left,
             progress=min(self._steady / STEADY, 1.0) if state in ("hold", "go") else 0.0,
         )
@@ -187,7 +188,7 @@ class TrimWatch:
             return "fly"
         state = None if self._keeper is None else self._keeper.state
         worst = off[0].share if off else 0.0
-        self._look_at_the_air()
+        self._look_at_the_air(time)
         self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
         if self._senses.leg.turning or self._too_short(state):
             return "turn"
@@ -224,15 +225,19 @@ class TrimWatch:
         off = judge(three, self._tolerances, self._point, attitude=self._senses.attitude)
         return off[0].share if off else 0.0
 
-    def _look_at_the_air(self) -> None:
+    def _look_at_the_air(self, time: float) -> None:
         """Tell air that is too rough now, and air that has been for some seconds."""
         roughness = self._roughness()
         self._rough = roughness > (_CALM_AGAIN if self._rough else 1.0)
         self._calm_for = self._calm_for + self._dt if roughness < _CALM_AGAIN else 0.0
         if self._rough and self._senses.unrest.lasting:
-            self._gusty = True
+            self._gusty = self._gusty or self._undisturbed(time)
         elif self._calm_for >= _CALM_FOR:
             self._gusty = False
+
+    def _undisturbed(self, time: float) -> bool:
+        """Return whether unrest means gusts: no input and no answer to one lies so near."""
+        return time > self._held_until + SECONDS
 
     def _lost(self, off: Sequence[Off], wanted: TrimState) -> bool:
         """Return whether GO must end at once."""
