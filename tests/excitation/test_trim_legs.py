@@ -94,3 +94,13 @@ def test_yawing_level_is_no_turn() -> None:
     swung = changed(block, r=block["r"] + 0.25 * np.sin(3.0 * block.times))
     assert "turn" not in {cue.state for cue in cues(swung, point=None)}
     assert at(cues(drawn(ramped((5.0, 0.0), (5.0, 40.0)))), 8.0).state == "turn"
+
+
+def test_a_swerve_is_no_turn_of_the_pattern() -> None:
+    """Banking off and back on a leg neither ends it nor stops its clock."""
+    swerve = ((3.0, 0.0), (1.3, 30.0), (1.3, -30.0), (LEG - 5.6, 0.0))
+    bank = ramped((6.0, 0.0), *(((TURN, -45.0), (LEG, 0.0)) * 2), (TURN, -45.0), *swerve)
+    found = cues(drawn(bank, attitude=False), point=None)
+    left = at(found, ONSET - 4.0).leg_left
+    assert left is not None
+    assert abs(left - 4.0) < 0.6

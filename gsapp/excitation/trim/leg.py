@@ -113,7 +113,7 @@ class LegWatch:
                 self._leave_turn()
         elif size > TURNING and not math.copysign(1.0, mean_rate) * bank < LEANING:
             self._enter_turn()
-        else:
+        if not self.turning or self._began is not None:
             self._straight_for += self._dt
         self._tell()
 

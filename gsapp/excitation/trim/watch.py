@@ -146,7 +146,7 @@ class TrimWatch:
             changed = True
         state = self._keeper.state
         blind = state == "blind"
-        leg = senses.leg
+        leg, told_by = senses.leg, senses.leg.told_by if airborne else ""
         self.cue = TrimCue(
             time=time,
             state=state,
@@ -159,17 +159,17 @@ class TrimWatch:
                 point,
                 attitude=senses.attitude,
                 beta=senses.beta,
-                leg=leg.told_by,
+                leg=told_by,
             ),
             missing=not_judged(
                 motion,
                 point,
                 calm=not math.isnan(senses.unrest.share),
-                leg=leg.told_by,
+                leg=told_by,
                 stuck=stuck if airborne else (),
             ),
             gusts=senses.unrest.gusts if airborne and self._undisturbed(time) else None,
-            leg_left=leg.left,
+            leg_left=leg.left if airborne else None,
             progress=min(self._steady / STEADY, 1.0) if state in ("hold", "go") else 0.0,
         )
         if changed:
