@@ -17,11 +17,12 @@ from hypothesis import strategies as st
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.excitation.doublets.verdict import Result, Verdict
+from gsapp.excitation.information.adding import Total
 from gsapp.excitation.information.book import READY, InformationBook
 from gsapp.excitation.information.budget import LAP, LONGEST, RESERVE, FlightBudget
 from gsapp.excitation.information.expected import brought, expected, fitted, heard_in
 from gsapp.excitation.information.habits import Habit, Habits, executions
-from gsapp.excitation.information.learning import AXES, Total
+from gsapp.excitation.information.learning import AXES
 from gsapp.excitation.information.noise import assumed_noise, just_heard, pooled
 from gsapp.excitation.information.planned import planned
 from gsapp.excitation.information.prospect import Gain

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.dynamics.model import Model
+from gsapp.excitation.information.adding import Information, information_of
 from gsapp.excitation.information.noise import ResponseNoise
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import RESPONSES, Axis, axis_derivatives, free_derivatives
@@ -25,40 +26,14 @@ from gsapp.identification.maximum_likelihood.problem import Problem
 from gsapp.identification.maximum_likelihood.solution import conclude
 from gsapp.identification.maximum_likelihood.solver import Solver
 from gsapp.identification.statistics import Part as BoundsPart
-from gsapp.identification.statistics import covariance_under, noise_autocovariance
+from gsapp.identification.statistics import covariance_under, information, noise_autocovariance
 from gsapp.identification.statistics.correlation import usual_lags
 from gsapp.quantities import FloatArray
 
-UNSEEN = 1e3
-"""A derivative whose bound exceeds this counts as not seen at all."""
 _ITERATIONS = 12
 _PRIOR = 0.5
 """Share of a derivative that it may be off where a stretch without an input is listened to."""
 _LEAST_PRIOR = 0.05
-_LEAST_EIGENVALUE = 1e-7
-"""Of a correlation matrix, as a share of the largest."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Information:
-    """What a maneuver says of derivatives, initial states and biases projected out.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Derivatives that it sees.
-    matrix : ndarray, shape (n_names, n_names)
-        Inverse of their honest covariance.
-    """
-
-    names: tuple[str, ...]
-    matrix: FloatArray
-
-    @property
-    def stds(self) -> dict[str, float]:
-        """Return the bound of each derivative by this maneuver alone."""
-        variances = np.linalg.inv(self.matrix).diagonal()
-        return dict(zip(self.names, np.sqrt(variances).tolist(), strict=True))
 
 
 def settings_for(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
@@ -80,7 +55,9 @@ class Sensed:
     Attributes
     ----------
     names : tuple of str
-        Free derivatives: the first columns.
+        All unknowns, the free derivatives first.
+    free : int
+        How many those are.
     responses : tuple of str
     S : ndarray, shape (n, n_responses, n_unknowns)
         Zero where a sample does not count.
@@ -89,6 +66,7 @@ class Sensed:
     """
 
     names: tuple[str, ...]
+    free: int
     responses: tuple[str, ...]
     S: FloatArray
     segments: tuple[slice, ...]
@@ -96,13 +74,16 @@ class Sensed:
     def information(self, noise: ResponseNoise) -> Information:
         """Return the information under this noise, at the maneuver's own rate."""
         heard = noise.of(self.responses)
+        W = np.diag(1.0 / heard.variances)
         covariance = covariance_under(
             self.S,
-            np.diag(1.0 / heard.variances),
+            W,
             heard.lags(usual_lags(len(self.S))),
             segments=None if len(self.segments) == 1 else self.segments,
         )
-        return _projected(self.names, covariance)
+        return information_of(
+            self.names[: self.free], self.names, information(self.S, W), covariance
+        )
 
 
 def sense(
@@ -143,7 +124,8 @@ def sense(
         slices.append(slice(first, first + segment.measured.shape[1]))
         first = slices[-1].stop
     return Sensed(
-        names=problem.names.all,
+        names=problem.unknowns,
+        free=len(problem.names.all),
         responses=part.responses,
         S=np.ascontiguousarray(S),
         segments=tuple(slices),
@@ -180,7 +162,8 @@ def fitted(maneuver: Maneuver, axis: Axis, model: Model) -> Solution:
 
 def brought(solution: Solution) -> Information:
     """Return what a fit brought, as its honest covariance says."""
-    return _projected(tuple(solution.estimate.derivatives), solution.covariance, solution.names)
+    derivatives = tuple(solution.estimate.derivatives)
+    return information_of(derivatives, solution.names, solution.information, solution.covariance)
 
 
 def heard_in(solution: Solution, rate: float) -> ResponseNoise:
@@ -225,29 +208,4 @@ def _priors(names: tuple[str, ...], model: Model) -> Mapping[str, tuple[float, f
     for name in names:
         value = model.derivative(name)
         found[name] = value, max(_PRIOR * abs(value), _LEAST_PRIOR)
-    return found
-
-
-def _projected(
-    wanted: tuple[str, ...], covariance: FloatArray, names: tuple[str, ...] | None = None
-) -> Information:
-    """Return the information over those of the wanted derivatives that have a finite bound."""
-    order = wanted if names is None else names
-    kept = [
-        name
-        for name in wanted
-        if name in order
-        and np.isfinite(variance := covariance[order.index(name), order.index(name)])
-        and 0.0 < variance < UNSEEN**2
-    ]
-    places = [order.index(name) for name in kept]
-    return Information(names=tuple(kept), matrix=_inverted(covariance[np.ix_(places, places)]))
-
-
-def _inverted(covariance: FloatArray) -> FloatArray:
-    """Return the inverse of a covariance, which an estimated one need not quite be."""
-    scale = 1.0 / np.sqrt(covariance.diagonal())
-    values, vectors = np.linalg.eigh(covariance * scale * scale[:, None])
-    lifted = np.maximum(values, _LEAST_EIGENVALUE * values[-1]) if values.size else values
-    found: FloatArray = (vectors / lifted) @ vectors.T * scale * scale[:, None]
     return found

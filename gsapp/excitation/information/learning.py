@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -13,9 +12,9 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.excitation.information.adding import Total
 from gsapp.excitation.information.cutting import maneuver_of
 from gsapp.excitation.information.expected import (
-    Information,
     brought,
     fitted,
     heard_before,
@@ -29,63 +28,15 @@ from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import RESPONSES, Axis, axis_derivatives
+from gsapp.identification.axes import RESPONSES, Axis
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import Solution
-from gsapp.identification.statistics.bounds import inverse
-from gsapp.quantities import FloatArray
 
 AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
 LISTENED: Final = 4.0
 """Seconds before a maneuver in which the noise is heard."""
 _SHORTEST_HEARD: Final = 2.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Total:
-    """All that the maneuvers of one axis said together.
-
-    Attributes
-    ----------
-    names : tuple of str
-        All derivatives of the axis.
-    matrix : ndarray, shape (n_names, n_names)
-        Sum of the information; zero rows for what none saw.
-    pull : ndarray, shape (n_names,)
-        Sum of information times estimates.
-    """
-
-    names: tuple[str, ...]
-    matrix: FloatArray
-    pull: FloatArray
-
-    @staticmethod
-    def nothing(axis: Axis) -> Total:
-        """Return what is known before the first maneuver."""
-        names = axis_derivatives(axis)
-        return Total(names=names, matrix=np.zeros((len(names),) * 2), pull=np.zeros(len(names)))
-
-    def plus(self, information: Information, values: Mapping[str, float]) -> Total:
-        """Return the total with another maneuver's information and estimates."""
-        places = [self.names.index(name) for name in information.names]
-        own = np.array([values[name] for name in information.names])
-        matrix, pull = self.matrix.copy(), self.pull.copy()
-        matrix[np.ix_(places, places)] += information.matrix
-        pull[places] += information.matrix @ own
-        return Total(names=self.names, matrix=matrix, pull=pull)
-
-    def estimates(self) -> dict[str, tuple[float, float]]:
-        """Return value and bound of each derivative that was seen: those of one joint fit."""
-        covariance = inverse(self.matrix)
-        variances = covariance.diagonal()
-        good = np.isfinite(variances) & (variances > 0.0)
-        values = np.where(np.isfinite(covariance), covariance, 0.0) @ self.pull
-        return {
-            name: (float(values[k]), math.sqrt(variances[k]))
-            for k, name in enumerate(self.names)
-            if good[k]
-        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -204,7 +155,14 @@ def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
     """Learn from a maneuver in steps of some ten milliseconds; give what is known then."""
     verdict = lesson.verdict
     habits = before.habits.after(verdict, lesson.card)
-    now = replace(before, habits=habits, floor=lesson.floor, mass=lesson.mass, earned=lesson.earned)
+    now = replace(
+        before,
+        habits=habits,
+        floor=lesson.floor,
+        mass=lesson.mass,
+        earned=lesson.earned,
+        foreseen={},
+    )
     if verdict.result not in FIT:
         return now
     model = now.known(aircraft)

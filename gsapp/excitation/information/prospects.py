@@ -16,9 +16,10 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
-from gsapp.excitation.information.expected import Information, expected
+from gsapp.excitation.information.adding import Information, Total, bounds_of
+from gsapp.excitation.information.expected import expected
 from gsapp.excitation.information.habits import UNHEARD, Habits, executions
-from gsapp.excitation.information.learning import Total, axes_of
+from gsapp.excitation.information.learning import axes_of
 from gsapp.excitation.information.noise import ResponseNoise
 from gsapp.excitation.information.planned import Execution, planned
 from gsapp.excitation.information.prospect import Gain, Prospect
@@ -208,20 +209,18 @@ def _bounds_after(
     now = {name: std for name, (_, std) in total.estimates().items()}
     names = tuple(name for name in total.names if name in seen or name in now)
     whole = [total.names.index(name) for name in names]
-    matrices = np.zeros((len(informations), len(names), len(names)))
-    for matrix, one in zip(matrices, informations, strict=True):
-        places = [names.index(name) for name in one.names]
-        matrix[np.ix_(places, places)] = one.matrix
+    matrices = np.zeros((2, len(informations), len(names), len(names)))
+    for number, one in enumerate(informations):
+        places = np.ix_(*[[names.index(name) for name in one.names]] * 2)
+        matrices[0, number][places] = one.matrix
+        matrices[1, number][places] = one.unrest
     random = np.random.default_rng(0)
     chosen = random.integers(len(informations), size=(DRAWS, repeats))
     mean, spread = luck
     surprise = np.exp(mean + spread * random.standard_normal((DRAWS, repeats)))
-    gained = np.cumsum(matrices[chosen] / surprise[:, :, None, None] ** 2, axis=1)
-    after = gained + total.matrix[np.ix_(whole, whole)]
-    scale = 1.0 / np.sqrt(np.einsum("drii->dri", after))
-    scaled = after * scale[:, :, :, None] * scale[:, :, None, :]
-    stds = scale * np.sqrt(np.einsum("drii->dri", np.linalg.inv(scaled)))
-    return names, now, stds
+    gained = np.cumsum(matrices[:, chosen] / surprise[:, :, None, None] ** 2, axis=2)
+    place = np.ix_(whole, whole)
+    return names, now, bounds_of(gained[0] + total.matrix[place], gained[1] + total.unrest[place])
 
 
 def _counted(model: Model) -> list[str]:
