@@ -250,3 +250,18 @@ def test_gaps_do_no_harm() -> None:
     found = cues(changed(block, **{name: block[name] * holes for name in block.channels}))
     assert at(found, 7.5).state == "go"
     assert found[-1].state == "blind"
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    name=st.sampled_from(["p", "r", "an", "alpha", "beta", "V", "phi", "theta", "altitude"]),
+    value=st.sampled_from([np.nan, np.inf, -np.inf, 1e300, -1e300, 0.0, 1e4]),
+    start=st.integers(0, 250),
+    length=st.integers(1, 80),
+)
+def test_garbage_does_no_harm(name: str, value: float, start: int, length: int) -> None:
+    """Whatever a channel shows for a while, seconds later the cue is what it was."""
+    block = drawn(np.zeros(800), position=True)
+    bad = block[name].copy()
+    bad[start : start + length] = value
+    assert at(cues(changed(block, **{name: bad})), 7.9).state == "go"

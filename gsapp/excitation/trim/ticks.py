@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.excitation.rows import FlightRows
-from gsapp.quantities import BoolArray, FloatArray
+from gsapp.quantities import BoolArray, FloatArray, channel
 
 SEEN: Final = (
     "p", "q", "r", "ax", "ay", "an", "alpha", "beta", "V", "phi", "theta",
@@ -20,6 +20,8 @@ SEEN: Final = (
 """Columns of a tick."""
 PLACE: Final = {name: place for place, name in enumerate(SEEN)}
 
+_LOWEST: Final = np.array([channel(name).limits[0] for name in SEEN])
+_HIGHEST: Final = np.array([channel(name).limits[1] for name in SEEN])
 _QUICK: Final = 11
 """The first of `SEEN`: quick ones, which never show the same value for long."""
 _SPARES: Final = {name: (f"{name}.2", f"{name}.3") for name in ("p", "q", "r")}
@@ -70,7 +72,8 @@ class TickMeans:
         values = np.array([self._read(rows, name) for name in SEEN]).T[: count * tick]
         still = self._still(values[:, :_QUICK], count)
         shaped = values.reshape(count, tick, len(SEEN))
-        there = np.isfinite(shaped)
+        # Beyond the limits of its channel an instrument is at fault.
+        there = (shaped >= _LOWEST) & (shaped <= _HIGHEST)
         present = there.sum(axis=1)
         filled = np.where(there, shaped, 0.0)
         total = filled[:, 0]
