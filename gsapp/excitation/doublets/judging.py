@@ -20,10 +20,7 @@ from gsapp.excitation.points.stick_words import more_words, width_words
 from gsapp.excitation.points.wanted import Band
 from gsapp.excitation.trim.cue import Off
 from gsapp.flight.cards.card import SURFACES as SURFACE_WORDS
-from gsapp.flight.maneuvers.grading import (
-    ANSWERING,
-    TRIM_TIME,
-)
+from gsapp.flight.maneuvers.grading import ANSWERING, TRIM_TIME
 from gsapp.flight.maneuvers.shape import SurfaceInput
 from gsapp.quantities import FloatArray, channel
 from gsapp.quantities.constants import DEGREE
@@ -55,7 +52,15 @@ grader calls it a large defect."""
 _SMALLER: Final = 0.75
 """Advice after an answer that was too large, where no band tells better."""
 
-_OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "g"}
+_CLIPPED: Final = {
+    "p": "roll rate",
+    "q": "pitch rate",
+    "r": "yaw rate",
+    "alpha": "angle of attack",
+    "beta": "sideslip",
+    **dict.fromkeys(("ax", "ay", "an"), "acceleration"),
+}
+_OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "load factor"}
 
 
 def findings(case: Case) -> tuple[Finding, ...]:
@@ -68,10 +73,10 @@ def unjudged(case: Case) -> tuple[str, ...]:
     measured, found = case.measured, []
     if case.wanted is None:
         found.append("amplitude and width: no card and no model tell what is wanted")
-    for name, words in (("alpha", "angle of attack"), ("beta", "sideslip")):
-        wanted = name == "alpha" if measured.surfaces == ("de",) else True
-        if wanted and name not in measured.flow:
-            found.append(f"linear range: {words} is not measured")
+    if "de" in measured.surfaces and "alpha" not in measured.flow:
+        found.append("linear range: angle of attack is not measured")
+    if {"da", "dr"} & set(measured.surfaces) and "beta" not in measured.flow:
+        found.append("linear range: sideslip is not measured")
     found += [f"{channel(name).title} stands at the end of its range" for name in measured.stuck]
     if measured.gusts is None:
         found.append("gusts during the input: no model tells what it explains")
@@ -115,7 +120,7 @@ def _clipped(case: Case) -> list[Finding]:
     worst = sorted(case.measured.clipped.items(), key=lambda item: -item[1])
     for name, count in worst:
         if count * case.dt >= _CLIPPED_FOR:
-            found.append(_too_large(case, name, f"{_spoken(name)} clipped"))
+            found.append(_too_large(case, name, f"{_CLIPPED[name]} clipped"))
     return found
 
 
@@ -297,13 +302,3 @@ def _larger_than(case: Case, one: SurfaceInput, band: Band) -> Finding:
     change = f"{more_words(factor)}, {case.stick(one.surface, band.best)}"
     words = f"{case.name(one)} too large: {change}"
     return Finding(result="too-large", words=words, surface=one.surface, factor=factor)
-
-
-def _spoken(name: str) -> str:
-    return {
-        "p": "roll rate",
-        "q": "pitch rate",
-        "r": "yaw rate",
-        "alpha": "angle of attack",
-        "beta": "sideslip",
-    }.get(name, "acceleration")

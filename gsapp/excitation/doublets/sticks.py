@@ -17,6 +17,7 @@ from gsapp.excitation.rows import TICK
 from gsapp.flight.maneuvers.grading import HANDS_OFF_WANTED
 from gsapp.flight.maneuvers.moves import (
     ALSO_MOVED,
+    CLEAR,
     CLOSED,
     CLOSED_AWAY,
     deliberate,
@@ -49,8 +50,6 @@ _AFTER_LAST_STEP = 0.8
 _CALM, _FAR = 0.15, 2.0
 """Unrest before an input of another shape than expected, as a share of its amplitude, and its
 quickest move over the threshold, so that it is taken for the one expected."""
-CLEAR: Final = ("doublet", "3-2-1-1")
-"""Shapes that steering hardly makes."""
 
 
 @dataclass(slots=True)

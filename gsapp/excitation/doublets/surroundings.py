@@ -10,13 +10,12 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch
+from gsapp.flight.maneuvers.detection import SETTLED
 from gsapp.flight.maneuvers.grading import Setting
 from gsapp.flight.maneuvers.moves import QuickMoves
 from gsapp.flight.maneuvers.noise import WINDOW, NoiseFloor, NoiseMeter
 from gsapp.quantities import FloatArray
 
-SETTLED: Final = 6.0
-"""Seconds after take-off in which the pilot is busy with flying, as the detection has it."""
 _BEGAN_FLYING: Final = 1.5
 """A stretch that flies so soon after its beginning, s, did not take off in it."""
 

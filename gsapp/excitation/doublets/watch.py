@@ -13,7 +13,7 @@ from gsapp.excitation.doublets.explaining import Explainer
 from gsapp.excitation.doublets.giving import Asked, give_verdict
 from gsapp.excitation.doublets.history import History
 from gsapp.excitation.doublets.measuring import measure_input
-from gsapp.excitation.doublets.sticks import AWAITED, CLEAR, JOINED, Moving, Sticks
+from gsapp.excitation.doublets.sticks import AWAITED, JOINED, Moving, Sticks
 from gsapp.excitation.doublets.surroundings import Surroundings
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.points.point import TestPoint
@@ -22,10 +22,7 @@ from gsapp.excitation.rows import TICK, FlightRows
 from gsapp.excitation.trim.tolerances import TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.grading import HANDS_OFF_WANTED
-from gsapp.flight.maneuvers.moves import (
-    deliberate,
-    taken_over,
-)
+from gsapp.flight.maneuvers.moves import CLEAR, deliberate, taken_over
 from gsapp.flight.maneuvers.shape import SurfaceInput
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
@@ -190,9 +187,6 @@ class DoubletWatch:
         """Go through one tick."""
         self._now = float(times[high - 1])
         peaks = moves[low:high].max(axis=0)
-        self._around.take(
-            number, self._now, signals[low:high], peaks, steering=self._moving is None
-        )
         thresholds = self._around.quick.thresholds
         quick = [place for place in range(len(SURFACES)) if peaks[place] > thresholds[place]]
         if quick:
@@ -200,6 +194,9 @@ class DoubletWatch:
             places = np.flatnonzero(over)
             first, last = (float(times[low + int(places[k])]) for k in (0, -1))
             self._quick_moves([SURFACES[place] for place in quick], first, last)
+        self._around.take(
+            number, self._now, signals[low:high], peaks, steering=self._moving is None
+        )
         moving = self._moving
         if moving is None:
             return

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -20,6 +21,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch
+from gsapp.flight.maneuvers.dead import dead_instruments, dead_words
 from gsapp.flight.maneuvers.found import FoundManeuver
 from gsapp.flight.maneuvers.grading import (
     TRIM_TIME,
@@ -46,7 +48,7 @@ from gsapp.quantities import Block, FloatArray
 SLOWEST_RATE: Final = 8.0
 """Fewer samples a second do not show the steps of an input."""
 
-_SETTLED = 6.0
+SETTLED: Final = 6.0
 """Seconds after take-off in which the pilot is busy with flying."""
 _BEFORE_LANDING = 4.0
 """Seconds before a landing that belong to flare and touch-down."""
@@ -386,7 +388,7 @@ class ManeuverDetector:
         self._candidate = None
 
     def _flies(self, candidate: _Candidate) -> bool:
-        return self._watch.airborne and candidate.first - self._watch.since > _SETTLED
+        return self._watch.airborne and candidate.first - self._watch.since > SETTLED
 
     def _judge(self, candidate: _Candidate) -> FoundManeuver | None:
         times, rows = self._stretch(candidate.first - LOOK_BACK - 2.5 * TRIM_TIME)
@@ -419,8 +421,14 @@ class ManeuverDetector:
 def described(
     name: str, passage: Passage, setting: Setting, inputs: list[SurfaceInput]
 ) -> FoundManeuver:
-    """Return the maneuver of a passage, graded."""
+    """Return the maneuver of a passage, graded; by what was alive."""
+    dead = dead_instruments(
+        lambda name: passage.rows[:, COLUMN[name]] if name in COLUMN else np.empty(0),
+        setting.aircraft,
+    )
+    passage = _without(passage, [name for names in dead.values() for name in names])
     grade, reasons = grade_maneuver(passage, setting, inputs)
+    reasons = (*reasons, dead_words(dead)) if dead else reasons
     start = max(passage.t_input - TRIM_TIME, float(passage.times[0]))
     V, alpha = passage.mean_before("V"), passage.mean_before("alpha")
     return FoundManeuver(
@@ -438,6 +446,16 @@ def described(
         t_input_end=passage.t_input_end,
         amplitudes={one.surface: one.amplitude for one in inputs},
     )
+
+
+def _without(passage: Passage, names: Sequence[str]) -> Passage:
+    """Return a passage in which some signals are missing."""
+    gone = [COLUMN[name] for name in names if name in COLUMN]
+    if not gone:
+        return passage
+    rows = passage.rows.copy()
+    rows[:, gone] = np.nan
+    return replace(passage, rows=rows)
 
 
 def find_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[FoundManeuver, ...]:

@@ -25,6 +25,9 @@ CLOSED_AWAY: Final = 2.6
 ALSO_MOVED: Final = 0.25
 """An input this quick beside the quickest, both as shares of travel, belongs to the maneuver."""
 
+CLEAR: Final = ("doublet", "3-2-1-1")
+"""Shapes that steering hardly makes."""
+
 _LEAST_MOVE = 0.02
 """Share of half the travel that a quick move takes at least."""
 _OVER_NOISE, _OVER_STEERING = 7.0, 3.0
@@ -209,7 +212,7 @@ def deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
         return False
     if main.unmistakable and main.quickest > _SURELY * threshold:
         return True
-    clear = main.kind in ("doublet", "3-2-1-1")
+    clear = main.kind in CLEAR
     if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
         return False
     if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
