@@ -27,6 +27,7 @@ from gsapp.identification.moment_reference import (
     model_about_flown_cg,
 )
 from gsapp.identification.results import DerivativeEstimate, Estimate, Method
+from gsapp.identification.stand_ins import StandIn, campaign_stand_ins, fit_with, lacking
 from gsapp.quantities import FloatArray
 
 _STIRRED = 0.01
@@ -185,19 +186,20 @@ def run_campaign(
     total, done = len(chosen) + len(groups), 0
     found: dict[int, ManeuverResult] = {}
     means: Mapping[str, CampaignValue] = {}
+    known = campaign_stand_ins([one for one, _ in chosen])
     for moved in sorted({_breadth(one) for one, _ in chosen}, reverse=True):
         for place, (one, axis) in enumerate(chosen):
             if _breadth(one) != moved:
                 continue
             _tell(progress, done, total, f"maneuver {one.id}")
-            found[place] = _estimate_one(one, axis, settings, means)
+            found[place] = _estimate_one(one, axis, settings, means, known)
             done += 1
         means = campaign_values([result.estimate for result in found.values()])
     joint: list[Estimate] = []
     for axis, together in groups:
         _tell(progress, done, total, f"{len(together)} maneuvers together")
         try:
-            joint.append(_estimate(together, axis, settings, means))
+            joint.append(_estimate(together, axis, settings, means, known))
         except FlightError as error:
             remarks.append(f"the joint fit failed: {error}")
         done += 1
@@ -266,10 +268,11 @@ def _estimate_one(
     axis: Axis,
     settings: CampaignSettings,
     means: Mapping[str, CampaignValue],
+    known: Mapping[str, StandIn],
 ) -> ManeuverResult:
     try:
         return ManeuverResult(
-            maneuver=maneuver, estimate=_estimate((maneuver,), axis, settings, means)
+            maneuver=maneuver, estimate=_estimate((maneuver,), axis, settings, means, known)
         )
     except FlightError as error:
         return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
@@ -280,6 +283,7 @@ def _estimate(
     axis: Axis,
     settings: CampaignSettings,
     means: Mapping[str, CampaignValue],
+    known: Mapping[str, StandIn],
 ) -> Estimate:
     """Estimate from maneuvers of one axis; what is known and what is found are about the file's CG.
 
@@ -287,20 +291,20 @@ def _estimate(
     """
     shift = common_shift(maneuvers)
     if shift == HERE:
-        return _estimate_about_cg(maneuvers, axis, settings, means)
+        return _estimate_about_cg(maneuvers, axis, settings, means, known)
     geometry = maneuvers[0].aircraft.geometry
     model = settings.model
-    known = {name: one.mean for name, one in means.items()} if model is None else model.derivatives
+    values = {name: one.mean for name, one in means.items()} if model is None else model.derivatives
     likelihood = settings.likelihood
     priors = about_flown_cg(
-        {name: value for name, (value, _) in likelihood.priors.items()}, shift, geometry, known
+        {name: value for name, (value, _) in likelihood.priors.items()}, shift, geometry, values
     )
     likelihood = replace(
         likelihood,
         model=None if model is None else model_about_flown_cg(model, shift, geometry),
         priors={name: (value, likelihood.priors[name][1]) for name, value in priors.items()},
     )
-    held = about_flown_cg(settings.held, shift, geometry, known)
+    held = about_flown_cg(settings.held, shift, geometry, values)
     held_means = {
         name: replace(means[name], mean=mean)
         for name, mean in about_flown_cg(
@@ -308,7 +312,7 @@ def _estimate(
         ).items()
     }
     found = _estimate_about_cg(
-        maneuvers, axis, replace(settings, held=held, likelihood=likelihood), held_means
+        maneuvers, axis, replace(settings, held=held, likelihood=likelihood), held_means, known
     )
     return about_file_cg(found, shift, geometry)
 
@@ -318,6 +322,7 @@ def _estimate_about_cg(
     axis: Axis,
     settings: CampaignSettings,
     means: Mapping[str, CampaignValue],
+    known: Mapping[str, StandIn],
 ) -> Estimate:
     inputs = {surface for one in maneuvers for surface in one.inputs}
     free = free_derivatives(axis, inputs) if settings.free is None else settings.free
@@ -329,10 +334,12 @@ def _estimate_about_cg(
     derivatives = tuple(name for name in free if name in axis_derivatives(axis))
     if settings.method == "ftr":
         return ftr.estimate(maneuvers, axis)
+    needed = lacking(maneuvers, known, settings.likelihood.stand_ins)
     if settings.method == "ee":
+        constants = {name: one.value for name, one in needed.items()}
         return equation_error.estimate(
             maneuvers, axis, free=derivatives, held=held, model=settings.model,
-            stand_ins=settings.likelihood.stand_ins,
+            stand_ins={**constants, **settings.likelihood.stand_ins},
         )  # fmt: skip
     weights = None
     if settings.weights is not None:
@@ -343,18 +350,22 @@ def _estimate_about_cg(
     beside: tuple[str, ...] = ()
     if settings.model is None and settings.free is None:
         beside = moved_beside(maneuvers, axis, (*free, *held))
-    found = ml.estimate(
-        maneuvers,
-        replace(
-            settings.likelihood,
-            axis=axis,
-            free=(*derivatives, *beside),
-            free_effects=tuple(name for name in free if name not in derivatives),
-            held=held,
-            joint_weights=weights,
-        ),
-    )
-    return _without(found, beside)
+
+    def fit(constants: Mapping[str, float]) -> Estimate:
+        return ml.estimate(
+            maneuvers,
+            replace(
+                settings.likelihood,
+                axis=axis,
+                free=(*derivatives, *beside),
+                free_effects=tuple(name for name in free if name not in derivatives),
+                held=held,
+                joint_weights=weights,
+                stand_ins={**constants, **settings.likelihood.stand_ins},
+            ),
+        )
+
+    return _without(fit_with(needed, fit), beside)
 
 
 def moved_beside(

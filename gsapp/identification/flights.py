@@ -133,4 +133,9 @@ def flown_flights(
 def _with_fuel_left(maneuver: Maneuver, carded: AsFlown) -> Maneuver:
     """Return a maneuver with the aircraft that was left when it was flown."""
     then = carded.after(carded.aircraft.mass.mass - maneuver.mass)
-    return replace(maneuver, aircraft=then.aircraft, cg_shift=then.shift, remarks=carded.remarks)
+    return replace(
+        maneuver,
+        aircraft=then.aircraft,
+        cg_shift=then.shift,
+        remarks=(*carded.remarks, *maneuver.remarks),
+    )

@@ -11,6 +11,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
+from gsapp.flight.maneuvers.dead import dead_instruments, dead_words
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
 from gsapp.identification.air import with_air_data
@@ -49,7 +50,8 @@ class Maneuver:
     cg_shift : tuple of float
         From the CG of the aircraft file, about which models hold, to the one flown, m.
     remarks : tuple of str
-        What its estimate should say of the aircraft: another mass or CG than the file's.
+        What its estimate should say of the aircraft: another mass or CG than the file's,
+        instruments that were dead.
     """
 
     id: str
@@ -173,6 +175,7 @@ def cut_maneuver(
     """Cut one maneuver from a flight, its channels brought to their right times.
 
     Speed, dynamic pressure and density are added where they follow from what was measured.
+    Instruments that were dead throughout are left out, and `Maneuver.remarks` says so.
 
     Parameters
     ----------
@@ -219,6 +222,10 @@ def cut_maneuver(
         for name, flags in clipped_samples(around, aircraft).items()
     }
     masses = mass_over_flight(flight, aircraft) if mass is None else mass
+    dead = dead_instruments(lambda name: block[name] if name in block else np.empty(0), aircraft)
+    gone = {name for names in dead.values() for name in names}
+    if gone:
+        block = block.select([name for name in block.channels if name not in gone])
     return Maneuver(
         id=id,
         flight=flight.name,
@@ -227,5 +234,8 @@ def cut_maneuver(
         inputs=tuple(inputs),
         mass=float(masses[low:high].mean()),
         kind=kind,
-        clipped={name: flags for name, flags in clipped.items() if flags.any()},
+        clipped={
+            name: flags for name, flags in clipped.items() if flags.any() and name not in gone
+        },
+        remarks=(dead_words(dead),) if dead else (),
     )

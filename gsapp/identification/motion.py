@@ -154,8 +154,8 @@ class _Completion:
         constant = self.stand_ins.get(name, otherwise)
         if name in ("alpha", "beta", "p", "q", "r", "de", "da", "dr") or constant != otherwise:
             self.remarks.append(
-                f"{name} was not measured; the constant {constant:g} stands in, and no bound holds "
-                "its error"
+                f"{name} was not measured; the constant {constant:.4g} stands in and is taken as "
+                "exact"
             )
         return np.full(self.count, constant)
 
@@ -188,8 +188,8 @@ class _Completion:
                 "the aircraft file no stall_speed to guess one from; give a constant for V"
             )
         self.remarks.append(
-            f"airspeed was not measured; the constant {constant:.1f} m/s stands in: coefficients "
-            "go with its square, and no bound holds its error"
+            f"airspeed was not measured; the constant {constant:.1f} m/s stands in and is taken "
+            "as exact: coefficients go with its square"
         )
         return np.full(self.count, constant)
 

@@ -29,6 +29,7 @@ BENCHMARKS = {
     "likelihood": "maximum likelihood over a campaign, against other programs",
     "truth": "errors over bounds, many seeds, white and colored noise",
     "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
+    "campaign": "fourteen flights like the source's, estimated untouched by hand",
     "inertial": "gyros, accelerometers, pressures: errors over stated uncertainties, 200 aircraft",
     "linear_models": "three linear models beside the published table",
     "wanted_inputs": "inputs asked for, flown: limits used, noise left behind, best width",
