@@ -122,18 +122,20 @@ def no_recorders(folder: Path) -> Iterator[None]:
             os.environ[RUNTIME_VARIABLE] = before
 
 
-def wait(work: Callable[[], object], done: Callable[[], bool], what: str) -> None:
-    """Let a window work until something is done.
+def wait(
+    work: Callable[[], object], done: Callable[[], bool], what: str, patience: float = _PATIENCE
+) -> None:
+    """Let a window work until something is done, for so many seconds at most.
 
     Raises
     ------
     GroundStationError
         If it does not come in time.
     """
-    end = time.monotonic() + _PATIENCE
+    end = time.monotonic() + patience
     while not done():
         if time.monotonic() > end:
-            raise GroundStationError(f"waited {_PATIENCE:.0f} s for {what} in vain")
+            raise GroundStationError(f"waited {patience:.0f} s for {what} in vain")
         work()
         time.sleep(0.005)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 from PySide6.QtCore import QRectF, QSize, Qt
@@ -60,29 +61,36 @@ class PilotCanvas(QWidget):
             return
         if sheet.said != self.sheet.said:
             self.setAccessibleDescription(sheet.said)
-        self.sheet = sheet
-        self.update()
+        former, self.sheet = self.sheet, sheet
+        places = self.regions()
+        if replace(former, gauges=sheet.gauges) == sheet:
+            self.update(places.gauges.toAlignedRect())
+        elif replace(former, ring=sheet.ring, count=sheet.count) == sheet:
+            self.update(places.state.toAlignedRect())
+        else:
+            self.update()
 
     def regions(self) -> Regions:
         """Return where everything stands."""
         return regions(float(self.width()), float(self.height()))
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw it."""
-        places, sheet = self.regions(), self.sheet
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw it, or the part of it that moved."""
+        places = self.regions()
+        asked = QRectF(event.rect())
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.fillRect(self.rect(), self._look.color("panel"))
-        self._paint_state(painter, places)
-        boxes = places.hint_boxes(len(sheet.hints))
-        for hint, box in zip(sheet.hints, boxes, strict=False):
-            self._paint_hint(painter, hint, box, wrap=len(sheet.hints) == 1)
-        for gauge, box in zip(sheet.gauges, places.gauge_boxes(len(sheet.gauges)), strict=True):
-            paint_gauge(painter, self._look, gauge, box)
-        if sheet.leg:
-            self._paint_leg(painter, places.leg)
-        self._paint_card(painter, places)
-        self._text(painter, sheet.foot, places.foot, 17, "muted", wrap=True)
+        painter.fillRect(event.rect(), self._look.color("panel"))
+        for box, paint in (
+            (places.state, self._paint_state),
+            (places.hints, self._paint_hints),
+            (places.gauges, self._paint_gauges),
+            (places.leg, self._paint_leg),
+            (places.card.united(places.time), self._paint_card),
+            (places.foot, self._paint_foot),
+        ):
+            if asked.intersects(box):
+                paint(painter, places)
         painter.end()
 
     # The state
@@ -134,6 +142,19 @@ class PilotCanvas(QWidget):
 
     # The others
 
+    def _paint_hints(self, painter: QPainter, places: Regions) -> None:
+        hints = self.sheet.hints
+        for hint, box in zip(hints, places.hint_boxes(len(hints)), strict=False):
+            self._paint_hint(painter, hint, box, wrap=len(hints) == 1)
+
+    def _paint_gauges(self, painter: QPainter, places: Regions) -> None:
+        gauges = self.sheet.gauges
+        for gauge, box in zip(gauges, places.gauge_boxes(len(gauges)), strict=True):
+            paint_gauge(painter, self._look, gauge, box)
+
+    def _paint_foot(self, painter: QPainter, places: Regions) -> None:
+        self._text(painter, self.sheet.foot, places.foot, 17, "muted", wrap=True)
+
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
         color = self._look.color(
             {"plain": "text", "strong": "text", "unknown": "muted"}.get(hint.tone, hint.tone)
@@ -151,7 +172,10 @@ class PilotCanvas(QWidget):
         flags = _ALIGN.AlignVCenter | _ALIGN.AlignLeft
         painter.drawText(words, flags | _WRAP if wrap else flags, hint.words)
 
-    def _paint_leg(self, painter: QPainter, box: QRectF) -> None:
+    def _paint_leg(self, painter: QPainter, places: Regions) -> None:
+        box = places.leg
+        if not self.sheet.leg:
+            return
         title = box.adjusted(0, 0, 0, -0.78 * box.height())
         number = box.adjusted(0, 0.22 * box.height(), 0, 0)
         self._text(painter, "LEG LEFT", title, 24, "muted", right=True)

@@ -274,11 +274,13 @@ class PilotPlace(QWidget):
     def refresh(self) -> None:
         """Show and say what the cues are now."""
         self._looked = time.monotonic()
-        cues = self.state.look()
-        self.speech.hear(cues, self.cues.spoken(), aloud=self.aloud)
-        self._actions["pilot_speak"].setChecked(self.aloud)
-        second = self.own_window.window
-        if self.shown or second is not None:
+        second, aloud = self.own_window.window, self.aloud
+        watched = self.shown or second is not None
+        # A flight that nobody watches here costs nothing.
+        cues = self.state.look() if watched or aloud else None
+        self.speech.hear(cues, self.cues.spoken(), aloud=aloud)
+        self._actions["pilot_speak"].setChecked(aloud)
+        if watched:
             sheet = self.state.sheet(self._look.units)
             self.canvas.show_sheet(sheet)
             if second is not None:
