@@ -93,7 +93,7 @@ def bounds_of(matrix: FloatArray, unrest: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(np.einsum("...ii->...i", matrix))
     both = scale[..., :, None] * scale[..., None, :]
     inverted = np.linalg.inv(matrix * both)
-    variances = np.einsum("...ij,...jk,...ik->...i", inverted, unrest * both, inverted)
+    variances = (inverted @ (unrest * both) * inverted).sum(axis=-1)
     return np.asarray(scale * np.sqrt(np.maximum(variances, 0.0)), dtype=np.float64)
 
 
