@@ -37,6 +37,7 @@ BENCHMARKS = {
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",
     "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",
     "wizard_window": "the wizard's page: errors over bounds and faults named, 200 aircraft",
+    "dangers": "false dangers over 40 whole flights; failing instruments named, and how late",
     "calibrations": "angles and hysteresis against the truth, faults named, drift found",
     "trim_cue": "GO against the simulator's states: given rightly and soon, by air and instruments",
     "information": "bounds expected against those reported; the band before a maneuver; its cost",

@@ -26,6 +26,12 @@ _DECAY: Final = math.exp(-FRAME / _MEMORY)
 _APART: Final = 10.0 * DEGREE
 """Angles that differ so much are not the same motion: three times what zeros, scales and delays of
 usual gyros make of a turn."""
+_TURNING: Final = 10.0 * DEGREE
+"""rad/s; a gyro once outvoted is believed again when it shows such rates as the others do ..."""
+_ALIKE: Final = (3.0 * DEGREE, 0.15)
+"""... to so much, rad/s, and such a share ..."""
+_AGREED: Final = 4
+"""... in so many frames one after the other in which it turns."""
 _STEEP: Final = 75.0 * DEGREE
 """Beyond this pitch attitude Euler angles tell no rates."""
 
@@ -40,6 +46,8 @@ class GyroRoom:
         """Forget everything."""
         self._apart: dict[tuple[str, int, int], float] = {}
         self._before: tuple[FloatArray, FloatArray] | None = None
+        self._lost: dict[str, str] = {}
+        self._agreed: dict[str, int] = {}
 
     def judge(self, rows: FlightRows) -> dict[str, str]:
         """Return the gyros that are outvoted, and by what, in words.
@@ -50,21 +58,38 @@ class GyroRoom:
             Of one frame.
         """
         if rows.fresh:
-            self.restart()
+            self._apart, self._before = {}, None
         angles = np.array([_angle(rows[name]) for name in ("phi", "theta", "psi")])
         rates = np.array(
             [[_mean(rows[f"{axis}{source}"]) for source in _SOURCES[:3]] for axis in AXES]
         )
         before, self._before = self._before, (angles, rates)
         if before is None:
-            return {}
+            return self._lost
         # The attitude tells the rates between the middles of two frames, and so must the gyros.
         made = _rates_made(before[0], angles)
         between = np.column_stack((0.5 * (before[1] + rates), made))
-        found: dict[str, str] = {}
         for axis, values in zip(AXES, between.tolist(), strict=True):
-            found |= _outvoted(axis, self._against(axis, values))
-        return found
+            outvoted = _outvoted(axis, self._against(axis, values))
+            for name, why in outvoted.items():
+                self._lost.setdefault(name, why)
+                self._agreed[name] = 0
+            for k, source in enumerate(_SOURCES[:3]):
+                if (name := f"{axis}{source}") in self._lost and name not in outvoted:
+                    self._confirm(name, values, k)
+        return dict(self._lost)
+
+    def _confirm(self, name: str, values: list[float], own: int) -> None:
+        """Believe a gyro again once it turns as the others do."""
+        others = [value for k, value in enumerate(values) if k != own and value == value]
+        if not others or max(abs(value) for value in others) < _TURNING:
+            return
+        alike = all(
+            abs(values[own] - value) < _ALIKE[0] + _ALIKE[1] * abs(value) for value in others
+        )
+        self._agreed[name] = self._agreed[name] + 1 if alike else 0
+        if self._agreed[name] >= _AGREED:
+            del self._lost[name]
 
     def _against(self, axis: str, rates: list[float]) -> dict[int, list[int]]:
         """Return who contradicts whom about one axis, by the place among all sources."""

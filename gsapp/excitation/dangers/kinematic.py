@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.excitation.dangers.frames import FRAME, Frame
 from gsapp.excitation.dangers.motion import COLUMNS, Motion, Places, told_twice, without_line
 from gsapp.quantities import FloatArray
@@ -31,10 +32,23 @@ _MUST_MOVE: Final = {"V": 0.4, "alpha": 0.7 * DEGREE, "beta": 0.7 * DEGREE}
 """Standard deviation made by rates and accelerations, at which a sensor must have moved too."""
 _STUCK: Final = 0.15
 """Of what it must; moving less is none. Gusts have been seen to hide two thirds of a motion."""
-_RATE_MUST_MOVE: Final = 5.0 * DEGREE
+_FLAT: Final = {"V": 0.03, "alpha": 0.09 * DEGREE, "beta": 0.09 * DEGREE}
+"""Standard deviation that is no motion, where no noise is stated: m/s and rad. A free vane moves
+more even in calm air; so a gyro that misleads is not taken for a vane that sticks ..."""
+_NOISES: Final = 2.0
+"""... and where noise is stated, so many times that of the means."""
+_PER_MEAN: Final = 5.0
+"""Rows of 100 Hz in each mean."""
+_SPEED: Final = 25.0
+"""m/s; at less, noise of the pressure is more noise of the speed."""
+_FREE: Final = 0.4
+"""Of what it must; a sensor that has been stuck and moves as much is free again."""
+_RATE_MUST_MOVE: Final = 3.5 * DEGREE
 _RATE_STUCK: Final = 0.08
 _RATE_STILL: Final = 1.0 * DEGREE
 """rad/s; a gyro that moves more than this is not dead."""
+_RATE_LIVE: Final = 0.6 * DEGREE
+"""rad/s; a gyro that moves less than this may be dead."""
 _EXPLAINED: Final = 0.3
 """Share of the squared misses that may be left when a gyro is not believed, if it is to blame."""
 _GUST_SHARES: Final = (0.5, 0.4)
@@ -45,6 +59,12 @@ _LIE: Final = 5.0
 """An airspeed that misses so many times what gusts explain is wrong; 3.4 has been seen in gusts."""
 _LEAST_LIE: Final = 0.8
 """m/s."""
+_REVERSED: Final = -0.85
+"""Correlation: a tube that holds its pressure shows height as speed, which falls as that rises."""
+_BESIDE: Final = 2.0
+"""Times what gusts explain, for that."""
+_ALIKE: Final = 0.5
+"""Correlation from which on the airspeed tells the truth."""
 _TIMES: Final = 2
 """Successive comparisons that must agree."""
 
@@ -72,6 +92,7 @@ class KinematicRoom:
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
         self._places = Places.of(aircraft)
+        self._flat = _flatness(aircraft)
         self._rows = max(1, round(FRAME * rate)) // _PER_FRAME
         self._dt = FRAME / _PER_FRAME
         self.restart()
@@ -79,8 +100,8 @@ class KinematicRoom:
     def restart(self) -> None:
         """Forget everything."""
         self._samples = np.full((_STRETCH * _PER_FRAME, len(COLUMNS)), np.nan)
-        self._count = 0
-        self._seen: dict[str, int] = {}
+        self._lies: dict[str, int] = {}
+        self._truths: dict[str, int] = {}
         self._found: dict[str, str] = {}
 
     def judge(self, frame: Frame, doubted: frozenset[str]) -> dict[str, str]:
@@ -93,19 +114,14 @@ class KinematicRoom:
             Sensors of which others say so already; nothing is compared with those.
         """
         if frame.rows.fresh:
-            self.restart()
+            self._samples[:] = np.nan
         self._samples[:-_PER_FRAME] = self._samples[_PER_FRAME:]
-        self._samples[-_PER_FRAME:] = self._means(frame)
-        self._count += 1
-        if round(frame.time / FRAME) % _EVERY:
-            return self._found
+        known = not doubted & set(COLUMNS)
+        self._samples[-_PER_FRAME:] = self._means(frame) if known else np.nan
         long_enough = frame.aloft > _STRETCH * FRAME + _SETTLED
-        if not long_enough or doubted & set(COLUMNS) or not np.isfinite(self._samples).all():
-            self._seen, self._found = {}, {}
-            return self._found
-        now = self._compared()
-        self._seen = {name: self._seen.get(name, 0) + 1 for name in now}
-        self._found = {name: why for name, why in now.items() if self._seen[name] >= _TIMES}
+        due = round(frame.time / FRAME) % _EVERY == 0
+        if due and long_enough and np.isfinite(self._samples).all():
+            self._compare()
         return self._found
 
     def _means(self, frame: Frame) -> FloatArray:
@@ -113,19 +129,43 @@ class KinematicRoom:
         parts: FloatArray = np.stack(rows, axis=1).reshape(_PER_FRAME, -1, len(COLUMNS))
         return np.asarray(parts.mean(axis=1), dtype=np.float64)
 
-    def _compared(self) -> dict[str, str]:
+    def _compare(self) -> None:
+        """Note who lies now; who has lied does so until it is seen to tell the truth."""
         motion = told_twice(self._samples, self._dt, self._places)
+        lies, truths = self._judged(motion)
+        self._lies = {name: self._lies.get(name, 0) + 1 for name in lies}
+        self._truths = {name: self._truths.get(name, 0) + 1 for name in truths - lies.keys()}
+        for name, why in lies.items():
+            if self._lies[name] >= _TIMES:
+                self._found.setdefault(name, why)
+        self._found = {
+            name: why for name, why in self._found.items() if self._truths.get(name, 0) < _TIMES
+        }
+
+    def _judged(self, motion: Motion) -> tuple[dict[str, str], set[str]]:
+        """Return who lies and how, and who has moved as it should."""
+        turning = {
+            name
+            for axis, name in enumerate("pqr")
+            if _spread(without_line(motion.rates[:, axis])) > 2.0 * _RATE_STILL
+        }
         dead = self._dead_gyro(motion)
         if dead:
-            return {dead: _WORDS[dead]}
-        found = {}
+            return {dead: _WORDS[dead]}, turning
+        lies, truths = {}, turning
         for name, least in _MUST_MOVE.items():
-            made = _spread(motion.made[name])
-            if made > least and _spread(motion.shown[name]) < _STUCK * made:
-                found[name] = _WORDS[name]
-        if not found and self._speed_lies(motion):
-            found["V"] = _AGAINST
-        return found
+            made, shown = _spread(motion.made[name]), _spread(motion.shown[name])
+            if made > least and shown < min(_STUCK * made, self._flat[name]):
+                lies[name] = _WORDS[name]
+            elif made > least and shown > _FREE * made:
+                truths.add(name)
+        alike = _alike(motion.made["V"], motion.shown["V"])
+        against = self._against(motion, alike)
+        if against and not lies and self._gyros_live(motion):
+            lies["V"] = _AGAINST
+        if against or alike < _ALIKE:
+            truths.discard("V")
+        return lies, truths
 
     @staticmethod
     def _dead_gyro(motion: Motion) -> str:
@@ -142,13 +182,42 @@ class KinematicRoom:
         return best
 
     @staticmethod
-    def _speed_lies(motion: Motion) -> bool:
-        along, across, down = np.sqrt(np.mean(motion.miss**2, axis=0))
+    def _against(motion: Motion, alike: float) -> bool:
+        """Return whether the airspeed goes another way than gusts could send it."""
+        along, across, down = (float(miss) for miss in np.sqrt(np.mean(motion.miss**2, axis=0)))
         gusts = max(_GUST_SHARES[0] * across, _GUST_SHARES[1] * down, _CALM)
-        if along < max(_LIE * gusts, _LEAST_LIE):
-            return False
-        # A gyro that misleads would do the same.
-        return all(motion.rate_made(axis)[1] > _EXPLAINED for axis in range(3))
+        if along > max(_LIE * gusts, _LEAST_LIE) and all(
+            motion.rate_made(axis)[1] > _EXPLAINED for axis in range(3)
+        ):
+            return True
+        moves = _spread(motion.made["V"]) > _MUST_MOVE["V"]
+        return alike < _REVERSED and moves and along > _BESIDE * gusts
+
+    @staticmethod
+    def _gyros_live(motion: Motion) -> bool:
+        """Return whether all gyros move, to the end: one that is dead makes the same misses."""
+        late = len(motion.rates) * 2 // 3
+        return all(
+            _spread(without_line(rate)) > _RATE_LIVE
+            and _spread(without_line(rate[late:])) > 0.5 * _RATE_LIVE
+            for rate in motion.rates.T
+        )
+
+
+def _flatness(aircraft: Aircraft | None) -> dict[str, float]:
+    """Return the standard deviation below which each sensor shows nothing but its noise."""
+    if aircraft is None:
+        return dict(_FLAT)
+    sensors = aircraft.sensors
+    pressure = sensors.air_data.noise / (SEA_LEVEL_DENSITY * _SPEED)
+    noises = {"alpha": sensors.alpha_vane.noise, "beta": sensors.beta_vane.noise, "V": pressure}
+    mean = _NOISES / np.sqrt(_PER_MEAN)
+    return {name: mean * noise if noise > 0.0 else _FLAT[name] for name, noise in noises.items()}
+
+
+def _alike(one: FloatArray, other: FloatArray) -> float:
+    """Return the correlation of two series without mean."""
+    return float(np.mean(one * other)) / max(_spread(one) * _spread(other), 1e-9)
 
 
 def _spread(values: FloatArray) -> float:

@@ -174,8 +174,9 @@ def told_twice(samples: FloatArray, dt: float, places: Places) -> Motion:
     start, gravity, left = _straight(line, times)
     miss = turned_back(C, left)
     made = velocity - miss
-    shown = {"V": u, "alpha": slope, "beta": lean}
-    other = {"V": made[:, 0], "alpha": (made[:, 2] + down) / u, "beta": (made[:, 1] + side) / u}
+    shown = {"V": speed, "alpha": slope, "beta": lean}
+    fast = np.sqrt(np.sum(made * made, axis=1))
+    other = {"V": fast, "alpha": (made[:, 2] + down) / u, "beta": (made[:, 1] + side) / u}
     return Motion(
         dt=dt,
         rates=rates,

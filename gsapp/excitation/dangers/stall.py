@@ -24,6 +24,8 @@ _LEAST_LOAD: Final = 0.5
 _CAUTION: Final = 1.08
 """Of the stall speed at the present load factor."""
 _WARNING: Final = 1.0
+_FAR_FROM_STALL: Final = 1.35
+"""Of the least speed; there lift takes little more than half of what the wing can give."""
 _ALPHA_MARGIN: Final = 0.12
 """Share of the way from the linear range's end to the stall, at which alpha calls for caution."""
 _FLAP_GAIN: Final = 0.12
@@ -66,11 +68,15 @@ class StallRoom:
         if limits is None or frame.aloft < _SETTLED or frame.near_ground:
             self.restart()
             return []
+        speed, least = self._speeds(frame, distrusted, limits.stall_speed)
         nearness = [
             one
             for one in (
-                self._by_speed(frame, distrusted, limits.stall_speed),
-                _by_alpha(frame, distrusted, limits.alpha_linear[1], limits.alpha_stall),
+                self._by_speed(frame, speed, least),
+                # So fast for its load it cannot be near the stall, whatever a vane shows.
+                None
+                if speed > _FAR_FROM_STALL * least
+                else _by_alpha(frame, distrusted, limits.alpha_linear[1], limits.alpha_stall),
             )
             if one is not None
         ]
@@ -84,19 +90,25 @@ class StallRoom:
             return [_finding(Urgency.CAUTION, _words(nearness, Urgency.CAUTION))]
         return []
 
-    def _by_speed(
+    def _speeds(
         self, frame: Frame, distrusted: frozenset[str], stall_speed: float
-    ) -> tuple[Urgency, str] | None:
+    ) -> tuple[float, float]:
+        """Return the airspeed and the least one at this load, m/s; NaN where not believed."""
         speed = frame.mean("Vc")
         speed = frame.mean("V") if math.isnan(speed) else speed
-        before, self._before = self._before, speed
-        if "V" in distrusted or math.isnan(speed) or stall_speed <= 0.0:
-            return None
+        if "V" in distrusted or stall_speed <= 0.0:
+            return math.nan, math.nan
         load = frame.mean("an") / GRAVITY
         load = 1.0 if math.isnan(load) or "an" in distrusted else max(load, _LEAST_LOAD)
         flap = frame.mean("flap")
         share = flap / self._full_flap if flap == flap and self._full_flap > 0.0 else 0.0
-        least = stall_speed * (1.0 - _FLAP_GAIN * min(max(share, 0.0), 1.0)) * math.sqrt(load)
+        flapped = 1.0 - _FLAP_GAIN * min(max(share, 0.0), 1.0)
+        return speed, stall_speed * flapped * math.sqrt(load)
+
+    def _by_speed(self, frame: Frame, speed: float, least: float) -> tuple[Urgency, str] | None:
+        before, self._before = self._before, speed
+        if math.isnan(speed):
+            return None
         slope = 0.0 if before is None or math.isnan(before) else (speed - before) / FRAME
         coming = speed + _AHEAD * min(slope, 0.0)
         if min(speed, coming) >= _CAUTION * least:
@@ -104,7 +116,7 @@ class StallRoom:
         urgency = Urgency.WARNING if speed < _WARNING * least else Urgency.CAUTION
         margin = (speed - least) / FOOT
         said = f"{margin:.0f} ft/s above" if margin > 0.5 else f"{max(-margin, 0.0):.0f} ft/s below"
-        return urgency, f"{said} the stall speed at {load:.1f} g"
+        return urgency, f"{said} the stall speed at {frame.mean('an') / GRAVITY:.1f} g"
 
 
 def _by_alpha(

@@ -1,0 +1,258 @@
+"""Dangers: sound flights raise none, failing instruments are named, whatever the stream's cuts."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.excitation.dangers.danger import Urgency
+from gsapp.excitation.dangers.fence import Fence, load_fence
+from gsapp.excitation.dangers.standing import HOLD, Finding, Standing
+from gsapp.excitation.dangers.watch import DangerWatch
+from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.foundation import FileProblemsError
+from gsapp.quantities import Block
+
+sys.path.insert(0, str(Path(__file__).parent))
+from danger_kit import (
+    BARE,
+    Flown,
+    Harm,
+    blocked_pitot,
+    dead_gyro,
+    fly_pattern,
+    record,
+    several,
+    stuck_with_noise,
+    watched,
+)
+
+RATE = 100.0
+SECONDS = 46.0
+AT = 20.0
+VANE, PRESSURE = math.radians(0.1), 1.0
+NOSE = ("alpha", "beta", "dynamic_pressure")
+
+
+@pytest.fixture(scope="module")
+def pattern() -> Flown:
+    """Return three quarters of a minute of turns and legs in gusts of 0.6 m/s."""
+    return fly_pattern(5000, 0.6, SECONDS)
+
+
+def steady(channels: dict[str, np.ndarray | float], seconds: float) -> FlightRows:
+    """Return rows of level flight at 30 m/s with these channels instead, or besides."""
+    count = round(seconds * RATE)
+    noise = np.random.default_rng(5).standard_normal((count, 6))
+    usual = {
+        "V": 30.0 + 0.1 * noise[:, 0],
+        "alpha": 0.06 + 0.002 * noise[:, 1],
+        "p": 0.02 * noise[:, 2],
+        "q": 0.02 * noise[:, 3],
+        "r": 0.02 * noise[:, 4],
+        "an": 9.81 + 0.1 * noise[:, 5],
+        "ax": 0.5 + 0.1 * noise[:, 0],
+        "flap": 0.0,
+    }
+    columns = {name: np.broadcast_to(values, count) for name, values in (usual | channels).items()}
+    block = Block(
+        channels=tuple(columns),
+        times=np.arange(count) / RATE,
+        values=np.column_stack(list(columns.values())),
+    )
+    return rows_of(block, RATE)
+
+
+def keys_of(rows: FlightRows, **options: object) -> list[str]:
+    """Return the keys of all that is told of these rows, in order."""
+    watch = DangerWatch(options.pop("aircraft", _b777()), RATE, **options)  # type: ignore[arg-type]
+    watch.take(rows)
+    return [danger.key for danger in watch.log]
+
+
+def _b777() -> Aircraft:
+    return load_aircraft("b777")
+
+
+@pytest.mark.parametrize("without", [frozenset[str](), BARE], ids=["all", "bare"])
+@pytest.mark.parametrize("known", [True, False], ids=["b777", "unknown"])
+def test_a_sound_flight_raises_nothing(
+    pattern: Flown, without: frozenset[str], known: bool
+) -> None:
+    """Gusts, turns and the engines' shaking are no danger, with or without board and aircraft."""
+    assert not watched(record(pattern, without=without), known=known).log
+
+
+@pytest.mark.parametrize(
+    ("key", "channel", "faults", "harm", "latest"),
+    [
+        ("alpha", "alpha", ("alpha:stuck:start=20 s",), None, 2.5),
+        ("beta", "beta", ("beta:dropout:start=20 s",), None, 1.5),
+        ("airspeed", "V", ("dynamic_pressure:dropout:start=20 s",), None, 1.5),
+        ("gyro.q", "q", ("q:stuck:start=20 s",), None, 2.5),
+        ("alpha", "alpha", (), stuck_with_noise("alpha", AT, VANE), 12.0),
+        ("beta", "beta", (), stuck_with_noise("beta", AT, VANE), 12.0),
+        ("gyro.p", "p", (), dead_gyro("p", AT), 15.0),
+        ("gyro.q", "q", (), dead_gyro("q", AT), 15.0),
+    ],
+)
+def test_a_failing_instrument_is_named_and_no_other(
+    pattern: Flown,
+    key: str,
+    channel: str,
+    faults: tuple[str, ...],
+    harm: Harm | None,
+    latest: float,
+) -> None:
+    """Without attitude or second gyros the right one is found, soon, and stays distrusted."""
+    watch = watched(record(pattern, faults=faults, harm=harm, without=BARE))
+    assert [danger.key for danger in watch.log] == [key]
+    assert AT < watch.log[0].since < AT + latest
+    assert channel in watch.distrusted
+
+
+def test_a_dead_gyro_is_outvoted_by_the_attitude(pattern: Flown) -> None:
+    """With an attitude it takes a few seconds of turning."""
+    watch = watched(record(pattern, harm=dead_gyro("q", AT)))
+    assert [danger.key for danger in watch.log] == ["gyro.q"]
+    assert watch.log[0].since < AT + 8.0
+
+
+@pytest.mark.parametrize("jammed", [False, True], ids=["plug out", "jammed"])
+def test_without_nose_sensors_the_crew_is_told_to_land(pattern: Flown, jammed: bool) -> None:
+    """Flight B would have been told; dead at once or each for itself."""
+    harm = several(
+        *(
+            stuck_with_noise(name, AT, noise)
+            for name, noise in zip(NOSE, (VANE, VANE, PRESSURE), strict=True)
+        )
+    )
+    faults = () if jammed else tuple(f"{name}:dropout:start=20 s" for name in NOSE)
+    watch = watched(record(pattern, faults=faults, harm=harm if jammed else None, without=BARE))
+    worst = watch.standing[0]
+    assert (worst.key, worst.urgency) == ("nose", Urgency.WARNING)
+    assert worst.spoken == "nose sensors lost: land"
+    assert {"alpha", "beta", "V"} <= set(watch.distrusted)
+
+
+def test_a_blocked_pitot_is_found_where_the_height_changes() -> None:
+    """A held pressure shows height as speed; in a climb that goes against the motion."""
+    flown = fly_pattern(5001, 0.3, 40.0)
+    watch = watched(record(flown, harm=blocked_pitot(12.0)))
+    assert {danger.key for danger in watch.log} <= {"airspeed", "stall"}
+
+
+@settings(max_examples=6, deadline=None)
+@given(cuts=st.lists(st.integers(1, 900), max_size=30, unique=True))
+def test_cutting_the_stream_changes_nothing(pattern: Flown, cuts: list[int]) -> None:
+    """However many ticks come at once, the same is told at the same times."""
+    harm = stuck_with_noise("alpha", 12.0, VANE)
+    block = record(pattern, faults=("q:dropout:start=15 s,every=4 s,length=0.2 s",), harm=harm)
+    whole = watched(block, cuts=[len(block)])
+    assert whole.log
+    assert watched(block, cuts=sorted(cuts)).log == whole.log
+
+
+def test_a_sensor_that_falls_silent_is_told_and_one_never_heard_is_not() -> None:
+    """A channel that ends is lost; a channel that never was is no loss."""
+    count = round(30.0 * RATE)
+    alpha = 0.06 + 0.002 * np.random.default_rng(0).standard_normal(count)
+    alpha[2000:] = np.nan
+    assert keys_of(steady({"alpha": alpha}, 30.0)) == ["alpha"]
+
+
+def test_three_gyros_vote() -> None:
+    """As in flights 14 to 18: of three that measure q, the one that differs is named."""
+    count = round(30.0 * RATE)
+    noise = 0.02 * np.random.default_rng(0).standard_normal((count, 3))
+    turn = np.where(np.arange(count) > 1500, 0.3, 0.0)
+    rates = {"q": turn + noise[:, 0], "q.2": 0.3 * turn + noise[:, 1], "q.3": turn + noise[:, 2]}
+    assert keys_of(steady(rates, 30.0)) == ["gyro.q.2"]
+
+
+@pytest.mark.parametrize(("load", "told"), [(1.0, []), (1.9, ["stall"])])
+def test_a_turn_stalls_at_a_speed_that_level_flight_bears(load: float, told: list[str]) -> None:
+    """At 26 m/s the aircraft flies at 1 g and stalls at 1.9 g: 18.6 m/s times its root."""
+    pulled = np.where(np.arange(2000) > 1500, load, 1.0) * 9.80665
+    rows = steady({"V": 25.0 + 0.1 * np.random.default_rng(1).standard_normal(2000),
+                   "an": pulled}, 20.0)  # fmt: skip
+    assert sorted(set(keys_of(rows))) == told
+
+
+def test_an_alpha_that_is_not_believed_warns_of_no_stall() -> None:
+    """A vane hard over says thirty degrees; the speed says that all is well."""
+    alpha = np.where(np.arange(3000) > 2000, np.radians(29.0), 0.06)
+    alpha[:2001] += 0.002 * np.random.default_rng(0).standard_normal(2001)
+    assert "stall" not in keys_of(steady({"alpha": alpha}, 30.0))[1:]
+
+
+def test_the_fence_is_told_before_it_is_reached() -> None:
+    """At 30 m/s away from home, 800 m are called four seconds before, then again beyond."""
+    count = round(40.0 * RATE)
+    away = np.arange(count) / RATE * 30.0
+    rows = steady(
+        {"north": away, "east": np.zeros(count), "ground_speed": 30.0, "track": 0.0,
+         "height": 60.0}, 40.0
+    )  # fmt: skip
+    watch = DangerWatch(_b777(), RATE)
+    watch.take(rows)
+    first, second = watch.log
+    assert (first.key, first.urgency) == ("fence.side", Urgency.CAUTION)
+    assert (second.key, second.urgency) == ("fence.side", Urgency.WARNING)
+    assert second.since - first.since == pytest.approx(4.0, abs=0.5)
+    assert keys_of(rows, fence=None) == []
+
+
+def test_the_ceiling_is_told_before_it_is_reached() -> None:
+    """Climbing at 5 m/s towards 120 m."""
+    height = 50.0 + 5.0 * np.maximum(np.arange(2500) / RATE - 5.0, 0.0)
+    watch = DangerWatch(_b777(), RATE)
+    watch.take(steady({"height": height, "climb_rate": 5.0}, 25.0))
+    assert [(danger.key, danger.urgency) for danger in watch.log] == [
+        ("fence.top", Urgency.CAUTION),
+        ("fence.top", Urgency.WARNING),
+    ]
+
+
+def test_a_fence_file_with_mistakes_says_so(tmp_path: Path) -> None:
+    """A floor above the ceiling, half a center."""
+    place = tmp_path / "fence.toml"
+    place.write_text('radius = "500 m"\nceiling = "400 ft"\n')
+    assert load_fence(place).radius == pytest.approx(500.0)
+    place.write_text('floor = "400 m"\nlatitude = "39 deg"\n')
+    with pytest.raises(FileProblemsError):
+        load_fence(place)
+    assert Fence().ceiling == pytest.approx(120.0)
+
+
+def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
+    """Two inputs past 90 deg/s, ten seconds apart, are two events."""
+    p = 0.02 * np.random.default_rng(0).standard_normal(3000)
+    for start in (1500, 2500):
+        p[start : start + 20] = np.radians(90.0)
+    assert keys_of(steady({"p": p}, 30.0)) == ["clip.p", "clip.p"]
+
+
+def test_what_stands_does_not_flicker() -> None:
+    """A finding that comes and goes within the hold is one danger; a worse one is told anew."""
+    standing = Standing()
+    caution = Finding(key="stall", urgency=Urgency.CAUTION, words="", spoken="slow")
+    warning = Finding(key="stall", urgency=Urgency.WARNING, words="", spoken="stall: push")
+    for step in range(20):
+        standing.note(0.25 * step, [caution] if step % 3 == 0 else [])
+        assert standing.now
+    standing.note(5.0, [warning])
+    standing.note(5.25, [caution])
+    assert standing.now[0].urgency is Urgency.WARNING
+    standing.note(5.25 + HOLD, [caution])
+    assert standing.now[0].urgency is Urgency.CAUTION
+    standing.note(20.0, [])
+    assert not standing.now
+    assert [danger.since for danger in standing.log] == [0.0, 5.0]
