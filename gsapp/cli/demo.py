@@ -140,8 +140,7 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
 def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
     """Replay the record, compare, sum up and draw; return the result for programs."""
     from gsapp.cli import estimate
-    from gsapp.cli.replay import sum_up
-    from gsapp.flight.summary import summarize
+    from gsapp.cli.replay import sum_up, summary_of
     from gsapp.report.strip_figure import strip_figure
     from gsapp.session import MAX_SPEED, Session
     from gsapp.session.session import run_through
@@ -166,6 +165,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     )  # fmt: skip
     summary = out / f"{folder.name}.json"
     sum_up(session, console, summary)
+    shown = summary_of(session)
     session.close()
     console.print("5. Its maneuvers by maximum likelihood:")
     derivatives = out / f"{folder.name}-derivatives.json"
@@ -180,7 +180,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
         "summary": str(summary),
         "picture": str(picture),
         "channels_as_live": compared,
-        **summarize(flight, session.aircraft),
+        **shown,
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -78,16 +78,11 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
         See `run`.
     """
     from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.flight.summary import summarize
 
     whole = session.flight()
     debrief = session.debrief()
     if json is not None:
-        summary = summarize(whole, session.aircraft)
-        if debrief is not None:
-            summary["cues"] = debrief.cues_json()
-            summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]
-        write_result(json, result_text(summary))
+        write_result(json, result_text(summary_of(session)))
     if not on_screen(json):
         from gsapp.cli._flight_text import describe
 
@@ -99,6 +94,22 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
             describe_cues(console, debrief)
         if json is not None:
             console.print(f"written to {json}", highlight=False, soft_wrap=True)
+
+
+def summary_of(session: Session) -> dict[str, Any]:
+    """Return what a replay that has ended showed, for programs; see `summarize`.
+
+    ``cues`` are all changes of what the crew was told, and the spoken words, by time;
+    ``verdicts`` those on its inputs.
+    """
+    from gsapp.flight.summary import summarize
+
+    summary = summarize(session.flight(), session.aircraft)
+    debrief = session.debrief()
+    if debrief is not None:
+        summary["cues"] = debrief.cues_json()
+        summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]
+    return summary
 
 
 def _play(session: Session, console: Console) -> None:
