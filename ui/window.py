@@ -300,7 +300,9 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about a recording, remember the window, and close."""
-        if self.desk.records_here:
+        if self.pilot.training.running:
+            self.desk.stop_now()
+        elif self.desk.records_here:
             answer = ask_closing(self, self.desk.name or "The flight")
             if answer == "stay":
                 event.ignore()

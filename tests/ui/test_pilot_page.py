@@ -27,7 +27,7 @@ from gsapp.excitation.cues import CueSnapshot
 from gsapp.quantities.constants import FOOT
 from ui.look import Look
 from ui.pilot.canvas import PilotCanvas
-from ui.pilot.fitting import fit
+from ui.pilot.fitting import fit, letters, shortened
 from ui.pilot.flight_cues import FlightCues
 from ui.pilot.reading import Reading, sheet_of
 from ui.pilot.second import other_screen
@@ -226,6 +226,26 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
             assert (shown[top:bottom] == panel).all(), (name, top)
         left = int(min(row.left() for row in rows)) - 1
         assert (shown[:, :left] == panel).all(), name
+
+
+def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_it(
+    qtbot: QtBot,
+) -> None:
+    missing = tuple(f"channel number {number} is not calibrated" for number in range(40))
+    page = PilotCanvas(Look())
+    qtbot.addWidget(page)
+    page.resize(1280, 600)
+    page.show_sheet(sheet_of(Reading(cues=replace(BASE, missing=missing), open=True)))
+    box = page.regions().foot
+    words = shortened(page.sheet.foot, box, 11)
+    assert words.startswith("Not judged: channel number 0")
+    assert words.endswith("…")
+    assert len(words) < len(page.sheet.foot)
+    assert missing[-1] in page.accessibleDescription()
+    metrics = QFontMetricsF(letters(11))
+    room = QRectF(0, 0, box.width(), 10_000)
+    taken = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, words)
+    assert taken.height() <= box.height()
 
 
 def test_the_state_is_25_mm_high_on_a_small_laptop(window: MainWindow, flown: Flown) -> None:

@@ -24,6 +24,7 @@ from window_kit import open_window, until
 import ui.window
 from gsapp.quantities.constants import DEGREE
 from gsapp.telemetry.recorder_control import find_recorders
+from ui.desk import Desk
 from ui.pilot.stick_keys import Click, Push, Rate, Size, StickKeys
 from ui.window import MainWindow
 
@@ -153,7 +154,20 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     while aircraft.flying() and time.monotonic() < ended:
         time.sleep(0.05)
     assert not aircraft.flying()
+    # Its recording ends with it: nobody would come back to it.
+    until(qtbot, lambda: not find_recorders(), _PATIENCE_MS)
     assert not pilot.help.isVisible()
+
+
+def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A slip of the hand in flight must not cost the cues."""
+    with monkeypatch.context() as patch:
+        patch.setattr(Desk, "records_here", True)
+        window.commands.actions["pilot_train"].trigger()
+    assert window.pilot.training.folder is None
+    assert any("being recorded" in text for text in window.banners.texts())
 
 
 def test_the_start_page_offers_training(window: MainWindow, qtbot: QtBot) -> None:

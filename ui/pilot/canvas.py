@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ui.look import Look, mixed
-from ui.pilot.fitting import fit
+from ui.pilot.fitting import fit, shortened
 from ui.pilot.gauge_drawing import paint_gauge
 from ui.pilot.regions import Regions, regions
 from ui.pilot.shapes import paint_ring, paint_shape
@@ -21,6 +21,8 @@ _ALIGN: Final = Qt.AlignmentFlag
 _WRAP: Final = Qt.TextFlag.TextWordWrap
 _LEAST: Final = 9
 """Pixels of the smallest letters, in a window smaller than any that is meant."""
+_SMALL: Final = 11
+"""Pixels of the small line's letters, at least; what then has no room ends in an ellipsis."""
 _CAPITALS: Final = 1.0
 """Size of the big word's letters, times the height of its box."""
 _CORNER: Final = 8
@@ -153,7 +155,9 @@ class PilotCanvas(QWidget):
             paint_gauge(painter, self._look, gauge, box)
 
     def _paint_foot(self, painter: QPainter, places: Regions) -> None:
-        self._text(painter, self.sheet.foot, places.foot, 17, "muted", wrap=True)
+        # All of it is in the description; here the first of it, which is what is missing.
+        words = shortened(self.sheet.foot, places.foot, _SMALL)
+        self._text(painter, words, places.foot, 17, "muted", wrap=True)
 
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
         color = self._look.color(

@@ -74,3 +74,26 @@ def _fitted(
     if wrap and not fits(low, 100):
         return low, _SLIMMEST
     return low, stretch
+
+
+def shortened(text: str, box: QRectF, pixels: int) -> str:
+    """Return as many words as several lines of a box hold at a size, with an ellipsis for more."""
+    return _shortened(text, int(box.width()), int(box.height()), pixels)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _shortened(text: str, wide: int, high: int, pixels: int) -> str:
+    metrics = QFontMetricsF(letters(pixels))
+    room = QRectF(0, 0, wide, _ROOM)
+    words = text.split(" ")
+
+    def taken(count: int) -> str:
+        return text if count == len(words) else f"{' '.join(words[:count])} …"
+
+    low, top = 0, len(words)
+    while low < top:
+        middle = (low + top + 1) // 2
+        needed = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, taken(middle))
+        fits = needed.width() <= wide and needed.height() <= high
+        low, top = (middle, top) if fits else (low, middle - 1)
+    return taken(low)

@@ -84,6 +84,7 @@ class PilotPlace(QWidget):
         self._actions = actions
         self._look = look
         self._store = store
+        self._desk = desk
         self.cues = FlightCues(desk)
         self.state = PageState(self.cues)
         self.speech = FlightSpeech(voice)
@@ -203,7 +204,13 @@ class PilotPlace(QWidget):
             self.canvas.setFocus()
 
     def train(self) -> None:
-        """Begin a training flight, on the page."""
+        """Begin a training flight, on the page; not in the place of a flight that is recorded."""
+        if self._desk.records_here and not self.training.running:
+            self._desk.said.emit(
+                "caution",
+                f"{self._desk.name} is being recorded. Close it first (Ctrl+W), then train.",
+            )
+            return
         self.go(debrief=False)
         self.wanted.emit()
         self.training.start()

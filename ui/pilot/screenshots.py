@@ -132,7 +132,7 @@ def photograph(
 
 
 def _flown(crew: Photographer, flight: Path) -> Iterator[Path]:
-    """Go to where each state stands for the first time with a card to fly, then to the debrief."""
+    """Go to where each state stands, then to the debrief."""
     desk = crew.window.desk
     desk.open_flight(flight, playing=False)
     crew.wait(lambda: desk.is_loaded, f"{flight} to open")
@@ -149,13 +149,15 @@ def _flown(crew: Photographer, flight: Path) -> Iterator[Path]:
 
 
 def _moments(crew: Photographer) -> Mapping[str, float]:
-    """Return the flight time of each picture: of its kind the last, when the crew is practiced."""
+    """Return the flight time of each picture: of its kind that nearest to the middle."""
     desk = crew.window.desk
     span, session = desk.replay_span, desk.session
     if span is None or session is None or session.cue_watch is None:
         return {}
     _go_to(crew, span[1])
-    found = {_named(event): event.time for event in session.cue_watch.cueing.log}
+    middle = 0.5 * (span[0] + span[1])
+    log = sorted(session.cue_watch.cueing.log, key=lambda one: -abs(one.time - middle))
+    found = {_named(event): event.time for event in log}  # the nearest come last, and stay
     found.pop("", None)
     return dict(sorted(found.items(), key=lambda pair: pair[1]))
 

@@ -11,11 +11,13 @@ from gsapp.dynamics.pilot.keyed_mission import RECOVERING, TRAINEE
 from gsapp.flight.cards import load_cards
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
+from gsapp.telemetry.recorder_control import RecorderHandle
 from gsapp.telemetry.virtual.downlink import announcement
 from gsapp.telemetry.virtual.process import TrainingProcess, free_port
 from ui.desk import Desk
 from ui.dialogs.requests import ConnectRequest
 from ui.pilot.stick_keys import SIZE_WORDS, Click, Doing, Rate, Size, StickKeys
+from ui.work import Work
 
 _AIRCRAFT: Final = "b777"
 _PERIOD_MS: Final = 20
@@ -55,6 +57,8 @@ class Training(QObject):
         self._port = 0
         self._size, self._high = _USUAL_SIZE, True
         self._aircraft: TrainingProcess | None = None
+        self._recorder: RecorderHandle | None = None
+        self._ending: Work | None = None
         self._flies = False
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -109,6 +113,7 @@ class Training(QObject):
         elif self._aircraft is None and self.folder is not None:
             try:
                 self._give_cards(session)
+                self._recorder = session.recorder
                 self._aircraft = TrainingProcess(
                     self.folder, self._port, seed=self.seed, turbulence=self.turbulence
                 )
@@ -122,11 +127,15 @@ class Training(QObject):
             session.use_cards(load_cards(_AIRCRAFT))
 
     def stop(self) -> None:
-        """End the flight."""
+        """End the flight, and in the background its recording."""
         self._timer.stop()
         self.keys.let_go()
         self._flies = False
         aircraft, self._aircraft = self._aircraft, None
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            self._ending = Work("Ending the recording", lambda _tell: recorder.stop(), self)
+            self._ending.start()
         if aircraft is not None:
             aircraft.stop()
             self.changed.emit()
