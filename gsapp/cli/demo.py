@@ -157,7 +157,10 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     if live is not None:
         live.finish()
         compared = _same_as_live(live, session)
-        console.print(f"   {compared} channels are the same, to the last bit, as seen live.")
+        console.print(
+            f"   {compared} channels are the same, to the last bit, as seen live, and so is all "
+            "that the crew was told."
+        )
         live.close()
     picture = strip_figure(
         flight.block, CHARTS, out / f"{folder.name}.png",
@@ -193,4 +196,7 @@ def _same_as_live(live: Session, replayed: Session) -> int:
         theirs = replayed.history.samples(channel_id, first, last)
         if not np.array_equal(ours, theirs, equal_nan=True):
             raise FlightError(f"'{channel_id}' differs between the live view and the replay")
+    told, again = live.debrief(), replayed.debrief()
+    if told is not None and again is not None and told.cues_json() != again.cues_json():
+        raise FlightError("the replay tells the crew something else than the live view did")
     return len(replayed.history.channels)
