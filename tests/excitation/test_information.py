@@ -28,6 +28,7 @@ from gsapp.excitation.information.planned import planned
 from gsapp.excitation.information.prospect import Gain
 from gsapp.excitation.information.prospects import OpenCard, Request, prospects
 from gsapp.excitation.information.wording import prospect_words
+from gsapp.excitation.points.small_motions import small_motions
 from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.flight.maneuvers.noise import NoiseFloor
@@ -132,10 +133,10 @@ def test_a_larger_input_brings_smaller_bounds() -> None:
         maneuver = planned(
             smaller,
             execution,
+            small_motions(_aircraft(), MODEL, speed=card.speed),
             aircraft=_aircraft(),
             model=MODEL,
             mass=_aircraft().mass.mass,
-            density=1.2,
             rate=RATE,
             channels=RESPONSES["both"],
         )

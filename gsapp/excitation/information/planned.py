@@ -17,7 +17,7 @@ from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.pilot.plan import SHAPES
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.excitation.points.small_motions import small_motions
+from gsapp.excitation.points.small_motions import SmallMotions
 from gsapp.flight.cards import TestCard
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
@@ -58,11 +58,11 @@ class Execution:
 def planned(
     card: TestCard,
     execution: Execution,
+    motions: SmallMotions,
     *,
     aircraft: Aircraft,
     model: Model,
     mass: float,
-    density: float,
     rate: float,
     channels: Collection[str],
 ) -> Maneuver:
@@ -72,30 +72,19 @@ def planned(
     ----------
     card : TestCard
     execution : Execution
+    motions : SmallMotions
+        Of the aircraft with this model and mass at the speed that it is flown at.
     aircraft : Aircraft
     model : Model
         The known parameters.
-    mass, density : float
-        kg, kg/m^3.
+    mass : float
+        kg.
     rate : float
         Samples per second.
     channels : collection of str
         What this flight measures.
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly at the card's test point.
     """
     deflections = surfaces_of(card, execution, aircraft, 1.0 / rate)
-    motions = small_motions(
-        aircraft,
-        model,
-        speed=card.speed + execution.speed_off,
-        density=density,
-        mass=mass,
-        flap=card.flap,
-    )
     count = next(iter(deflections.values())).size
     states = np.tile(np.array(motions.trim.state), (count, 1))
     inputs = np.tile(np.array(motions.trim.inputs), (count, 1))

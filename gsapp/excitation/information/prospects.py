@@ -24,15 +24,18 @@ from gsapp.excitation.information.noise import ResponseNoise
 from gsapp.excitation.information.planned import Execution, planned
 from gsapp.excitation.information.prospect import Gain, Prospect
 from gsapp.excitation.information.wording import prospect_words, shrinking
+from gsapp.excitation.points.small_motions import SmallMotions, small_motions
 from gsapp.flight.cards import TestCard
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.quantities import FloatArray
 
-EXECUTIONS: Final = 12
+EXECUTIONS: Final = 8
 DRAWS: Final = 200
 BAND: Final = (0.1, 0.5, 0.9)
 """Quantiles of a bound: the ends of the band, and what is expected."""
+_SPEEDS: Final = 0.5
+"""Speeds are rounded to so much, m/s: nearer ones fly alike."""
 _MOST_REPEATS: Final = 6
 """Nobody plans further ahead with one card."""
 
@@ -123,13 +126,19 @@ def answer(request: Request) -> Answering:
     remarks: list[str] = []
     for one in request.cards:
         informations: dict[Axis, list[Information]] = {a: [] for a in axes_of(one.card.surfaces)}
+        motions: dict[float, SmallMotions] = {}
         problem: FlightError | None = None
         for execution in executions(one.card, request.habits, EXECUTIONS):
+            speed = _SPEEDS * round((one.card.speed + execution.speed_off) / _SPEEDS)
             try:
-                for axis, information in _turned_out(one.card, execution, request).items():
-                    informations[axis].append(information)
+                if speed not in motions:
+                    motions[speed] = _motions_at(speed, one.card, request)
+                turned_out = _turned_out(one.card, execution, motions[speed], request)
             except FlightError as error:
                 problem = error  # one that goes wrong says nothing of the others
+            else:
+                for axis, information in turned_out.items():
+                    informations[axis].append(information)
             yield
         if all(informations.values()):
             found.append(_prospects_of(one, informations, request))
@@ -140,15 +149,28 @@ def answer(request: Request) -> Answering:
     return Reply(by_card={one[0].card: one for one in found}, remarks=tuple(remarks))
 
 
-def _turned_out(card: TestCard, execution: Execution, request: Request) -> dict[Axis, Information]:
+def _motions_at(speed: float, card: TestCard, request: Request) -> SmallMotions:
+    return small_motions(
+        request.aircraft,
+        request.model,
+        speed=speed,
+        density=request.density,
+        mass=request.mass,
+        flap=card.flap,
+    )
+
+
+def _turned_out(
+    card: TestCard, execution: Execution, motions: SmallMotions, request: Request
+) -> dict[Axis, Information]:
     """Return what a card brings in each axis if it turns out so."""
     maneuver = planned(
         card,
         execution,
+        motions,
         aircraft=request.aircraft,
         model=request.model,
         mass=request.mass,
-        density=request.density,
         rate=request.rate,
         channels=request.channels,
     )
