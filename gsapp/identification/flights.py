@@ -123,14 +123,14 @@ def flown_flights(
                 aircraft=own,
                 surveyed=surveyed.maneuvers,
                 cg_shift=carded.shift,
-                maneuvers=tuple(_with_fuel_left(one, carded) for one in cut),
+                maneuvers=tuple(with_fuel_left(one, carded) for one in cut),
                 remarks=tuple(remarks),
             )
         )
     return tuple(flown)
 
 
-def _with_fuel_left(maneuver: Maneuver, carded: AsFlown) -> Maneuver:
+def with_fuel_left(maneuver: Maneuver, carded: AsFlown) -> Maneuver:
     """Return a maneuver with the aircraft that was left when it was flown."""
     then = carded.after(carded.aircraft.mass.mass - maneuver.mass)
     return replace(

@@ -1,0 +1,66 @@
+"""One maneuver fitted by maximum likelihood, in whichever process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from dataclasses import dataclass
+
+from gsapp.dynamics.model import Model
+from gsapp.foundation import GroundStationError
+from gsapp.identification.campaign import CampaignSettings, ManeuverResult, run_campaign
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings
+
+_POLITE = 10
+"""By how much a worker stands back behind the stream and the window."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitRequest:
+    """What is to be fitted.
+
+    Attributes
+    ----------
+    maneuver : Maneuver
+    model : Model or None
+        Values known before: held where the maneuver does not free them.
+    """
+
+    maneuver: Maneuver
+    model: Model | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitReply:
+    """What came of it.
+
+    Attributes
+    ----------
+    result : ManeuverResult
+        Its estimate is None where the fit failed.
+    seconds : float
+        That it took; says nothing of the flight.
+    """
+
+    result: ManeuverResult
+    seconds: float
+
+
+def fit(request: FitRequest) -> FitReply:
+    """Fit one maneuver as ``gsapp estimate`` does."""
+    started = time.perf_counter()
+    settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=request.model))
+    try:
+        (result,) = run_campaign([request.maneuver], settings).results
+    except GroundStationError as error:
+        result = ManeuverResult(maneuver=request.maneuver, estimate=None, failure=str(error))
+    return FitReply(result=result, seconds=time.perf_counter() - started)
+
+
+def stand_back() -> None:
+    """Make a worker process yield to everything else, and leave Ctrl+C to its parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(_POLITE)

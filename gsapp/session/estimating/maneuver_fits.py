@@ -1,0 +1,157 @@
+"""Every maneuver of a flight fitted a moment after it ended, while the flight goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Final
+
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import (
+    CampaignResult,
+    CampaignSettings,
+    ManeuverResult,
+    campaign_values,
+)
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings
+from gsapp.session.estimating.fitting import FitReply, FitRequest
+from gsapp.session.estimating.workers import Workers
+
+COMPLETE_AFTER: Final = 3.0
+"""Seconds of flight after a maneuver when all its samples have surely come, slow ones too."""
+UNFIT: Final = ("spoiled", "unclear")
+"""Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
+
+Cut = Callable[[Verdict], Maneuver]
+"""Cuts a maneuver from what was recorded."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitNews:
+    """What changed since somebody looked last.
+
+    Attributes
+    ----------
+    maneuver : str
+        Whose fit came.
+    failure : str
+        Why there is none, in words; empty if there is one.
+    """
+
+    maneuver: str
+    failure: str = ""
+
+
+class ManeuverFits:
+    """Fits maneuvers as verdicts come in; what it gives depends on the flight alone.
+
+    Parameters
+    ----------
+    cut : callable
+        Cuts a maneuver by its verdict from what was recorded.
+    model : Model or None
+        Known before the flight.
+    workers : Workers
+        Where fits run.
+    """
+
+    def __init__(self, cut: Cut, model: Model | None, workers: Workers) -> None:
+        self._cut = cut
+        self._settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=model))
+        self._model = model
+        self._workers = workers
+        self._forget()
+
+    def _forget(self) -> None:
+        self._waiting: list[Verdict] = []
+        self._seen = 0
+        self._running: dict[str, Future[FitReply]] = {}
+        self._order: list[str] = []
+        self._found: dict[str, ManeuverResult] = {}
+        self._failures: dict[str, str] = {}
+
+    def reset(self) -> None:
+        """Forget everything; replies to what was asked before are dropped."""
+        for one in self._running.values():
+            one.cancel()
+        self._forget()
+
+    def close(self) -> None:
+        """Give back what is held."""
+        self.reset()
+        self._workers.close()
+
+    def look(self, verdicts: Sequence[Verdict], now: float | None) -> tuple[FitNews, ...]:
+        """Ask for the fits that are due, and take in those that came.
+
+        Parameters
+        ----------
+        verdicts : sequence of Verdict
+            All of the flight so far.
+        now : float or None
+            Flight time, s; None: the flight is over, and all its samples are there.
+        """
+        self._waiting += verdicts[self._seen :]
+        self._seen = len(verdicts)
+        while self._waiting and (now is None or now >= self._waiting[0].t_end + COMPLETE_AFTER):
+            self._ask(self._waiting.pop(0))
+        return tuple(self._taken())
+
+    def wait(self) -> tuple[FitNews, ...]:
+        """Wait for the fits under way, and take them in."""
+        for one in self._running.values():
+            one.exception()
+        return tuple(self._taken())
+
+    def _ask(self, verdict: Verdict) -> None:
+        if verdict.result in UNFIT:
+            return
+        self._order.append(verdict.id)
+        try:
+            maneuver = self._cut(verdict)
+        except FlightError as error:
+            self._failures[verdict.id] = str(error)
+            return
+        request = FitRequest(maneuver=maneuver, model=self._model)
+        self._running[verdict.id] = self._workers.submit(request)
+
+    def _taken(self) -> list[FitNews]:
+        news = []
+        for name in [name for name, one in self._running.items() if one.done()]:
+            done = self._running.pop(name)
+            error = done.exception()
+            if error is not None:
+                self._failures[name] = f"the fit broke off ({error or type(error).__name__})"
+            else:
+                self._found[name] = done.result().result
+                self._failures.pop(name, None)
+                if self._found[name].failure:
+                    self._failures[name] = self._found[name].failure
+            news.append(FitNews(maneuver=name, failure=self._failures.get(name, "")))
+        return news
+
+    # --- what was found -------------------------------------------------------------------------
+
+    @property
+    def pending(self) -> int:
+        """Return how many fits are under way."""
+        return len(self._running)
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Return why maneuvers could not be fitted, in words, by maneuver."""
+        return dict(self._failures)
+
+    @property
+    def result(self) -> CampaignResult:
+        """Return the fits so far, in the order in which the maneuvers were flown."""
+        results = tuple(self._found[name] for name in self._order if name in self._found)
+        return CampaignResult(
+            settings=self._settings,
+            results=results,
+            values=campaign_values([one.estimate for one in results]),
+        )

@@ -1,0 +1,74 @@
+"""Where fits run: in a process of their own while a flight happens, at once without a window."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Protocol
+
+from gsapp.session.estimating.fitting import FitReply, FitRequest, fit, stand_back
+
+
+class Workers(Protocol):
+    """Takes requests and gives replies, in any order and at any time."""
+
+    def submit(self, request: FitRequest) -> Future[FitReply]:
+        """Begin a fit."""
+        ...
+
+    def close(self) -> None:
+        """Give back what is held; fits that run are dropped."""
+        ...
+
+
+class AtOnce:
+    """Fits where it is asked: for replays without a window."""
+
+    def submit(self, request: FitRequest) -> Future[FitReply]:
+        """Return a fit that is done."""
+        done: Future[FitReply] = Future()
+        try:
+            done.set_result(fit(request))
+        except Exception as error:  # as an executor does: whoever asks is told
+            done.set_exception(error)
+        return done
+
+    def close(self) -> None:
+        """Hold nothing."""
+
+
+class OtherProcess:
+    """Fits in one process of their own, begun with the first; begun anew should it die.
+
+    Parameters
+    ----------
+    work : callable
+        What is run there; picklable.
+    """
+
+    def __init__(self, work: Callable[[FitRequest], FitReply] = fit) -> None:
+        self._work = work
+        self._pool: ProcessPoolExecutor | None = None
+
+    def submit(self, request: FitRequest) -> Future[FitReply]:
+        """Begin a fit."""
+        try:
+            return self._running().submit(self._work, request)
+        except BrokenProcessPool:
+            self.close()
+            return self._running().submit(self._work, request)
+
+    def _running(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            # A fork would copy a process full of threads and windows.
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=stand_back)
+        return self._pool
+
+    def close(self) -> None:
+        """End the process; a fit that runs is dropped."""
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(wait=False, cancel_futures=True)

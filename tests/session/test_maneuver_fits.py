@@ -1,0 +1,145 @@
+"""Fits of a flight's maneuvers while it goes on: the same numbers wherever they are made."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.flight import fly
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.flight import load_flight
+from gsapp.flight.writers import write_block
+from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.maneuver import cut_maneuver
+from gsapp.session import Session
+from gsapp.session.estimating import AtOnce, ManeuverFits, OtherProcess, Workers
+from gsapp.session.estimating.cutting import HistoryCutter
+from gsapp.session.estimating.fitting import FitReply, FitRequest
+from gsapp.session.session import run_through
+
+TRUTH = load_model("b777")
+
+
+@cache
+def measured():
+    """Return a short virtual flight, and what was flown in it."""
+    flight = fly("short", seed=6)
+    return flight.measured, flight.maneuvers
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory):
+    """Return a replay that has reached its end."""
+    path = write_block(tmp_path_factory.mktemp("fits") / "flight.csv", measured()[0], "csv")
+    made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
+    run_through(made)
+    yield made
+    made.close()
+
+
+def verdicts() -> tuple[Verdict, ...]:
+    """Return what would be said of the maneuvers flown."""
+    return tuple(
+        Verdict(
+            id=f"M{number}", given_at=one.t_end, t_start=one.t_start - 1.0, t_input=one.t_start,
+            t_input_end=one.t_start + 1.0, t_end=one.t_end - 0.2, surfaces=one.inputs,
+            kind=one.kind, amplitudes={}, halves={}, symmetry={}, left_over={}, cross={}, V=None,
+            alpha=None, result="good", findings=(), advice="good",
+        )
+        for number, one in enumerate(measured()[1], start=1)
+    )  # fmt: skip
+
+
+def fits_of(session: Session, workers: Workers) -> ManeuverFits:
+    assert session.aircraft is not None
+    cut = HistoryCutter(session.history, session.aircraft, lambda: None, session.name)
+    return ManeuverFits(cut, TRUTH, workers)
+
+
+def numbers(result: CampaignResult) -> list[tuple[str, str, float | None]]:
+    return [
+        (one.maneuver.id, name, found.value)
+        for one in result.results
+        if one.estimate is not None
+        for name, found in one.estimate.derivatives.items()
+    ]
+
+
+def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(session: Session) -> None:
+    """Not before all samples came; in order; bit by bit the same from another process."""
+    here, there = fits_of(session, AtOnce()), fits_of(session, OtherProcess())
+    every = verdicts()
+    assert here.look(every[:1], every[0].t_end + 2.0) == ()
+    (news,) = here.look(every[:1], every[0].t_end + 3.5)
+    assert (news.maneuver, news.failure) == ("M1", "")
+    assert [one.maneuver for one in here.look(every, None)] == ["M2"]
+    found = here.result
+    for name in ("Cm_de", "Cl_da", "Cn_dr"):
+        value = found.values[name]
+        assert value.mean == pytest.approx(TRUTH.derivative(name), rel=0.05)
+    assert there.look(every, None) == ()
+    assert there.pending == 2
+    assert {one.maneuver for one in there.wait()} == {"M1", "M2"}
+    assert numbers(there.result) == numbers(found)
+    here.close()
+    there.close()
+
+
+def test_the_cut_is_that_of_the_whole_flight(session: Session) -> None:
+    """Samples and mass as `gsapp estimate` cuts them from the file."""
+    verdict = verdicts()[1]
+    assert session.aircraft is not None
+    cut = HistoryCutter(session.history, session.aircraft, lambda: None, session.name)(verdict)
+    whole = cut_maneuver(
+        load_flight(session.path), load_aircraft("b777"), verdict.t_start, verdict.t_end,
+        id=verdict.id, inputs=("da", "dr"),
+    )  # fmt: skip
+    assert set(whole.block.channels) <= set(cut.block.channels)
+    for name in ("p", "beta", "ay", "V", "dr"):
+        np.testing.assert_array_equal(cut.block[name], whole.block[name])
+    assert cut.mass == pytest.approx(whole.mass, abs=0.01)
+
+
+def die(_: FitRequest) -> FitReply:
+    """End the process in which a fit runs."""
+    os._exit(1)
+
+
+def test_a_worker_that_dies_costs_its_fit_alone(session: Session) -> None:
+    """Said in words; nothing hangs; the next maneuver finds a new process."""
+    workers = OtherProcess(die)
+    fits = fits_of(session, workers)
+    every = verdicts()
+    fits.look(every[:1], None)
+    until = time.monotonic() + 30.0
+    while fits.pending and time.monotonic() < until:
+        fits.look(every[:1], None)
+        time.sleep(0.02)
+    assert "broke off" in fits.failures["M1"]
+    assert fits.result.results == ()
+    fits.look(every, None)
+    fits.wait()
+    assert set(fits.failures) == {"M1", "M2"}
+    fits.close()
+
+
+def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(session: Session) -> None:
+    """A replay that goes back begins anew; replies to old questions are dropped."""
+    fits = fits_of(session, AtOnce())
+    first, second = verdicts()
+    fits.look((replace(first, result="spoiled"), second), None)
+    assert [one.maneuver.id for one in fits.result.results] == ["M2"]
+    fits.reset()
+    assert fits.result.results == ()
+    fits.look((first,), None)
+    assert [one.maneuver.id for one in fits.result.results] == ["M1"]
+    away = replace(second, t_start=9e3, t_input=9e3 + 1.0, t_end=9e3 + 5.0)
+    fits.look((first, away), None)
+    assert "no response to fit" in fits.failures["M2"]
