@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -18,6 +19,8 @@ from gsapp.session.marks import MarkBook
 
 if TYPE_CHECKING:
     from gsapp.excitation.cueing import Cueing
+
+log = logging.getLogger(__name__)
 
 VERDICT: Final = "verdict"
 CARD_CHOICE: Final = "card-choice"
@@ -59,6 +62,8 @@ class CueWatch:
     ----------
     spoken : list of Spoken
         All that is to be heard so far; `reset` alone takes something away.
+    failure : str
+        Why there are no cues any more, in words; empty while there are.
     """
 
     def __init__(
@@ -71,6 +76,7 @@ class CueWatch:
         live: bool,
     ) -> None:
         self.cueing = cueing
+        self.failure = ""
         self.spoken: list[Spoken] = []
         self._board = board
         self._book = book
@@ -84,20 +90,33 @@ class CueWatch:
 
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels."""
-        self.cueing.feed(block)
+        self._try(lambda: self.cueing.feed(block))
 
     def settle(self) -> None:
         """Judge what is complete, after all blocks of a step."""
-        self.cueing.settle()
+        self._try(self.cueing.settle)
         self._follow()
 
     def finish(self) -> None:
         """Judge the very last rows: nothing more comes."""
-        self.cueing.finish()
+        self._try(self.cueing.finish)
         self._follow()
+
+    def _try(self, step: Callable[[], None]) -> None:
+        """Do a step; a fault in a cue must stop neither charts nor alarms."""
+        if self.failure:
+            return
+        try:
+            step()
+        except Exception as error:
+            log.exception("cues stopped")
+            self.failure = f"no cues any more: the program failed ({error!r}); the log has more"
+            time = self.cueing.snapshot().time
+            self._board.raise_("cues", Severity.CAUTION, time, self.failure)
 
     def reset(self) -> None:
         """Begin anew, as before the first sample."""
+        self.failure = ""
         self.cueing.reset()
         self.spoken.clear()
         self._followed = self._heard = 0
@@ -113,7 +132,11 @@ class CueWatch:
             Channels whose instruments give volts only.
         """
         cues = self.cueing.snapshot()
-        doubts = (_without_certificates(uncalibrated),) if uncalibrated else ()
+        if self.failure:
+            cues = replace(cues, trim=None, under_way=None, guidance="")
+        doubts = [self.failure] if self.failure else []
+        if uncalibrated:
+            doubts.append(_without_certificates(uncalibrated))
         dangers = sorted((*cues.dangers, *self._troubles), key=lambda one: -one.urgency)
         return replace(cues, dangers=tuple(dangers), missing=(*doubts, *cues.missing))
 
@@ -182,8 +205,8 @@ class CueWatch:
     # --- what becomes of it ---------------------------------------------------------------------
 
     def _follow(self) -> None:
-        log, spoken = self.cueing.log, self.cueing.spoken
-        fresh, self._followed = log[self._followed :], len(log)
+        events, spoken = self.cueing.log, self.cueing.spoken
+        fresh, self._followed = events[self._followed :], len(events)
         self.spoken += spoken[self._heard :]
         self._heard = len(spoken)
         for event in fresh:

@@ -15,6 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
 from cue_kit import CARDS, Record, card, flown
 
 from gsapp.cli import replay
+from gsapp.excitation.rows import FlightRows
+from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.flight.cards import CardSet
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
@@ -181,6 +183,32 @@ def test_cues_can_be_switched_off(tmp_path: Path) -> None:
         assert session.cards is None
         session.choose_card("E1")
         session.use_cards(CARDS)
+
+
+def test_a_fault_in_a_cue_stops_neither_charts_nor_alarms(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A watch fails in the middle of the flight: it is said, and everything else goes on."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    record.write(600)
+    record.close()
+
+    def fail(self: TrimWatch, rows: FlightRows) -> None:
+        if rows.times[-1] > 3.0:
+            raise ZeroDivisionError("a fault of the program")
+
+    monkeypatch.setattr(TrimWatch, "take", fail)
+    with opened(replayed(folder)) as session:
+        assert session.history.last("q")[0] == pytest.approx(6.99, abs=0.02)
+        assert session.feed.caught_up
+        alarm = session.board.get("cues")
+        assert alarm is not None
+        assert "a fault of the program" in alarm.words
+        cues = session.cues
+        assert cues is not None
+        assert cues.trim is None
+        assert cues.missing[0] == alarm.words
 
 
 def test_the_replay_command_lists_cues_and_verdicts(
