@@ -143,8 +143,8 @@ def test_a_flight_without_inputs_says_so(
     assert "No test cards" in page.cards.none.text()
 
 
-LOOKS = (((1280, 800), 200, "dark"), ((2560, 1600), 200, "high-contrast"),
-         ((1280, 800), 100, "daylight"))  # fmt: skip
+LOOKS = (((1280, 800), 100, "daylight"), ((1280, 800), 200, "dark"),
+         ((2560, 1600), 200, "high-contrast"))  # fmt: skip
 
 
 def test_nothing_is_cut_and_nothing_overlaps(page: DebriefPage, window: MainWindow) -> None:

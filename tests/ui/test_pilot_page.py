@@ -24,6 +24,7 @@ from window_kit import open_window
 import ui.pilot.canvas
 import ui.pilot.gauge_drawing
 from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.speaking import Spoken
 from gsapp.quantities.constants import FOOT
 from ui.look import Look
 from ui.pilot.canvas import PilotCanvas
@@ -269,8 +270,8 @@ def test_what_is_read_has_enough_contrast() -> None:
             assert contrast(ink, theme.plot) >= 7.0, (name, ink)
 
 
-LOOKS = (((1280, 800), 200, "dark"), ((2560, 1600), 200, "high-contrast"),
-         ((1280, 800), 100, "daylight"))  # fmt: skip
+LOOKS = (((1280, 800), 100, "daylight"), ((1280, 800), 200, "dark"),
+         ((2560, 1600), 200, "high-contrast"))  # fmt: skip
 
 
 def test_controls_are_high_enough_for_gloves_and_have_names(
@@ -431,3 +432,47 @@ def test_a_page_that_nobody_sees_is_not_made(
     flown.snapshot = replace(BASE, trim=cue("go"))
     window.pilot.refresh()
     assert not painted
+
+
+# Speech
+
+
+def test_cues_are_spoken_once_the_page_was_opened(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or always, or never, as the crew wishes; which is remembered."""
+    said: list[Spoken] = []
+    heard: list[str] = []
+    monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, time=100.0))
+    monkeypatch.setattr(FlightCues, "spoken", lambda _self: said)
+    monkeypatch.setattr(window.pilot, "_was_opened", False)
+    window.pilot.speech.restart()
+    window.voice.said.connect(heard.append)
+    window.crew.mute()  # the windows of the tests begin muted
+    speak = window.commands.actions["pilot_speak"]
+
+    def tell(words: str) -> None:
+        said.append(Spoken(time=100.0, words=words, priority="warning"))
+        window.desk.told.emit()
+
+    try:
+        tell("one")
+        assert not heard
+        assert not speak.isChecked()
+        window.show_place("pilot")
+        tell("two")
+        window.show_place("flight")
+        tell("three")
+        assert heard[0] == "two"
+        assert speak.isChecked()
+        speak.trigger()
+        assert window.store.current.flight_speech == "never"
+        before = list(heard)
+        tell("four")
+        assert heard == before
+        speak.trigger()
+        assert window.store.current.flight_speech == "always"
+    finally:
+        window.voice.said.disconnect(heard.append)
+        window.store.change(flight_speech="page")
+        window.crew.mute()

@@ -10,16 +10,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from pilot_kit import BASE, moving
-from window_kit import open_window
 
-from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
-from ui.pilot.flight_cues import FlightCues
 from ui.pilot.speech import LATE, FlightSpeech
 from ui.voice.queue import Priority, Utterance
 from ui.voice.speaker import Speaker
@@ -201,47 +197,3 @@ def test_never_more_than_one_sentence_behind(qapp: QApplication, steps: list[obj
     flight.mouth.end()
     assert len(flight.mouth.spoken) <= heard + 2
     assert flight.mouth.now is None
-
-
-# In the window
-
-
-def test_cues_are_spoken_once_the_page_was_opened(
-    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Or always, or never, as the crew wishes; which is remembered."""
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    window = open_window(tmp_path)
-    try:
-        said: list[Spoken] = []
-        now: list[CueSnapshot] = [replace(BASE, time=100.0)]
-        monkeypatch.setattr(FlightCues, "snapshot", lambda _self: now[0])
-        monkeypatch.setattr(FlightCues, "spoken", lambda _self: said)
-        heard: list[str] = []
-        window.voice.said.connect(heard.append)
-        window.crew.mute()  # the windows of the tests begin muted
-
-        def tell(words: str) -> None:
-            said.append(Spoken(time=100.0, words=words, priority="warning"))
-            window.desk.told.emit()
-
-        speak = window.commands.actions["pilot_speak"]
-        tell("one")
-        assert not heard
-        assert not speak.isChecked()
-        window.show_place("pilot")
-        tell("two")
-        window.show_place("flight")
-        tell("three")
-        assert heard[0] == "two"
-        assert speak.isChecked()
-        speak.trigger()
-        assert window.store.current.flight_speech == "never"
-        before = list(heard)
-        tell("four")
-        assert heard == before
-        speak.trigger()
-        assert window.store.current.flight_speech == "always"
-    finally:
-        window.close()
-        window.deleteLater()

@@ -12,16 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import open_window, until
+from preflight_kit import as_opened, opened_window
+from window_kit import until
 
-import ui.window
 from gsapp.quantities.constants import DEGREE
 from gsapp.telemetry.recorder_control import find_recorders
 from ui.desk import Desk
@@ -82,18 +81,16 @@ def test_released_sticks_are_centered_whatever_was_pressed(
 # The aircraft
 
 
-@pytest.fixture
-def window(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot) -> Iterator[MainWindow]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    made = open_window(tmp_path)
-    made.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
-    yield made
-    made.close()
-    made.deleteLater()
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    yield from opened_window(tmp_path_factory)
     for recorder in find_recorders():
         recorder.stop()
+
+
+@pytest.fixture
+def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
+    yield from as_opened(made, qtbot)
 
 
 def hold(qtbot: QtBot, window: MainWindow, key: Qt.Key, seconds: float) -> None:
@@ -163,10 +160,11 @@ def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
     window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A slip of the hand in flight must not cost the cues."""
+    before = window.pilot.training.folder
     with monkeypatch.context() as patch:
         patch.setattr(Desk, "records_here", True)
         window.commands.actions["pilot_train"].trigger()
-    assert window.pilot.training.folder is None
+    assert window.pilot.training.folder == before
     assert any("being recorded" in text for text in window.banners.texts())
 
 

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _SETTLED: Final = 0.7
 """Seconds after which words that are held have come through."""
+_FLOWN: Final = 5.0
+"""Seconds for which the aircraft is left alone in training, before its picture is taken."""
 _PATIENCE: Final = 900.0
 """Seconds: a whole flight is judged twice."""
 _SOON: Final = 0.3
@@ -176,6 +178,8 @@ def _trained(crew: Photographer) -> Iterator[Path]:
     crew.wait(lambda: desk.time is not None and desk.time > 1.0, "the aircraft")
     pilot.training.exchange()
     crew.wait(lambda: pilot.training.flies, "the sticks")
+    begin = desk.time or 0.0
+    crew.wait(lambda: (desk.time or 0.0) > begin + _FLOWN, "the flight")
     yield crew.take("training")
 
 
