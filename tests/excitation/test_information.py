@@ -32,7 +32,7 @@ from gsapp.excitation.points.small_motions import small_motions
 from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.flight.maneuvers.noise import NoiseFloor
-from gsapp.identification.axes import RESPONSES
+from gsapp.identification.axes import RESPONSES, axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
 
@@ -219,6 +219,19 @@ def test_spoiled_maneuvers_and_lost_channels() -> None:
     outlook = empty.outlook(100.0)
     assert all(bound.std is None for bound in outlook.bounds)
     assert any("M1 brought nothing" in remark for remark in outlook.remarks)
+
+
+def test_nothing_is_worth_flying_without_time_or_once_all_is_reached() -> None:
+    """No card comes next when the time is up, nor when every bound is as small as wanted."""
+    landed = InformationBook(_aircraft(), MODEL, RATE, longest=RESERVE + 0.5 * LAP)
+    content = InformationBook(
+        _aircraft(), MODEL, RATE, wanted=dict.fromkeys(axis_derivatives("both"), 100.0)
+    )
+    for book in (landed, content):
+        book.outlook(0.0, _cards("A1"))
+        outlook = book.outlook(READY, _cards("A1"))
+        assert outlook.next is None
+    assert outlook.prospects
 
 
 def test_without_a_model_only_time_is_told() -> None:

@@ -246,10 +246,11 @@ class InformationBook:
             self._show()
         left = self.budget.maneuvers_left(time)
         prospects = self._fitting(left)
+        worthwhile = bool(prospects) and prospects[0].score > 0.0
         return Outlook(
             time=time,
             bounds=self._bounds,
-            next=prospects[0] if prospects else None,
+            next=prospects[0] if worthwhile else None,
             prospects=prospects,
             time_left=self.budget.time_left(time),
             maneuvers_left=left,
