@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
     from gsapp.excitation.debrief_trends import FlightTrend
     from gsapp.flight.catalog import Catalog
-    from gsapp.flight.flight import Flight
+    from gsapp.session import Session
 
 
 def run(
@@ -31,7 +32,8 @@ def run(
     flights : sequence of Path
         Folders or files; none for those that the catalog holds.
     aircraft, model : str, optional
-        Names or paths; by default the flight's own aircraft, and the model shipped for it.
+        Names or paths; by default the flight's own aircraft, else ``b777``, and the model
+        shipped for it.
     channel_map : str, optional
         Name or path.
     calibration : str, optional
@@ -64,10 +66,11 @@ def run(
     debriefs: list[Debrief] = []
     for path in flights:
         with console.status(f"judging {path.name}"):
-            loaded, debrief = _judge(path, aircraft, model, channel_map, calibration, cards)
-        debriefs.append(debrief)
-        if catalog is not None:
-            _store(catalog, loaded, debrief, aircraft)
+            session = _judged(path, aircraft, model, channel_map, calibration, cards)
+        with contextlib.closing(session):
+            debriefs.append(_debrief_of(session))
+            if catalog is not None:
+                _store(catalog, session, debriefs[-1])
     if catalog is not None:
         with Catalog(catalog) as store:
             found = _trends(store)
@@ -89,38 +92,47 @@ def run(
                 console.print(f"written to {written}", highlight=False, soft_wrap=True)
 
 
-def _judge(
+def _judged(
     path: Path,
     aircraft: str | None,
     model: str | None,
     channel_map: str | None,
     calibration: str | None,
     cards: str | None,
-) -> tuple[Flight, Debrief]:
+) -> Session:
     """Replay a flight to its end."""
-    from gsapp.foundation import FlightError
+    from gsapp.flight.setting import Setting
     from gsapp.session import MAX_SPEED, Session
     from gsapp.session.session import run_through
 
+    flown = Setting.find(path, aircraft=aircraft).aircraft
     session = Session.replay(
         path, speed=MAX_SPEED, channel_map=channel_map, certificates=calibration,
-        aircraft=aircraft, model=model, cards=cards,
+        aircraft=flown or "b777", model=model, cards=cards,
     )  # fmt: skip
     try:
         run_through(session)
-        debrief = session.debrief()
-        if debrief is None:
-            raise FlightError(f"{path} was replayed without cues; nothing was judged")
-        return session.flight(), debrief
-    finally:
+    except BaseException:
         session.close()
+        raise
+    return session
 
 
-def _store(catalog: Path, flight: Flight, debrief: Debrief, aircraft: str | None) -> None:
+def _debrief_of(session: Session) -> Debrief:
+    from gsapp.foundation import FlightError
+
+    debrief = session.debrief()
+    if debrief is None:
+        raise FlightError(f"{session.path} was replayed without cues; nothing was judged")
+    return debrief
+
+
+def _store(catalog: Path, session: Session, debrief: Debrief) -> None:
     from gsapp.flight.catalog import Catalog, store_debrief
 
+    name = "" if session.aircraft is None else session.aircraft.name
     with Catalog(catalog) as store:
-        store_debrief(store, flight, debrief.stored(), debrief.cards, aircraft=aircraft or "")
+        store_debrief(store, session.flight(), debrief.stored(), debrief.cards, aircraft=name)
 
 
 def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:

@@ -88,8 +88,8 @@ class CueLog:
             facts = {"t_input": now.t_input, "seconds": now.hands_off_total}
             self._add(time, "hands-off", "begins", "hands off", facts)
 
-    def verdict(self, verdict: Verdict) -> None:
-        """Note a verdict."""
+    def verdict(self, verdict: Verdict, go_at: float | None) -> None:
+        """Note a verdict on an input that answered to a GO at some time (s), or to none."""
         self._add(
             verdict.given_at,
             "verdict",
@@ -101,6 +101,7 @@ class CueLog:
                 "surfaces": list(verdict.surfaces),
                 "card": verdict.card,
                 "counts": verdict.counts,
+                "go_at": go_at,
             },
         )
 

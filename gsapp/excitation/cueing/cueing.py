@@ -275,19 +275,20 @@ class Cueing:
             verdict = with_card(verdict, self._desk.flown)
             self._verdicts[-1] = verdict
         rows = self._recent.between(verdict.t_start, verdict.t_end)
+        go_at = self._trims.go_before(verdict.t_input)
         self.maneuvers.append(
             JudgedManeuver(
                 verdict=verdict,
                 wanted=self._desk.wanted_of(verdict),
                 point=self._desk.point_of(verdict),
-                go_at=self._trims.go_before(verdict.t_input),
+                go_at=go_at,
                 off=self._trims.off_at(verdict.t_input),
                 curves=curves_of(rows, verdict.surfaces, self._rate),
             )
         )
         card = None if self.cards is None else self.cards.card(verdict.card)
         self._lessons.judged(verdict, self._recent, card, self.flown)
-        self._changes.verdict(verdict)
+        self._changes.verdict(verdict, go_at)
 
     def _choose(self, time: float, under_way: InputUnderWay | None) -> None:
         """Settle which card is to be flown; not while an input is under way."""
