@@ -52,7 +52,6 @@ from gsapp.excitation.information.learning import (
 from gsapp.excitation.information.prospects import OpenCard, Request, prospects
 from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.flight.cards import CardSet, TestCard, load_cards
-from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.identification import maximum_likelihood as likelihood
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
@@ -305,7 +304,6 @@ def _lesson(case: Case) -> Lesson:
         rows=case.rows,
         card=case.card,
         mass=case.aircraft.mass.mass,
-        floor=NoiseFloor(),
         earned={},
     )
 

@@ -31,7 +31,6 @@ from gsapp.excitation.information.wording import prospect_words
 from gsapp.excitation.points.small_motions import small_motions
 from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.flight.cards import CardSet, TestCard, load_cards
-from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.identification.axes import RESPONSES, axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
@@ -124,7 +123,7 @@ def test_a_larger_input_brings_smaller_bounds() -> None:
     card = load_cards("b777").cards[1]
     exactly = replace(Habits(), size=Habit(mean=0.0, spread=0.0), width=Habit(mean=0.0, spread=0.0))
     (execution,) = executions(card, exactly, 1)
-    noise = assumed_noise(_aircraft(), NoiseFloor(), RESPONSES["lat"], RATE)
+    noise = assumed_noise(_aircraft(), RESPONSES["lat"], RATE)
     found = []
     for factor in (0.25, 0.5):
         smaller = card.model_copy(
@@ -258,7 +257,7 @@ def test_a_request_goes_to_another_process_and_back() -> None:
         model=MODEL,
         cards=(OpenCard(card=cards[0], missing=2), OpenCard(card=slow, missing=1)),
         totals={axis: Total.nothing(axis) for axis in AXES},
-        noise={axis: assumed_noise(aircraft, NoiseFloor(), RESPONSES[axis], RATE) for axis in AXES},
+        noise={axis: assumed_noise(aircraft, RESPONSES[axis], RATE) for axis in AXES},
         habits=Habits(),
         channels=frozenset(RESPONSES["both"]),
         rate=RATE,
@@ -300,7 +299,7 @@ def test_words_of_a_prospect() -> None:
 def test_noise_that_stretches_agree_on_is_pooled() -> None:
     """Stretches alike: all count. One quite unlike the rest: the last one does."""
     aircraft = _aircraft()
-    noise = replace(assumed_noise(aircraft, NoiseFloor(), RESPONSES["lat"], RATE), seconds=6.0)
+    noise = replace(assumed_noise(aircraft, RESPONSES["lat"], RATE), seconds=6.0)
     alike = just_heard([noise] * 6)
     np.testing.assert_allclose(alike.variances, noise.variances, rtol=1e-9)
     loud = replace(noise, lagged=25.0 * noise.lagged)

@@ -24,7 +24,6 @@ from gsapp.excitation.information.prospect import DerivativeBound, Outlook, Pros
 from gsapp.excitation.information.prospects import Answering, OpenCard, Reply, Request, answer
 from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import CardSet, CardsFlown, TestCard
-from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr.estimates import LiveEstimate
 
@@ -83,7 +82,6 @@ class InformationBook:
         self._first_air = FirstAir(_FIRST_AIR)
         self._learning: Learning | None = None
         self._answering: Answering | None = None
-        self._floor = NoiseFloor()
         self._estimates: Mapping[str, LiveEstimate] = {}
         self._knowledge: Knowledge | None = None
         if self._aircraft is not None and self._model is not None:
@@ -108,10 +106,6 @@ class InformationBook:
             self._lessons.append(heard)
             self._ask(float(heard.times[-1]))
 
-    def hear(self, floor: NoiseFloor) -> None:
-        """Take note of the noise floor, which stands in until noise was heard in flight."""
-        self._floor = floor
-
     def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
         """Take note of what the flight's own FTR has earned; it counts from the next maneuver."""
         self._estimates = dict(estimates)
@@ -120,7 +114,6 @@ class InformationBook:
         self,
         verdict: Verdict,
         rows: FlightRows | None,
-        noise: NoiseFloor | None = None,
         card: TestCard | None = None,
     ) -> None:
         """Take in a maneuver; spoiled ones bring nothing.
@@ -131,14 +124,10 @@ class InformationBook:
         rows : FlightRows or None
             From `gsapp.excitation.information.learning.LISTENED` seconds before it, as far as
             there are, to its end. None: it cannot be learned from.
-        noise : NoiseFloor, optional
-            As known now.
         card : TestCard, optional
             That it was flown for: tells how the pilot flies cards.
         """
         self.budget.flown(verdict.t_input)
-        if noise is not None:
-            self._floor = noise
         if rows is None or self._knowledge is None:
             return
         self._lessons.append(
@@ -147,7 +136,6 @@ class InformationBook:
                 rows=rows,
                 card=card,
                 mass=self.budget.mass or self._knowledge.mass,
-                floor=self._floor,
                 earned=self._estimates,
             )
         )

@@ -26,7 +26,6 @@ from gsapp.excitation.information.noise import ResponseNoise, assumed_noise, jus
 from gsapp.excitation.points.learned import updated
 from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import RESPONSES, Axis
 from gsapp.identification.ftr.estimates import LiveEstimate
@@ -60,7 +59,6 @@ class Knowledge:
         Of the rows, Hz.
     mass, density : float
         At the latest maneuver, kg, kg/m^3.
-    floor : NoiseFloor
     maneuvers : int
         That brought something.
     foreseen : mapping of str to float
@@ -81,7 +79,6 @@ class Knowledge:
     earned: Mapping[str, LiveEstimate] = field(default_factory=dict)
     channels: frozenset[str] = frozenset(RESPONSES["both"])
     density: float = SEA_LEVEL_DENSITY
-    floor: NoiseFloor = field(default_factory=NoiseFloor)
     maneuvers: int = 0
     foreseen: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
@@ -112,7 +109,7 @@ class Knowledge:
         """
         heard = self.heard.get(axis, ())
         if not heard:
-            return assumed_noise(aircraft, self.floor, RESPONSES[axis], self.rate)
+            return assumed_noise(aircraft, RESPONSES[axis], self.rate)
         alike = [one for one in heard if one.responses == heard[-1].responses]
         return just_heard(alike) if soon else pooled(alike)
 
@@ -135,7 +132,6 @@ class Lesson:
         That it was flown for.
     mass : float
         kg.
-    floor : NoiseFloor
     earned : mapping of str to LiveEstimate
         By FTR until then.
     """
@@ -144,7 +140,6 @@ class Lesson:
     rows: FlightRows
     card: TestCard | None
     mass: float
-    floor: NoiseFloor
     earned: Mapping[str, LiveEstimate]
 
 
@@ -158,7 +153,6 @@ def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
     now = replace(
         before,
         habits=habits,
-        floor=lesson.floor,
         mass=lesson.mass,
         earned=lesson.earned,
         foreseen={},

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.identification.statistics.correlation import MOST_LAGS, bartlett
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -70,23 +69,19 @@ class ResponseNoise:
         return self.lagged[middle - reach : middle + reach + 1]
 
 
-def assumed_noise(
-    aircraft: Aircraft, floor: NoiseFloor, responses: Sequence[str], rate: float
-) -> ResponseNoise:
-    """Return white noise as strong as the noise floor, or else as the aircraft file says.
+def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> ResponseNoise:
+    """Return white noise as strong as the aircraft file says of its instruments.
 
     That is what there is before anything was heard in flight: gusts are not in it.
 
     Parameters
     ----------
     aircraft : Aircraft
-    floor : NoiseFloor
-        As far as it was measured.
     responses : sequence of str
     rate : float
         Samples per second.
     """
-    stds = [floor.of(name) or _instrument_noise(aircraft, name) for name in responses]
+    stds = [_instrument_noise(aircraft, name) for name in responses]
     lagged = np.zeros((2 * MOST_LAGS + 1, len(stds), len(stds)))
     lagged[MOST_LAGS] = np.diag(np.square(stds))
     return ResponseNoise(responses=tuple(responses), rate=rate, lagged=lagged, seconds=0.0)
