@@ -32,6 +32,8 @@ from gsapp.quantities import Block
 
 _AFTER_INPUT: Final = 0.3
 """Seconds after what is known of an input until GO may be given again."""
+_FEW: Final = 4
+"""More ticks in one step than a live flight brings: a record is being read."""
 _LARGEST: Final = 1e7
 """No channel reads more, whatever its unit; what does is a damaged number."""
 _SHOWN_OVER: Final = 0.5
@@ -111,9 +113,13 @@ class Cueing:
 
     def settle(self) -> None:
         """Judge what is complete, after all blocks of a step."""
+        ticks = 0
         for rows in self._stream.complete():
             self._take(rows)
-        self._lessons.work()
+            ticks += len(rows) // self._stream.tick
+        # Live, what was just judged is to be told at once; the look ahead has the steps between.
+        if not ticks or ticks > _FEW:
+            self._lessons.work()
 
     def finish(self) -> None:
         """Judge what was held back: nothing more comes."""
