@@ -19,6 +19,7 @@ import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.excitation.dangers.danger import Danger
+from gsapp.quantities import Block
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
 from danger_kit import (
@@ -38,6 +39,8 @@ GUSTS = (0.0, 0.3, 0.6, 1.0)
 FLIGHTS, FAILING = 40, 10
 FAULT_AT = 170.0
 """s; in the pattern by then."""
+FROM, PATIENCE = 60.0, 120.0
+"""s; a record of a failure begins with engines running, and ends so long after the failure."""
 KEYS = {
     "alpha": "alpha", "beta": "beta", "dynamic_pressure": "airspeed",
     "p": "gyro.p", "q": "gyro.q", "r": "gyro.r",
@@ -130,7 +133,11 @@ def main(*options: str) -> dict[str, float]:
             for number, (case, (key, faults, harm)) in enumerate(cases().items()):
                 without = BARE if (seed + number) % 2 else frozenset()
                 block = record(flown, faults=faults, harm=harm, without=without)
-                outcomes[case].append(outcome(watched(block).log, key, flown))
+                rows = (block.times > FROM) & (block.times < FAULT_AT + PATIENCE)
+                part = Block(
+                    channels=block.channels, times=block.times[rows], values=block.values[rows]
+                )
+                outcomes[case].append(outcome(watched(part).log, key))
     report(flights, seconds, cpu, said, false, outcomes)
     named = [one for each in outcomes.values() for one in each]
     return {
@@ -143,7 +150,7 @@ def main(*options: str) -> dict[str, float]:
     }
 
 
-def outcome(log: tuple[Danger, ...], key: str, flown: Flown) -> tuple[bool, float, int]:
+def outcome(log: tuple[Danger, ...], key: str) -> tuple[bool, float, int]:
     """Return whether a failure was named, how late (s), and how many sound instruments beside."""
     after = [danger for danger in log if danger.since >= FAULT_AT]
     times = [danger.since for danger in after if danger.key == key]

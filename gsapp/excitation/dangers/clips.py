@@ -55,6 +55,7 @@ class ClipRoom:
         """Forget everything."""
         self._changes = {name: deque[float](maxlen=_MEMORY) for name in _SENSORS}
         self._ends = {name: deque[tuple[float, float]](maxlen=_MEMORY) for name in _SENSORS}
+        self._runs = {name: deque[int](maxlen=_MEMORY) for name in _SENSORS}
         self._tails: dict[str, FloatArray] = {}
 
     def judge(self, frame: Frame, doubted: frozenset[str]) -> list[Finding]:
@@ -74,7 +75,7 @@ class ClipRoom:
                 name in self._ranges
                 and _longest(at_range_end(values, self._ranges[name])) >= _LEAST
             )
-            if (clipped or flat) and frame.airborne and name not in doubted:
+            if (clipped or flat) and name not in doubted and _flies(frame):
                 found.append(_finding(name))
         return found
 
@@ -91,19 +92,28 @@ class ClipRoom:
         usual = float(np.median(changes)) if len(changes) == _MEMORY else 0.0
         changes.append(float(np.sqrt(np.mean(steps * steps))))
         low, high = float(line.min()), float(line.max())
+        still = np.concatenate((steps < _FLAT * usual, [False]))
+        self._runs[name].append(_longest(still))
         former = list(ends)
         ends.append((low, high))
         if usual <= 0.0:
             return False
         low = min(low, *(one for one, _ in former))
         high = max(high, *(one for _, one in former))
-        still = np.concatenate((steps < _FLAT * usual, [False]))
         slack = _FLAT * usual
         middle = 0.5 * (low + high)
         if high - middle < _STANDS_OUT * usual:
             return False
         at_end = (line >= high - slack) | (line <= low + slack)
-        return _longest(still & at_end) >= self._flat_rows - 1
+        # A slow link repeats itself everywhere, not at the ends only.
+        runs = self._runs[name]
+        usual_run = sorted(runs)[-1 - len(runs) // 10]
+        return _longest(still & at_end) >= max(self._flat_rows - 1, 2 * usual_run + 1)
+
+
+def _flies(frame: Frame) -> bool:
+    """Return whether it flies and does not touch down just now."""
+    return frame.airborne and not frame.near_ground
 
 
 def _longest(true: npt.NDArray[np.bool_]) -> int:

@@ -120,7 +120,7 @@ class KinematicRoom:
         self._samples[-_PER_FRAME:] = self._means(frame) if known else np.nan
         long_enough = frame.aloft > _STRETCH * FRAME + _SETTLED
         due = round(frame.time / FRAME) % _EVERY == 0
-        if due and long_enough and np.isfinite(self._samples).all():
+        if due and long_enough and not frame.near_ground and np.isfinite(self._samples).all():
             self._compare()
         return self._found
 
@@ -152,6 +152,8 @@ class KinematicRoom:
         dead = self._dead_gyro(motion)
         if dead:
             return {dead: _WORDS[dead]}, turning
+        if self._found.keys() & set("pqr"):
+            return {}, turning  # nothing can be compared with a rate that is wrong
         lies, truths = {}, turning
         for name, least in _MUST_MOVE.items():
             made, shown = _spread(motion.made[name]), _spread(motion.shown[name])
