@@ -54,6 +54,7 @@ def main(*options: str) -> None:
         f"GO after trim: median {np.median(delays):.2f} s, 95 % within "
         f"{np.quantile(delays, 0.95):.2f} s of flight time"
     )
+    print(f"GO stood for {whole.go:.0f} s, {whole.overstayed:.0f} s of it with trim lost already")
     print(f"states left within 0.6 s, GO apart: {whole.hasty} of {whole.changes} changes")
     print(f"judging and scoring: {100.0 * cost / whole.seconds:.2f} % of the time flown")
 
