@@ -119,6 +119,17 @@ def test_nothing_is_spoken_into_the_hands_off_interval(flight: Flight) -> None:
     assert flight.mouth.spoken[2:] == ["battery low"]
 
 
+def test_what_was_begun_goes_on_while_the_input_is_made(flight: Flight) -> None:
+    """A quick correction is no reason to fall silent; the answer of the aircraft is."""
+    flight.say("three feet a second slow")
+    flight.hear()
+    cues = replace(BASE, time=flight.time, under_way=moving("moving"))
+    flight.speech.hear(cues, flight.said, aloud=True)
+    assert flight.mouth.now is not None
+    flight.hear(hands_off=True)
+    assert flight.mouth.now is None
+
+
 def test_a_danger_that_the_pilot_must_act_on_is_spoken_even_there(flight: Flight) -> None:
     flight.hear(hands_off=True)
     flight.say("stall: nose down", "warning", "warning")

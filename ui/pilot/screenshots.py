@@ -8,6 +8,7 @@ debrief, and a training flight with the sticks taken over.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 import tempfile
@@ -158,10 +159,30 @@ def _moments(crew: Photographer) -> Mapping[str, float]:
         return {}
     _go_to(crew, span[1])
     middle = 0.5 * (span[0] + span[1])
-    log = sorted(session.cue_watch.cueing.log, key=lambda one: -abs(one.time - middle))
+    log = _seen(session.cue_watch.cueing.log)
+    log.sort(key=lambda one: -abs(one.time - middle))
     found = {_named(event): event.time for event in log}  # the nearest come last, and stay
     found.pop("", None)
     return dict(sorted(found.items(), key=lambda pair: pair[1]))
+
+
+def _seen(log: Sequence[CueEvent]) -> list[CueEvent]:
+    """Return the events that show on the page: trim does not from an input to its verdict."""
+    from gsapp.excitation.cues import VERDICT_STANDS
+
+    seen: list[CueEvent] = []
+    busy = -math.inf
+    for event in log:
+        if event.kind == "input":
+            # Noted once the sticks are let go; it began before.
+            began = float(event.data["t_input"]) - _SOON
+            seen = [one for one in seen if one.kind != "trim" or one.time < began]
+            busy = math.inf
+        elif event.kind == "verdict":
+            busy = event.time + VERDICT_STANDS
+        if event.kind != "trim" or event.time >= busy:
+            seen.append(event)
+    return seen
 
 
 def _go_to(crew: Photographer, at: float) -> None:

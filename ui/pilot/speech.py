@@ -54,7 +54,8 @@ class FlightSpeech:
         if len(spoken) < self._heard:
             self._heard = 0  # a replay went back
         new, self._heard = spoken[self._heard :], len(spoken)
-        self._voice.hush(aloud and cues is not None and cues.under_way is not None)
+        under_way = cues.under_way if aloud and cues is not None else None
+        self._voice.hush(under_way is not None and under_way.phase == "hands-off")
         if not aloud or cues is None or cues.time is None:
             return
         for one in new:
