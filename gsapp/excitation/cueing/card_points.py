@@ -46,7 +46,8 @@ class CardPoints:
         self._forget()
 
     def _forget(self) -> None:
-        self._curves: dict[float, TrimCurve] = {}
+        self._curves: dict[float, TrimCurve] = {}  # of the day, by flap
+        self._shifted: dict[float, TrimCurve] = {}  # those with alpha as it was measured
         self._points: dict[str, tuple[TestPoint | None, str]] = {}
         self._wanted: dict[tuple[object, ...], WantedInput] = {}
 
@@ -66,7 +67,7 @@ class CardPoints:
         if verdict.V is None or verdict.alpha is None or off:
             return
         self._steady.append((verdict.V, verdict.alpha))
-        self._curves.clear()
+        self._shifted.clear()
         self._points.clear()
 
     def point(self, card: TestCard) -> tuple[TestPoint | None, str]:
@@ -125,8 +126,9 @@ class CardPoints:
     def _curve(self, flap: float) -> TrimCurve | None:
         if self._aircraft is None or self._model is None:
             return None
-        found = self._curves.get(flap)
-        if found is None:
+        if flap not in self._curves:
             made = TrimCurve(self._aircraft, self._model, rho=self._density, flap=flap)
-            found = self._curves[flap] = made.retrimmed(self._steady)
-        return found
+            self._curves[flap] = made
+        if flap not in self._shifted:
+            self._shifted[flap] = self._curves[flap].retrimmed(self._steady)
+        return self._shifted[flap]
