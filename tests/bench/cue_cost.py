@@ -10,7 +10,8 @@ Latency: a sender in a process of its own speaks the full-rate link over UDP, in
 the virtual aircraft flies an input. A recorder in its own process stamps and writes it, a session
 follows the folder as a window does. For every tick of 0.05 s that was judged: from the recorder's
 stamp on the datagram with the newest sample of the tick, as it read it from the socket, until the
-session's snapshot holds the tick; and the same for each event of the log.
+session's snapshot holds the tick; and the same for each event of the log. The first second is left
+out: rows wait there until it is known which channels speak.
 """
 
 from __future__ import annotations
@@ -192,6 +193,9 @@ def latency() -> None:
             recorder.stop()
             session.close()
         arrived = arrivals(folder)
+    known_from = min(ticks, default=0) + RATE
+    ticks = {k: at for k, at in ticks.items() if k > known_from}
+    events = [one for one in events if one[1] > known_from]
     print("\nlatency from telemetry to cue, ms; goal 100 ms")
     print(f"    {'':34}{'50th':>7}{'95th':>7}{'99th':>7}{'worst':>7}")
     tell("every tick judged", [1e3 * (at - arrived[k]) for k, at in ticks.items() if k in arrived])
