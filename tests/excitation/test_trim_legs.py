@@ -47,6 +47,15 @@ def test_no_go_before_a_turn_nor_in_it() -> None:
     assert 5.5 < ONSET - last < 5.5 + 1.5
 
 
+def test_a_leg_is_not_too_short_for_an_input_under_way() -> None:
+    """While GO is held off only a real turn is one."""
+    watch = TrimWatch(aircraft(), RATE)
+    watch.hold_off(ONSET + 1.0)
+    found = cues(drawn(LAPS, position=True), watch, point=None)
+    assert {cue.state for cue in found if ONSET - 3.0 < cue.time < ONSET} <= {"hold", "fly"}
+    assert at(found, ONSET + 2.0).state == "turn"
+
+
 def test_without_an_earlier_lap_nothing_is_claimed() -> None:
     """On the first leg GO comes all the same, and it is said that the leg is not known."""
     cue = at(cues(drawn(np.zeros(1000), position=True)), 9.0)

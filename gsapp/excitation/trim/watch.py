@@ -190,7 +190,9 @@ class TrimWatch:
         worst = off[0].share if off else 0.0
         self._look_at_the_air(time)
         self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
-        if self._senses.leg.turning or self._too_short(state):
+        held_off = time < self._held_until
+        # Whoever makes an input already has no use for a leg that holds another one.
+        if self._senses.leg.turning or (self._too_short(state) and not held_off):
             return "turn"
         trimmed = worst <= (LEAVE if state in ("hold", "go") else 1.0)
         # Gusts come and go: what three seconds together say does not.
@@ -202,7 +204,7 @@ class TrimWatch:
             return "fly"
         if self._gusty:
             return "gusty"
-        if not trimmed or self._rough or time < self._held_until:
+        if not trimmed or self._rough or held_off:
             return "hold"
         sure = self._steady >= STEADY and worst <= ENTER
         return "go" if sure or state == "go" else "hold"
