@@ -24,9 +24,12 @@ _LEAST_LOAD: Final = 0.5
 _CAUTION: Final = 1.08
 """Of the stall speed at the present load factor."""
 _WARNING: Final = 1.0
+_ALPHA_CALM: Final = 0.93
+"""Of the two figures above, where a vane that is believed shows alpha within its linear range: a
+gust that loads the wing for a moment is not yet a stall."""
 _FAR_FROM_STALL: Final = 1.35
 """Of the least speed; there lift takes little more than half of what the wing can give."""
-_ALPHA_MARGIN: Final = 0.12
+_ALPHA_SHARE: Final = 0.55
 """Share of the way from the linear range's end to the stall, at which alpha calls for caution."""
 _FLAP_GAIN: Final = 0.12
 """Share of the stall speed that full flap takes off: half of what a slotted flap gives."""
@@ -72,7 +75,7 @@ class StallRoom:
         nearness = [
             one
             for one in (
-                self._by_speed(frame, speed, least),
+                self._by_speed(frame, speed, least, self._calm(frame, distrusted)),
                 # So fast for its load it cannot be near the stall, whatever a vane shows.
                 None
                 if speed > _FAR_FROM_STALL * least
@@ -105,15 +108,23 @@ class StallRoom:
         flapped = 1.0 - _FLAP_GAIN * min(max(share, 0.0), 1.0)
         return speed, stall_speed * flapped * math.sqrt(load)
 
-    def _by_speed(self, frame: Frame, speed: float, least: float) -> tuple[Urgency, str] | None:
+    def _calm(self, frame: Frame, distrusted: frozenset[str]) -> float:
+        """Return the factor by which a low alpha lowers the speed that calls for attention."""
+        alpha = frame.mean("alpha")
+        linear = 0.0 if self._limits is None else self._limits.alpha_linear[1]
+        return _ALPHA_CALM if "alpha" not in distrusted and alpha < linear else 1.0
+
+    def _by_speed(
+        self, frame: Frame, speed: float, least: float, calm: float
+    ) -> tuple[Urgency, str] | None:
         before, self._before = self._before, speed
         if math.isnan(speed):
             return None
         slope = 0.0 if before is None or math.isnan(before) else (speed - before) / FRAME
         coming = speed + _AHEAD * min(slope, 0.0)
-        if min(speed, coming) >= _CAUTION * least:
+        if min(speed, coming) >= _CAUTION * calm * least:
             return None
-        urgency = Urgency.WARNING if speed < _WARNING * least else Urgency.CAUTION
+        urgency = Urgency.WARNING if speed < _WARNING * calm * least else Urgency.CAUTION
         margin = (speed - least) / FOOT
         said = f"{margin:.0f} ft/s above" if margin > 0.5 else f"{max(-margin, 0.0):.0f} ft/s below"
         return urgency, f"{said} the stall speed at {frame.mean('an') / GRAVITY:.1f} g"
@@ -125,7 +136,7 @@ def _by_alpha(
     alpha = frame.mean("alpha")
     if "alpha" in distrusted or math.isnan(alpha):
         return None
-    if alpha < stall - (1.0 - _ALPHA_MARGIN) * 0.5 * (stall - linear):
+    if alpha < linear + _ALPHA_SHARE * (stall - linear):
         return None
     urgency = Urgency.WARNING if alpha >= stall else Urgency.CAUTION
     return urgency, f"alpha {math.degrees(alpha):.0f} deg, stall at {math.degrees(stall):.0f}"
