@@ -17,7 +17,7 @@ from pilot_kit import BASE, CARD, CARDS, NEXT, OUTLOOK, STATES, VERDICT, WANTED,
 
 from gsapp.excitation.cues import VERDICT_STANDS
 from gsapp.excitation.doublets.verdict import Result
-from gsapp.quantities.constants import FOOT
+from gsapp.quantities.constants import DEGREE, FOOT
 from ui.pilot.calm import HOLD, Calm
 from ui.pilot.choosing import Choosing, last_card
 from ui.pilot.reading import Reading, sheet_of
@@ -106,6 +106,20 @@ def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
     assert (aileron.title, aileron.inside, rudder.title, rudder.inside) == (
         "AILERON", True, "RUDDER", False,
     )  # fmt: skip
+
+
+def test_steering_is_not_shown_as_an_input() -> None:
+    """Rolling into a turn, and small corrections; letting go after an input always is."""
+    small = replace(moving("moving"), amplitudes={"da": 1.0 * DEGREE, "dr": 0.5 * DEGREE})
+    go = STATES["go"]
+    for cues, word in (
+        (replace(go, under_way=moving("moving")), "INPUT"),
+        (replace(go, under_way=small), "GO"),
+        (replace(STATES["turn"], under_way=moving("moving")), "TURN"),
+        (replace(STATES["turn"], under_way=moving("hands-off")), "HANDS OFF"),
+        (replace(go, under_way=replace(small, surfaces=("de",))), "INPUT"),
+    ):
+        assert sheet_of(Reading(cues=cues, open=True)).word == word
 
 
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:

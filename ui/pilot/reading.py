@@ -18,6 +18,8 @@ from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_tex
 from ui.words import DASH, clock_text, count_text, duration_text
 
 _HINTS: Final = 2
+_MEANT: Final = 0.5
+"""Share of the least amplitude wanted, from which a move shows as an input while it is made."""
 _FLIES: Final = 0.4
 """Share of the test point's speed below which no wing carries: on the ground, that is."""
 _SHORT_LEG: Final = 4.0
@@ -109,7 +111,7 @@ def _head(reading: Reading, cues: CueSnapshot) -> _Head:
     worst = cues.dangers[0] if cues.dangers else None
     if worst is not None and worst.urgency is Urgency.WARNING:
         return _danger(worst)
-    if cues.under_way is not None:
+    if cues.under_way is not None and _is_meant(cues.under_way, cues):
         return _input(cues.under_way, cues, reading.units)
     verdict = cues.fresh_verdict
     if verdict is not None and verdict.id != reading.dismissed:
@@ -139,6 +141,20 @@ def _danger(danger: Danger) -> _Head:
         sign="land" if "LAND" in word else "danger",
         tone="warning",
         hints=(Hint(words=what or danger.words, sign="danger", tone="warning"),),
+    )
+
+
+def _is_meant(under_way: InputUnderWay, cues: CueSnapshot) -> bool:
+    """Return whether a quick move is shown as an input: not while it may still be steering."""
+    if under_way.phase == "hands-off":
+        return True
+    if cues.trim is not None and cues.trim.state == "turn":
+        return False
+    wanted = None if cues.card is None else cues.card.wanted
+    bands = {} if wanted is None else wanted.amplitudes
+    known = [name for name in under_way.surfaces if name in bands]
+    return not known or any(
+        under_way.amplitudes.get(name, 0.0) >= _MEANT * bands[name].low for name in known
     )
 
 
