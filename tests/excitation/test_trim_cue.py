@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from gsapp.excitation.rows import FlightRows, rows_of
@@ -252,11 +252,13 @@ def test_gaps_do_no_harm() -> None:
     assert found[-1].state == "blind"
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=12, deadline=None)
+@example(name="altitude", value=1e4, start=0, length=6)
+@example(name="altitude", value=0.0, start=100, length=80)
 @given(
     name=st.sampled_from(["p", "r", "an", "alpha", "beta", "V", "phi", "theta", "altitude"]),
     value=st.sampled_from([np.nan, np.inf, -np.inf, 1e300, -1e300, 0.0, 1e4]),
-    start=st.integers(0, 250),
+    start=st.integers(0, 200),
     length=st.integers(1, 80),
 )
 def test_garbage_does_no_harm(name: str, value: float, start: int, length: int) -> None:
@@ -264,4 +266,4 @@ def test_garbage_does_no_harm(name: str, value: float, start: int, length: int) 
     block = drawn(np.zeros(800), position=True)
     bad = block[name].copy()
     bad[start : start + length] = value
-    assert at(cues(changed(block, **{name: bad})), 7.9).state == "go"
+    assert cues(changed(block, **{name: bad}), since=7.9)[-1].state == "go"

@@ -92,14 +92,19 @@ def ramped(*pieces: tuple[float, float]) -> np.ndarray:
 
 
 def cues(
-    rows: FlightRows | Block, watch: TrimWatch | None = None, point: TestPoint | None = POINT
+    rows: FlightRows | Block,
+    watch: TrimWatch | None = None,
+    point: TestPoint | None = POINT,
+    since: float = 0.0,
 ) -> list[TrimCue]:
-    """Return the cue of each tick."""
+    """Return the cue of each tick, from a time (s) on."""
     watch = watch or TrimWatch(aircraft(), RATE)
     watch.aim(point)
     rows = rows_of(rows, RATE) if isinstance(rows, Block) else rows
     found = []
-    for start in range(0, len(rows) - 4, 5):
+    begin = 5 * round(since * RATE / 5.0)
+    watch.take(rows.part(0, begin))
+    for start in range(begin, len(rows) - 4, 5):
         watch.take(rows.part(start, start + 5))
         assert watch.cue is not None
         found.append(watch.cue)

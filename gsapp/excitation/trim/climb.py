@@ -21,6 +21,10 @@ _RATE: Final = 0.5
 """The same of a measured rate of climb, m/s."""
 _LIFTED: Final = 0.1**2
 """What the integrated acceleration adds, (m/s)^2 a second: attitude is known to a degree or two."""
+_ASTRAY: Final = 15.0
+"""A height farther than this from where it should be, m, is a fault or a new beginning."""
+_ASTRAY_FOR: Final = 0.5
+"""Seconds of such heights that are a new beginning."""
 _MISSING_FOR: Final = 2.0
 """Seconds without height and without rate of climb after which nothing is told."""
 
@@ -48,7 +52,7 @@ class ClimbObserver:
         """Forget everything."""
         self._filter: TwoStates | None = None
         self._lifts: deque[float] = deque([0.0] * self._lag, maxlen=self._lag)
-        self._unseen = 0.0
+        self._unseen = self._astray = 0.0
         self.climb = math.nan
 
     def step(self, height: float, climb_rate: float, lift: float) -> None:
@@ -79,7 +83,10 @@ class ClimbObserver:
             (dt, 0.0),
             (0.0, dt * _LIFTED),
         )
-        if height == height:
+        self._astray = self._astray + dt if abs(height - state.first) > _ASTRAY else 0.0
+        if self._astray > _ASTRAY_FOR:
+            state = self._filter = TwoStates((height, state.second), _START)
+        elif height == height and not self._astray:
             state.see_first(height, _HEIGHT**2)
         elif climb_rate == climb_rate:
             state.see_second(climb_rate, _RATE**2)
