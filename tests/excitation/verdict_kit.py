@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +34,8 @@ START = 2.0
 OTHER_STICK, LEFT_OVER, HANDS_OFF, GUSTS = 0.35, 0.4, 0.5, 0.5
 """Stated: share of the main input by which another stick spoils; of its amplitude by which a stick
 is not brought back; of the wanted interval that hands must be off; of the answer that is gust."""
+ANSWERS = {"de": ("alpha", "q", "an"), "da": ("p", "r"), "dr": ("beta", "p", "r", "ay")}
+"""Stated: what answers to each surface."""
 CLIPPED_FOR, OUT_FOR = 0.03, 0.1
 """Stated: seconds beyond a sensor's range, and out of the linear range, that count."""
 MOVED = 0.5 * DEGREE
@@ -145,6 +147,15 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
     return Heard(verdicts=watch.verdicts, recognized=recognized, countdown=countdown, begun=begun)
 
 
+def own(flown: FlownInput, verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """Return the verdicts on the input that was flown: their inputs overlap."""
+    return [
+        one
+        for one in verdicts
+        if one.t_input <= flown.t_let_go and one.t_input_end >= flown.t_input
+    ]
+
+
 # --- the truth ---------------------------------------------------------------------------------
 
 
@@ -198,7 +209,7 @@ def _criteria(flown: FlownInput, wanted: WantedInput) -> dict[str, float]:
     back = int(np.searchsorted(times, flown.t_let_go + 0.35))
     shapes = {name: _shape(truth, name, begin, back) for name in plan.surfaces}
     rest_from, hand = _hand(flown, max(shape.end for shape in shapes.values()))
-    stop = min(hand, rest_from + wanted.hands_off)
+    stop = min(flown.t_hand, rest_from + wanted.hands_off)
     whole = slice(begin, int(np.searchsorted(times, stop)))
     means = {name: float(truth[name][second].mean()) for name in ("p", "q", "r", "phi", "V")}
     bank = TOLERANCES.bank if plan.attitude else TOLERANCES.bank_unseen
@@ -247,10 +258,10 @@ def gust_share(flown: FlownInput, stop: float) -> float:
     low = int(np.searchsorted(flown.truth.times, calm.times[0] - 1e-6))
     count = int(np.searchsorted(calm.times, stop))
     axes = []
-    if "de" in flown.plan.surfaces:
-        axes.append(("alpha", "q", "an"))
-    if {"da", "dr"} & set(flown.plan.surfaces):
-        axes.append(("beta", "p", "r", "ay"))
+    for surfaces in ({"de"}, {"da", "dr"}):
+        names = {name for one in surfaces & set(flown.plan.surfaces) for name in ANSWERS[one]}
+        if names:
+            axes.append(sorted(names))
     shares = []
     for names in axes:
         squares = [
@@ -290,15 +301,12 @@ def _shape(truth: Block, surface: str, begin: int, back: int) -> _Shape:
 
 
 def _hand(flown: FlownInput, end: float) -> tuple[float, float]:
-    """Return when all surfaces came to rest after the input, and when one moved again, s."""
+    """Return when all surfaces were at rest after the input, and moved by the hand again, s."""
     truth = flown.truth
-    low = int(np.searchsorted(truth.times, max(end, flown.t_let_go) + 0.3))
+    low = int(np.searchsorted(truth.times, flown.t_hand))
     moved = float(truth.times[-1])
     for surface in ("de", "da", "dr"):
-        if any(one.surface == surface for one in flown.plan.meddling):
-            # Where another stick meddles, its own criterion judges.
-            continue
-        level = float(truth[surface][low : low + 10].mean())
+        level = float(truth[surface][low - 2 : low + 2].mean())
         gone = np.flatnonzero(np.abs(truth[surface][low:] - level) > MOVED)
         if gone.size:
             moved = min(moved, float(truth.times[low + int(gone[0])]))

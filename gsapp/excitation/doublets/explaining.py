@@ -8,7 +8,7 @@ that is off in its control derivatives does not look like gusts.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -18,12 +18,34 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.excitation.points.small_motions import SmallMotions, small_motions
+from gsapp.flight.maneuvers.grading import ANSWERING
 from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.flight.maneuvers.shape import smoothed
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
 
 ANSWERS: Final = {"longitudinal": ("alpha", "q", "an"), "lateral": ("beta", "p", "r", "ay")}
 """Channels whose answer is explained."""
+
+_UNEXPLAINED: Final = 0.3
+"""Share of an answer that usually stays unexplained: what the fit begins with."""
+_SMOOTHED: Final = 0.05
+"""Seconds over which `smoothed` takes its mean."""
+_ROUNDS: Final = 4
+_ALIKE: Final = 10.0
+"""Successive samples that tell the same."""
+_GAIN_SPREAD: Final = 0.4
+"""Of the gains about one: how far control derivatives are off."""
+_OFFSET: Final = ("alpha",)
+"""States that are not zero in level flight: the second before tells them."""
+_STATE_SPREADS: Final = {
+    **dict.fromkeys(("alpha", "beta"), (0.25 * DEGREE, 0.6 * DEGREE)),
+    **dict.fromkeys(("p", "q", "r"), (0.8 * DEGREE, 0.7 * DEGREE)),
+    **dict.fromkeys(("phi", "theta"), (2.0 * DEGREE, 2.0 * DEGREE)),
+    "V": (0.3, 0.3),
+}
+"""Of a state as the input begins, as measured, and of its trim in level flight; SI."""
 
 _SPEED_STEP: Final = 1.0
 """Small motions are found once for each so many m/s."""
@@ -54,6 +76,7 @@ class Explainer:
         answers: Mapping[str, FloatArray],
         main: Collection[str],
         *,
+        trim: Mapping[str, tuple[float, float]],
         speed: float,
         density: float,
         noise: NoiseFloor,
@@ -68,6 +91,8 @@ class Explainer:
             Those whose answer counts.
         answers : mapping of str to ndarray, shape (n,)
             Channels of `ANSWERS` at the same times, SI.
+        trim : mapping of str to tuple of float
+            Of each channel: its mean over the second before the input, and at its beginning.
         speed, density : float
             m/s and kg/m^3.
         noise : NoiseFloor
@@ -76,16 +101,17 @@ class Explainer:
         Returns
         -------
         float or None
-            Root mean square over the channels of the larger of both axes; None where too little
-            was measured, or the model does not fly so.
+            Root mean square over what answers to these surfaces, the larger of both axes; None
+            where too little was measured, or the model does not fly so.
         """
         motions = self._motions(speed, density)
         if motions is None:
             return None
         longitudinal = [name for name in inputs if name == "de"]
         lateral = [name for name in inputs if name != "de"]
+        counted = {name for surface in main for name in ANSWERING[surface]}
         shares = [
-            self._share(linear, moved, names, inputs, answers, noise)
+            self._share(linear, moved, names, inputs, answers, noise, trim, counted)
             for linear, moved, names in (
                 (motions.longitudinal, longitudinal, ANSWERS["longitudinal"]),
                 (motions.lateral, lateral, ANSWERS["lateral"]),
@@ -117,6 +143,8 @@ class Explainer:
         inputs: Mapping[str, FloatArray],
         answers: Mapping[str, FloatArray],
         noise: NoiseFloor,
+        trim: Mapping[str, tuple[float, float]],
+        counted: Collection[str],
     ) -> float | None:
         driven = {name: inputs[name] - inputs[name][0] for name in moved}
         basis = _responses(linear, driven, 1.0 / self._rate)
@@ -129,13 +157,17 @@ class Explainer:
             columns.append(basis[:, linear.outputs.index(name), :])
         if not measured:
             return None
-        fitted = _fit([samples for _, samples in measured], columns)
+        fitted = _fit(linear, measured, columns, trim)
         squares = []
-        for (name, samples), explained in zip(measured, fitted, strict=True):
+        for (name, samples), (explained, driven_part) in zip(measured, fitted, strict=True):
+            if name not in counted:
+                continue
             there = np.isfinite(samples)
-            rest = float(np.var(samples[there] - explained[there])) - noise.of(name) ** 2
-            squares.append(max(rest, 0.0) / max(float(np.var(explained)), 1e-12))
-        return math.sqrt(sum(squares) / len(squares))
+            # Slower than vibration, which is stronger in flight than on the ground.
+            rest = smoothed(samples[there] - explained[there], 1.0 / self._rate)
+            over = float(np.var(rest)) - noise.of(name) ** 2 / max(_SMOOTHED * self._rate, 1.0)
+            squares.append(max(over, 0.0) / max(float(np.var(driven_part)), 1e-12))
+        return math.sqrt(sum(squares) / len(squares)) if squares else None
 
 
 def _responses(linear: LinearModel, driven: Mapping[str, FloatArray], dt: float) -> FloatArray:
@@ -166,19 +198,82 @@ def _responses(linear: LinearModel, driven: Mapping[str, FloatArray], dt: float)
     return np.asarray(outputs)
 
 
-def _fit(measured: list[FloatArray], columns: list[FloatArray]) -> list[FloatArray]:
-    """Fit all channels with the same coefficients, and an offset for each; return the fits."""
-    weights = [1.0 / max(float(np.nanstd(samples)), 1e-9) for samples in measured]
-    count = len(measured)
-    rows, sides = [], []
-    for place, (samples, own, weight) in enumerate(zip(measured, columns, weights, strict=True)):
-        there = np.isfinite(samples)
-        offset = np.zeros((int(there.sum()), count))
+def _fit(
+    linear: LinearModel,
+    measured: Sequence[tuple[str, FloatArray]],
+    columns: Sequence[FloatArray],
+    trim: Mapping[str, tuple[float, float]],
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Fit all channels with the same gains and initial states, and an offset for each.
+
+    What is known beforehand keeps gusts from being taken for a start out of trim: the gains are
+    about one, and state and offset together are what was measured as the input began.
+
+    Parameters
+    ----------
+    linear : LinearModel
+    measured : sequence of (str, ndarray of shape (n,))
+    columns : sequence of ndarray, shape (n, n_inputs + n_states)
+        Responses of each channel.
+    trim : mapping of str to tuple of float
+        Mean over the second before, and at the beginning, by channel.
+
+    Returns
+    -------
+    list of tuple of ndarray, shape (n,)
+        The fit of each channel, and the part of it that the inputs drive.
+    """
+    size, count = columns[0].shape[1], len(measured)
+    rows, sides = _known(linear, measured, size, trim)
+    there = [np.isfinite(samples) for _, samples in measured]
+    own = []
+    for place, (responses, present) in enumerate(zip(columns, there, strict=True)):
+        offset = np.zeros((int(present.sum()), count))
         offset[:, place] = 1.0
-        rows.append(weight * np.hstack((own[there], offset)))
-        sides.append(weight * samples[there])
-    matrix = np.vstack(rows)
-    scale = np.maximum(np.abs(matrix).max(axis=0), 1e-12)
-    found = np.linalg.lstsq(matrix / scale, np.concatenate(sides), rcond=1e-6)[0] / scale
-    size = columns[0].shape[1]
-    return [own @ found[:size] + found[size + place] for place, own in enumerate(columns)]
+        own.append(np.hstack((responses[present], offset)))
+    samples = [values[present] for (_, values), present in zip(measured, there, strict=True)]
+    spreads = [_UNEXPLAINED * float(values.std()) for values in samples]
+    for _ in range(_ROUNDS):
+        scaled = [math.sqrt(_ALIKE) * max(spread, 1e-9) for spread in spreads]
+        matrix = np.vstack([rows, *(m / s for m, s in zip(own, scaled, strict=True))])
+        side = np.concatenate([sides, *(y / s for y, s in zip(samples, scaled, strict=True))])
+        scale = np.maximum(np.abs(matrix).max(axis=0), 1e-12)
+        found = np.linalg.lstsq(matrix / scale, side, rcond=1e-9)[0] / scale
+        # A channel counts for as much as it is explained.
+        spreads = [float((y - m @ found).std()) for m, y in zip(own, samples, strict=True)]
+    inputs = size - len(linear.states)
+    return [
+        (m @ found[:size] + found[size + place], m[:, :inputs] @ found[:inputs])
+        for place, m in enumerate(columns)
+    ]
+
+
+def _known(
+    linear: LinearModel,
+    measured: Sequence[tuple[str, FloatArray]],
+    size: int,
+    trim: Mapping[str, tuple[float, float]],
+) -> tuple[FloatArray, FloatArray]:
+    """Return what is known of gains, states and offsets as rows of the regression."""
+    states = size - len(linear.states)
+    rows: list[FloatArray] = []
+    sides: list[float] = []
+
+    def known(places: Sequence[int], value: float, spread: float) -> None:
+        row = np.zeros(size + len(measured))
+        row[list(places)] = 1.0 / spread
+        rows.append(row)
+        sides.append(value / spread)
+
+    for place in range(states):
+        known([place], 1.0, _GAIN_SPREAD)
+    seen = {name: size + place for place, (name, _) in enumerate(measured) if name in trim}
+    for place, name in enumerate(linear.states):
+        small, wide = _STATE_SPREADS[name]
+        if name in seen:
+            mean, start = trim[name]
+            known([states + place, seen[name]], start, small)
+            known([seen[name]], mean if name in _OFFSET else 0.0, wide)
+        else:
+            known([states + place], 0.0, wide)
+    return np.array(rows), np.array(sides)

@@ -31,6 +31,8 @@ _BANK_FROM: Final = 12.0
 """Seconds before an input from which bank is followed where no attitude tells it."""
 _LEAST_CROSS: Final = 0.5 * DEGREE
 """Motion of another surface that has an answer of its own."""
+_JUST_BEFORE: Final = 0.15
+"""Seconds that tell in which state the input began."""
 _USUAL_GUSTS: Final = 0.3
 """m/s."""
 _AT_REST: Final = (0.1, 0.6)
@@ -280,10 +282,18 @@ def _gusts(
         {name: _filled(passage.rows[low:, COLUMN[name]]) for name in SURFACES if name in moved},
         {name: passage.rows[low:, COLUMN[name]] for name in names},
         [one.surface for one in inputs],
+        trim={name: start for name in names if (start := _start(passage, name)) is not None},
         speed=speed,
         density=_density(history, passage),
         noise=setting.noise,
     )
+
+
+def _start(passage: Passage, name: str) -> tuple[float, float] | None:
+    """Return the mean of a channel over the second before, and just before the input."""
+    mean = passage.mean_before(name)
+    at = passage.samples(name, passage.t_input - _JUST_BEFORE, passage.t_input)
+    return (mean, float(at.mean())) if math.isfinite(mean) and at.size else None
 
 
 def _filled(samples: FloatArray) -> FloatArray:

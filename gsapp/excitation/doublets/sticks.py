@@ -72,6 +72,11 @@ class Moving:
         What the input is held against, once it is known.
     hands_off : float
         Seconds for which the hands should be off.
+    former : list of SurfaceInput
+        What was found before the sticks moved again so soon that it seemed to go on; empty for
+        nothing.
+    again : float
+        When they did, s.
     """
 
     first: float
@@ -82,6 +87,8 @@ class Moving:
     t_end: float = math.nan
     asked: Asked = field(default_factory=Asked)
     hands_off: float = HANDS_OFF_WANTED
+    former: list[SurfaceInput] = field(default_factory=list)
+    again: float = math.nan
 
     @property
     def expected(self) -> set[str]:

@@ -27,6 +27,8 @@ from gsapp.flight.maneuvers.shape import SurfaceInput
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
 
+_GOES_ON = 1.0
+"""Seconds for which the sticks may go on moving after an input that was expected and whole."""
 _BUSY = 4.0
 """Seconds after a verdict in which the pilot recovers, and only unmistakable inputs are any."""
 
@@ -209,9 +211,10 @@ class DoubletWatch:
         """Note that these surfaces moved quickly."""
         moving = self._moving
         if moving is not None and moving.found:
-            joined = AWAITED + JOINED if moving.awaited & set(surfaces) else JOINED
-            if first - moving.t_end <= joined:
-                moving.found = []
+            awaited = bool(moving.awaited & set(surfaces))
+            if first - moving.t_end <= (AWAITED + JOINED if awaited else JOINED):
+                moving.former = [] if awaited else moving.found
+                moving.again, moving.found = first, []
             else:
                 self._conclude(moving, first)
                 moving = None
@@ -231,6 +234,12 @@ class DoubletWatch:
     def _watch_sticks(self, moving: Moving) -> None:
         """See whether the sticks were let go, or whether it was steering after all."""
         found = self._sticks.let_go(moving, self._now)
+        went_on = bool(moving.kind) and self._now - moving.again > _GOES_ON
+        if moving.former and (went_on if found is None else not found):
+            # What seemed to go on was the hand that came back at once.
+            moving.found = moving.former
+            self._conclude(moving, max(moving.again, moving.t_end))
+            return
         if found is None:
             return
         if not found:
