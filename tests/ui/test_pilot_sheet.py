@@ -65,6 +65,12 @@ def test_what_is_off_comes_largest_first_with_its_way() -> None:
     assert shown.sign == "up"
 
 
+def test_a_turn_points_to_a_side_only_where_it_is_known() -> None:
+    assert sheet("turn").sign == "turn-right"
+    unknown = replace(BASE, trim=cue("turn"))
+    assert sheet_of(Reading(cues=unknown, open=True)).sign == "turn"
+
+
 def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
     slow = sheet("fly").hints[0].words
     cues = replace(BASE, guidance=f"{slow}: a little power")

@@ -82,6 +82,15 @@ def _turn(left: bool) -> QPainterPath:
     return mirrored.map(path) if left else path
 
 
+def _pattern() -> QPainterPath:
+    """Return a turn to nobody knows which side: half a circle, an arrow at both ends."""
+    arc = QPainterPath(QPointF(18, 72))
+    arc.cubicTo(18, 10, 82, 10, 82, 72)
+    left = _polygon((0, 58), (36, 58), (18, 92))
+    right = _polygon((64, 58), (100, 58), (82, 92))
+    return _thick(arc, 15).united(left).united(right)
+
+
 def _hold() -> QPainterPath:
     """Return a target: a ring with its middle."""
     return _disk(50, 50, 40).subtracted(_disk(50, 50, 27)).united(_disk(50, 50, 13))
@@ -184,6 +193,7 @@ _SHAPES: Final[dict[str, Callable[[], QPainterPath]]] = {
     "down": _down,
     "wing-left": lambda: _from_behind(-_BANK),
     "wing-right": lambda: _from_behind(_BANK),
+    "turn": _pattern,
     "turn-left": lambda: _turn(True),
     "turn-right": lambda: _turn(False),
     "hold": _hold,

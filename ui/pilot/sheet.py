@@ -9,9 +9,9 @@ Tone = Literal["plain", "good", "caution", "warning", "strong", "unknown"]
 """How something is colored: ``strong`` is ink with light letters, ``unknown`` has no value."""
 
 SignName = Literal[
-    "", "up", "down", "wing-left", "wing-right", "turn-left", "turn-right", "hold", "go", "wait",
-    "hand", "stick", "check", "more", "less", "quicker", "slower", "level", "cross", "unknown",
-    "danger", "land",
+    "", "up", "down", "wing-left", "wing-right", "turn", "turn-left", "turn-right", "hold", "go",
+    "wait", "hand", "stick", "check", "more", "less", "quicker", "slower", "level", "cross",
+    "unknown", "danger", "land",
 ]  # fmt: skip
 """Shapes that say the same as the word, or which way; see `ui.pilot.shapes`."""
 

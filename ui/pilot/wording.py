@@ -18,7 +18,7 @@ STATES: Final[Mapping[TrimState, tuple[str, SignName, Tone]]] = {
     "hold": ("HOLD", "hold", "plain"),
     "go": ("GO", "go", "good"),
     "gusty": ("WAIT", "wait", "caution"),
-    "turn": ("TURN", "turn-left", "plain"),
+    "turn": ("TURN", "turn", "plain"),
 }
 """Word, shape and color of every state."""
 
