@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,7 +22,7 @@ from gsapp.flight.cards import CardSet
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
-from gsapp.session import MAX_SPEED, Session
+from gsapp.session import MAX_SPEED, Session, Severity
 from gsapp.session.cue_watch import VERDICT
 from gsapp.session.session import run_through
 
@@ -183,6 +184,50 @@ def test_cues_can_be_switched_off(tmp_path: Path) -> None:
         assert session.cards is None
         session.choose_card("E1")
         session.use_cards(CARDS)
+
+
+def test_trouble_with_the_equipment_is_said_once_and_stands_among_the_dangers(
+    tmp_path: Path,
+) -> None:
+    """The link falls silent in flight: heard once, shown until it is back; a milder one is last."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    record.write(300)
+    record.close()
+    with opened(follow(folder)) as session:
+        session.update(5.0)
+        watch = session.cue_watch
+        assert watch is not None
+        session.board.raise_("link", Severity.WARNING, 2.5, "the aircraft is silent")
+        session.board.raise_("disk", Severity.CAUTION, 2.0, "the disk has 300 MB left")
+        for _ in range(3):
+            watch.look_at_equipment()
+        assert session.cues is not None
+        assert [danger.key for danger in session.cues.dangers] == ["link", "disk"]
+        said = [one for one in session.spoken if one.tone in ("warning", "caution")]
+        assert [(one.words, one.priority) for one in said] == [
+            ("telemetry lost", "warning"), ("disk nearly full", "prompt"),
+        ]  # fmt: skip
+        session.board.clear("link")
+        watch.look_at_equipment()
+        assert [danger.key for danger in session.cues.dangers] == ["disk"]
+        session.board.raise_("link", Severity.WARNING, 9.0, "the aircraft is silent")
+        watch.look_at_equipment()
+        assert session.spoken[-1].words == "telemetry lost"
+
+
+def test_what_the_page_asks_for_costs_no_work_on_files(tmp_path: Path) -> None:
+    """Cards are read when the flight is opened; the page may look long after the stick is out."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    record.write(300)
+    record.close()
+    with opened(replayed(folder)) as session:
+        shutil.rmtree(folder.path)
+        for _ in range(5):
+            assert session.cues is not None
+            assert session.cards == CARDS
+            assert session.debrief() is not None
 
 
 def test_a_fault_in_a_cue_stops_neither_charts_nor_alarms(
