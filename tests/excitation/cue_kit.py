@@ -99,8 +99,8 @@ def frames_of(block: Block) -> list[bytes]:
             )
         ]
         if k % 2 == 0:
-            angles = [float(block[name][k]) for name in ("phi", "theta", "psi")]
-            messages.append(module.MAVLink_attitude_message(1000 + 10 * k, *angles, 0.0, 0.0, 0.0))
+            motion = [float(block[name][k]) for name in ("phi", "theta", "psi", "p", "q", "r")]
+            messages.append(module.MAVLink_attitude_message(1000 + 10 * k, *motion))
         if k % 100 == 0:
             messages.append(module.MAVLink_heartbeat_message(1, 0, 0, 0, 4, 3))
         packed = []
