@@ -147,7 +147,8 @@ def test_without_attitude_the_wing_is_named_without_degrees() -> None:
     cue = at(cues(drawn(np.full(900, 9.0 * DEGREE), attitude=False)), 8.5)
     assert cue.worst is not None
     assert cue.worst.words() == "right wing low"
-    assert any("for want of attitude" in words for words in cue.judged_by)
+    words = "turn rate, rate of roll, lateral acceleration and beta, for want of attitude"
+    assert f"wings: {words}" in cue.judged_by
 
 
 def test_without_a_point_any_steady_speed_will_do() -> None:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.trim.cue import Off
 from gsapp.excitation.trim.tolerances import TrimTolerances
+from gsapp.identification.compatibility.wording import listed
 from gsapp.quantities.constants import DEGREE
 
 _WELL_KNOWN: Final = 1.25 * DEGREE
 """Standard deviation of a bank not seen, rad, for which the tolerance itself leaves room."""
 _LEAST_ROOM: Final = 0.25
 """Share of the tolerance of a bank not seen that is left however little is known of it."""
+
+
+ATTITUDE: Final = ("attitude",)
+"""What tells the bank where it is measured."""
 
 
 class Motion(NamedTuple):
@@ -85,20 +90,24 @@ def judge(
 
 
 def judged_by(
-    motion: Motion,
-    point: TestPoint | None,
-    *,
-    attitude: bool,
-    beta: bool,
-    leg: str,
+    motion: Motion, point: TestPoint | None, *, wings: Sequence[str], leg: str
 ) -> tuple[str, ...]:
-    """Return by what each thing is judged, in words."""
+    """Return by what each thing is judged, in words.
+
+    Parameters
+    ----------
+    motion : Motion
+    point : TestPoint or None
+    wings : sequence of str
+        What tells the bank.
+    leg : str
+        What tells the end of the leg, as `gsapp.excitation.trim.leg.LegWatch` has it.
+    """
     found = []
-    if attitude:
+    if wings == ATTITUDE:
         found.append("wings: attitude")
-    elif math.isfinite(motion.bank):
-        slip = "lateral acceleration and beta" if beta else "lateral acceleration"
-        found.append(f"wings: turn rate, rate of roll and {slip}, for want of attitude")
+    elif wings and math.isfinite(motion.bank):
+        found.append(f"wings: {listed(wings)}, for want of attitude")
     if math.isfinite(motion.climb):
         found.append("climb: height and accelerations")
     if math.isfinite(motion.speed):

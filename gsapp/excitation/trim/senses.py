@@ -12,7 +12,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.trim.bank import BankObserver
 from gsapp.excitation.trim.climb import ClimbObserver
-from gsapp.excitation.trim.judging import Motion
+from gsapp.excitation.trim.judging import ATTITUDE, Motion
 from gsapp.excitation.trim.leg import LegWatch
 from gsapp.excitation.trim.standing import StandWatch
 from gsapp.excitation.trim.ticks import PLACE
@@ -33,6 +33,8 @@ _USUAL_SPEED: Final = 28.0
 """Airspeed, m/s, where neither a pitot nor an aircraft file tells one."""
 _CRUISE: Final = 1.5
 """Usual airspeed over that below which it does not fly."""
+_BANK_SIGNS: Final = ("turn rate", "rate of roll", "lateral acceleration", "beta")
+"""What tells of the bank where no attitude is measured."""
 _EARTH_RADIUS: Final = 6_371_000.0
 _TURN_TIME: Final = 0.7
 """Seconds of which the mean turn rate tells a turn."""
@@ -60,8 +62,8 @@ class Senses:
     quick : tuple of float
         p, q, r over the last 0.3 s, rad/s.
     airborne : bool
-    attitude, beta : bool
-        Whether bank is measured, and sideslip.
+    wings : tuple of str
+        What tells the bank, in words.
     unrest : UnrestWatch
     leg : LegWatch
     """
@@ -91,7 +93,8 @@ class Senses:
         self.motion = Motion(*(math.nan for _ in Motion._fields))
         self._local = False
         self.quick: tuple[float, ...] = (0.0, 0.0, 0.0)
-        self.airborne = self.attitude = self.beta = False
+        self.airborne = False
+        self.wings: tuple[str, ...] = ()
 
     def take(self, ticks: FloatArray) -> Iterator[None]:
         """Go through ticks of `gsapp.excitation.trim.ticks.SEEN`; give way after each."""
@@ -122,7 +125,8 @@ class Senses:
         powers = fit.power[place, : len(RESTLESS)].tolist()
         means = fit.mean[place].tolist()
         p, q, r, ax, ay, an, _, beta, speed, phi, theta, altitude, climb_rate, height = values[:14]
-        self.attitude, self.beta = phi == phi, beta == beta
+        attitude = phi == phi
+        self.wings = ATTITUDE if attitude else _told_by(r, p, ay, beta)
         if standing:
             self.unrest.learn(powers)
         if not airborne:
@@ -130,7 +134,7 @@ class Senses:
         self.unrest.step(powers, means[-1])
         bank = self._bank
         bank.step((p, q, r), ax, ay, speed, beta, self.unrest.gusts or 0.0)
-        seen = phi if self.attitude else bank.bank
+        seen = phi if attitude else bank.bank
         leaning = seen if seen == seen else 0.0
         nose = theta if theta == theta else bank.nose
         sine, cosine = math.sin(leaning), math.cos(leaning)
@@ -154,7 +158,7 @@ class Senses:
             bank=leaned,
             climb=climb,
             height=high,
-            spread=0.0 if self.attitude else bank.spread,
+            spread=0.0 if attitude else bank.spread,
         )
 
     def _place(self, values: list[float]) -> tuple[float, float]:
@@ -165,6 +169,11 @@ class Senses:
         if self._local:
             return north, east
         return _EARTH_RADIUS * latitude, _EARTH_RADIUS * longitude * math.cos(latitude)
+
+
+def _told_by(*values: float) -> tuple[str, ...]:
+    """Return in words which of these tell the bank: r, p, a_y, beta."""
+    return tuple(words for words, value in zip(_BANK_SIGNS, values, strict=True) if value == value)
 
 
 def _mean(values: Iterable[float]) -> float:

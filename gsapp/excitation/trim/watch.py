@@ -16,7 +16,14 @@ from gsapp.aircraft import Aircraft
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.rows import TICK, FlightRows
 from gsapp.excitation.trim.cue import Off, TrimCue, TrimState
-from gsapp.excitation.trim.judging import Motion, judge, judged_by, mean_motion, not_judged
+from gsapp.excitation.trim.judging import (
+    ATTITUDE,
+    Motion,
+    judge,
+    judged_by,
+    mean_motion,
+    not_judged,
+)
 from gsapp.excitation.trim.senses import Senses
 from gsapp.excitation.trim.states import ENTER, LEAVE, STEADY, StateKeeper
 from gsapp.excitation.trim.ticks import TickMeans
@@ -137,7 +144,11 @@ class TrimWatch:
         senses, point = self._senses, self._point
         motion, airborne = senses.motion, senses.airborne
         self._motions.append(motion)
-        off = judge(motion, self._tolerances, point, attitude=senses.attitude) if airborne else ()
+        off = (
+            judge(motion, self._tolerances, point, attitude=senses.wings == ATTITUDE)
+            if airborne
+            else ()
+        )
         wanted = self._wanted(time, off, airborne=airborne)
         changed = False
         if self._keeper is None:
@@ -157,8 +168,7 @@ class TrimWatch:
             else judged_by(
                 motion,
                 point,
-                attitude=senses.attitude,
-                beta=senses.beta,
+                wings=senses.wings,
                 leg=told_by,
             ),
             missing=not_judged(
@@ -224,7 +234,7 @@ class TrimWatch:
         """Return the share of the worst quantity over three seconds."""
         second = (len(self._motions) - 1) // 2
         three = mean_motion([self._motions[place] for place in (0, second, 2 * second)])
-        off = judge(three, self._tolerances, self._point, attitude=self._senses.attitude)
+        off = judge(three, self._tolerances, self._point, attitude=self._senses.wings == ATTITUDE)
         return off[0].share if off else 0.0
 
     def _look_at_the_air(self, time: float) -> None:
