@@ -248,6 +248,7 @@ class Cueing:
         self._recent.add(rows)
         self._dangers.take(rows)
         self._trim.distrust(self._dangers.distrusted)
+        self._doublets.distrust(self._dangers.distrusted)
         self._trim.take(rows)
         self._doublets.take(rows)
         self._desk.take(rows)
