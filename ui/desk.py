@@ -16,6 +16,7 @@ from gsapp.flight.next_flight import hand_over
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
+from gsapp.session.estimating.workers import OtherProcess
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.virtual.process import AircraftProcess, free_port
@@ -198,6 +199,7 @@ class Desk(QObject):
             return Session.replay(
                 place, channel_map=channel_map, certificates=calibration, speed=speed,
                 playing=playing, cues=True, system=self._store.current.units,
+                workers=OtherProcess(),
             )  # fmt: skip
 
         self._open(replay, place.name, None if channel_map or calibration else place)
@@ -222,6 +224,7 @@ class Desk(QObject):
             return Session.replay(
                 path, channel_map=channel_map, certificates=calibration, speed=speed,
                 playing=playing, cues=True, system=self._store.current.units,
+                workers=OtherProcess(),
             )  # fmt: skip
 
         self._open(replay, path.name, back_to=here)
@@ -249,8 +252,9 @@ class Desk(QObject):
     def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
         """Return the session of a flight that is being recorded."""
         return Session.follow(
-            folder, channel_map=channel_map, cues=True, system=self._store.current.units
-        )
+            folder, channel_map=channel_map, cues=True, system=self._store.current.units,
+            workers=OtherProcess(),
+        )  # fmt: skip
 
     def _prepare(self, request: ConnectRequest, *, trial: bool = False) -> None:
         """Make the flight folder, with what waits for the next flight in it.

@@ -29,6 +29,8 @@ from gsapp.flight.loading import damaged_events, load_flight
 from gsapp.flight.names import EVENTS_FILE
 from gsapp.flight.raw import RawDamage
 from gsapp.flight.uniform import union
+from gsapp.foundation import FileProblemsError
+from gsapp.quantities import Block
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.alarms import AlarmBoard
@@ -59,6 +61,11 @@ from gsapp.telemetry.recorder_control import RecorderHandle
 
 if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
+    from gsapp.excitation.doublets.verdict import Verdict
+    from gsapp.flight.info import FlightInfo
+    from gsapp.session.estimating.watch import EstimateWatch
+    from gsapp.session.estimating.workers import Workers
+    from gsapp.session.feeds import Consumer
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
@@ -116,6 +123,8 @@ class Session:
         From the flight folder, or as given.
     cue_watch : CueWatch or None
         Judges trim, inputs and dangers; None where the options switch it off.
+    estimates : EstimateWatch or None
+        Derivatives as they form; None without workers or an aircraft.
     feed : LiveFeed or ReplayFeed
         What drives it. A window plays, pauses and jumps through `replaying`.
     """
@@ -159,7 +168,12 @@ class Session:
         self.cue_watch: CueWatch | None = None
         if options.get("cues", True):
             self.cue_watch = self._make_cues(options.get("system", "US"))
-        watches = [one for one in (self._watch, self.cue_watch) if one is not None]
+        self.estimates: EstimateWatch | None = None
+        workers = options.get("workers")
+        if workers is not None and self.aircraft is not None:
+            self.estimates = self._make_estimates(self.aircraft, workers)
+        every: tuple[Consumer | None, ...] = (self._watch, self.cue_watch, self.estimates)
+        watches = [one for one in every if one is not None]
         everyone = (*watches, *options.get("consumers", ()))
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
@@ -255,6 +269,8 @@ class Session:
         if now >= self._next_events:
             self._next_events = now + _EVENTS_EVERY
             self._alarm_log.read()
+        if self.estimates is not None:
+            self.estimates.look(self.now)
         if now >= self._next_relax:
             self._next_relax = now + _RELAX_EVERY
             self.history.relax()
@@ -281,9 +297,13 @@ class Session:
             self.feed.finish()
         if self.cue_watch is not None:
             self.cue_watch.finish()
+        if self.estimates is not None:
+            self.estimates.finish()
 
     def close(self) -> None:
         """Give back what the session holds. Recorder and record go on."""
+        if self.estimates is not None:
+            self.estimates.close()
         self.history.close()
 
     # What it shows
@@ -366,6 +386,10 @@ class Session:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what was lost or left out on reading, in words."""
+        return self._remarks()
+
+    def _remarks(self, block: Block | None = None) -> tuple[str, ...]:
+        """Return them with what is to be said of the whole flight, if it is given."""
         whole = () if self._flight is None else self._flight.remarks
         decoder = self.decoder
         said = () if decoder is None else decoder.health.sentences()
@@ -373,7 +397,11 @@ class Session:
         if self.book.damaged and self._flight is None:
             lost.append(damaged_events(self.book.damaged))
         # What was read whole has said so itself.
-        read = calibration_remarks(self.calibration, self.sources) if self._flight is None else ()
+        read = (
+            calibration_remarks(self.calibration, self.sources, block)
+            if self._flight is None
+            else ()
+        )
         return (*lost, *read, *self._setting.remarks, *whole, *said)
 
     def messages(self) -> tuple[Event, ...]:
@@ -488,7 +516,7 @@ class Session:
                 lost=health.lost,
             ),
             events=in_order((*self.book.events, *self.messages())),
-            remarks=(*log, *self.remarks),
+            remarks=(*log, *self._remarks(block)),
             certificates=self.calibration,
         )
 
@@ -572,6 +600,31 @@ class Session:
         )
         live = self.mode == "live"
         return CueWatch(cueing, self.board, self.book, self._alarm_log.read, live=live)
+
+    def _make_estimates(self, aircraft: Aircraft, workers: Workers) -> EstimateWatch:
+        from gsapp.session.estimating.watch import EstimateWatch  # the window starts without it
+
+        return EstimateWatch(
+            aircraft,
+            self._setting.model,
+            self.history,
+            self._info,
+            self.name,
+            self._verdicts,
+            workers,
+        )
+
+    def _info(self) -> FlightInfo | None:
+        """Return the flight card as it is now; None without one, or if it holds mistakes."""
+        if self._flight is not None:
+            return self._flight.info
+        try:
+            return FlightFolder(path=self.path).info() if self.path.is_dir() else None
+        except FileProblemsError:
+            return None
+
+    def _verdicts(self) -> Sequence[Verdict]:
+        return () if self.cue_watch is None else self.cue_watch.cueing.verdicts
 
     def _take_in(self, event: Event) -> None:
         """Take in an event of the flight that is no acknowledgment."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap
-from gsapp.dynamics.model import Model, load_model, shipped_models
 from gsapp.flight.cards import CardSet, load_cards
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import LIMITS_FILE
@@ -17,6 +16,10 @@ from gsapp.flight.setting import Name, Setting
 from gsapp.foundation import FileProblemsError
 from gsapp.session.feeds import Consumer
 from gsapp.session.limits import LIMIT_TABLES, LimitRule, load_limits
+
+if TYPE_CHECKING:
+    from gsapp.dynamics.model import Model
+    from gsapp.session.estimating.workers import Workers
 
 
 class Chosen(TypedDict, total=False):
@@ -60,6 +63,8 @@ class Options(Chosen, total=False):
         Whether the crew is to be told what to fly and how it was; by default it is.
     system : {"US", "SI"}
         Units of what is said.
+    workers : Workers
+        Where maneuvers are fitted as they end; without it no derivatives are estimated.
     """
 
     consumers: Sequence[Consumer]
@@ -67,6 +72,7 @@ class Options(Chosen, total=False):
     wall_us: Callable[[], int]
     cues: bool
     system: str
+    workers: Workers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,7 +126,6 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
     limits = given.get("limits")
     if limits is None:
         limits = _limits_of(path, read_with.aircraft)
-    model = given.get("model")
     cards, remarks = _cards_for(path, given.get("cards"))
     return SessionSetting(
         channel_map=read_with.channel_map,
@@ -130,18 +135,18 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
         aircraft=read_with.aircraft,
         rate=read_with.rate,
         limits=() if limits is None else load_limits(limits).rules(),
-        model=_model_for(read_with.aircraft)
-        if model is None
-        else load_model(model)
-        if isinstance(model, (str, Path))
-        else model,
+        model=_model_for(read_with.aircraft, given.get("model")),
         cards=cards,
         remarks=remarks,
     )
 
 
-def _model_for(aircraft: Aircraft | None) -> Model | None:
-    """Return the model shipped for an aircraft; None where there is none."""
+def _model_for(aircraft: Aircraft | None, given: Model | Name | None) -> Model | None:
+    """Return the model given, else the one shipped for an aircraft; None where there is none."""
+    from gsapp.dynamics.model import load_model, shipped_models  # the window starts without it
+
+    if given is not None:
+        return load_model(given) if isinstance(given, (str, Path)) else given
     name = "" if aircraft is None else aircraft.name.casefold()
     return load_model(name) if name in shipped_models() else None
 

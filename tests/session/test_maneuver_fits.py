@@ -19,9 +19,10 @@ from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.maneuver import cut_maneuver
 from gsapp.session import Session
-from gsapp.session.estimating import AtOnce, ManeuverFits, OtherProcess, Workers
 from gsapp.session.estimating.cutting import HistoryCutter
 from gsapp.session.estimating.fitting import FitReply, FitRequest
+from gsapp.session.estimating.maneuver_fits import ManeuverFits
+from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
 from gsapp.session.session import run_through
 
 TRUTH = load_model("b777")

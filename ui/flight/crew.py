@@ -76,6 +76,7 @@ class Crew(QObject):
         view.alarms.acknowledged.connect(desk.acknowledge)
         view.alarms.jumped.connect(self._go_to_key)
         view.messages.jumped.connect(self._go_to_key)
+        view.estimates.opened.connect(self._go_to_maneuver_of)
         view.replay.moved.connect(self._seek)
         view.replay.speed_chosen.connect(desk.set_speed)
 
@@ -152,6 +153,12 @@ class Crew(QObject):
         at = key[-1] if isinstance(key, tuple) else None
         if isinstance(at, float):
             self.show_time(at)
+
+    def _go_to_maneuver_of(self, derivative: str) -> None:
+        """Go to the last maneuver that gave a derivative."""
+        rows = {row.name: row for row in self._view.estimates.list.rows.rows}
+        if derivative in rows and rows[derivative].points:
+            self.show_time(rows[derivative].points[-1].time)
 
     def show_time(self, at: float) -> None:
         """Go to a flight time, s."""

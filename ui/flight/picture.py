@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from ui.flight.tables import Line
 from ui.strips.furniture import Limits, Mark, Source, Span
+
+if TYPE_CHECKING:
+    from gsapp.session.estimating.picture import EstimateRow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +51,10 @@ class FlightPicture:
         For the panels.
     waiting : int
         Alarms that nobody has acknowledged.
+    estimates : tuple of EstimateRow
+        Derivatives as they form.
+    estimates_state : str
+        How the fits of the maneuvers stand.
     replay : ReplayPicture or None
         None while live.
     now : float or None
@@ -65,6 +73,8 @@ class FlightPicture:
     alarm_lines: tuple[Line, ...] = ()
     message_lines: tuple[Line, ...] = ()
     waiting: int = 0
+    estimates: tuple[EstimateRow, ...] = ()
+    estimates_state: str = ""
     replay: ReplayPicture | None = None
     now: float | None = None
 

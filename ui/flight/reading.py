@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from calibration import Certificate
 from gsapp.decoding.derived import missed_without
@@ -12,6 +13,7 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.certificates import uncalibrated
 from gsapp.flight.events import Event
 from gsapp.session import Bands, Session, SessionSnapshot, Severity
+from ui.flight.estimates_panel import state_words
 from ui.flight.lines import (
     alarm_lines,
     alarm_sentence,
@@ -25,9 +27,13 @@ from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts
 from ui.strips.furniture import Source
 
+if TYPE_CHECKING:
+    from gsapp.session.estimating.picture import EstimateRow
+
 _NO_BANDS = Bands()
 _DUMB = ("silent", "lost")
 _MESSAGES_EVERY = 5
+_ESTIMATES_EVERY = 10
 _FIRST_SECONDS = 3.0
 """Seconds of a live flight after which channels without a sample are taken for absent."""
 
@@ -58,6 +64,8 @@ class PictureTaker:
         self._limits: Mapping[str, Bands] = {}
         self._limits_revision = -1
         self._messages: tuple[Line, ...] = ()
+        self._estimates: tuple[EstimateRow, ...] = ()
+        self._estimates_state = ""
         self._count = 0
         self._first: float | None = None
 
@@ -67,6 +75,8 @@ class PictureTaker:
         self._look_at_channels()
         if self._count % _MESSAGES_EVERY == 0:
             self._messages = message_lines(_spoken(session.messages()))
+        if self._count % _ESTIMATES_EVERY == 0:
+            self._look_at_estimates()
         self._count += 1
         marks = session.marks
         playhead = snapshot.playhead
@@ -85,6 +95,8 @@ class PictureTaker:
             alarm_lines=alarm_lines(snapshot.alarms, units),
             message_lines=self._messages,
             waiting=snapshot.waiting,
+            estimates=self._estimates,
+            estimates_state=self._estimates_state,
             replay=None
             if playhead is None
             else ReplayPicture(
@@ -96,6 +108,16 @@ class PictureTaker:
                 complete=playhead.complete,
             ),
             now=snapshot.now,
+        )
+
+    def _look_at_estimates(self) -> None:
+        estimates = self._session.estimates
+        if estimates is None:
+            return
+        fits = estimates.fits
+        self._estimates = estimates.rows()
+        self._estimates_state = estimates.complaint or state_words(
+            len(estimates.result.results), fits.pending, fits.failures
         )
 
     def _settled(self, snapshot: SessionSnapshot) -> bool:

@@ -12,6 +12,7 @@ from ui.commands import CHART_PREFIX
 from ui.flight.channel_panel import ChannelPanel
 from ui.flight.choice import LAYOUT_NAMES, OVERVIEW, named, shipped_layout
 from ui.flight.controls import ControlRow, ReplayBar
+from ui.flight.estimates_panel import EstimatesPanel
 from ui.flight.layout_store import LayoutStore
 from ui.flight.panels import AlarmsPanel, MarksPanel, MessagesPanel, ValuesPanel
 from ui.flight.picture import FlightPicture, source_note
@@ -108,8 +109,11 @@ class FlightView(QWidget):
         self.marks = MarksPanel(self._look)
         self.alarms = AlarmsPanel(self._look)
         self.messages = MessagesPanel(self._look)
-        self._tab_names = ("Channels", "Values", "Marks", "Alarms", "Messages")
-        panels = (self.channels, self.values, self.marks, self.alarms, self.messages)
+        self.estimates = EstimatesPanel(self._look)
+        self._tab_names = ("Channels", "Values", "Marks", "Alarms", "Messages", "Derivatives")
+        panels = (
+            self.channels, self.values, self.marks, self.alarms, self.messages, self.estimates,
+        )  # fmt: skip
         for name, panel in zip(self._tab_names, panels, strict=True):
             tabs.addTab(panel, name)
         return tabs
@@ -147,6 +151,7 @@ class FlightView(QWidget):
             "panel_marks": lambda: self.show_panel(2),
             "panel_alarms": lambda: self.show_panel(3),
             "panel_messages": lambda: self.show_panel(4),
+            "panel_estimates": lambda: self.show_panel(5),
             "side_panel": self.toggle_panel,
         }
 
@@ -308,6 +313,8 @@ class FlightView(QWidget):
         self.marks.show_lines(picture.mark_lines)
         self.alarms.show_lines(picture.alarm_lines)
         self.messages.show_lines(picture.message_lines)
+        if picture.estimates is not former.estimates:
+            self.estimates.show_rows(picture.estimates, picture.estimates_state)
         waiting = f"Alarms {picture.waiting}" if picture.waiting else "Alarms"
         if self.tabs.tabText(3) != waiting:
             self.tabs.setTabText(3, waiting)

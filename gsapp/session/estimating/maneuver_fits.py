@@ -117,7 +117,11 @@ class ManeuverFits:
             self._failures[verdict.id] = str(error)
             return
         request = FitRequest(maneuver=maneuver, model=self._model)
-        self._running[verdict.id] = self._workers.submit(request)
+        try:
+            self._running[verdict.id] = self._workers.submit(request)
+        except (OSError, RuntimeError) as error:
+            # The flight goes on, whatever keeps a process from beginning.
+            self._failures[verdict.id] = f"no process for the fit could be begun ({error})"
 
     def _taken(self) -> list[FitNews]:
         news = []

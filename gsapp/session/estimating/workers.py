@@ -6,9 +6,11 @@ import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from gsapp.session.estimating.fitting import FitReply, FitRequest, fit, stand_back
+if TYPE_CHECKING:
+    # The window starts without what estimates.
+    from gsapp.session.estimating.fitting import FitReply, FitRequest
 
 
 class Workers(Protocol):
@@ -28,6 +30,8 @@ class AtOnce:
 
     def submit(self, request: FitRequest) -> Future[FitReply]:
         """Return a fit that is done."""
+        from gsapp.session.estimating.fitting import fit
+
         done: Future[FitReply] = Future()
         try:
             done.set_result(fit(request))
@@ -44,23 +48,28 @@ class OtherProcess:
 
     Parameters
     ----------
-    work : callable
-        What is run there; picklable.
+    work : callable, optional
+        What is run there, in place of a fit; picklable.
     """
 
-    def __init__(self, work: Callable[[FitRequest], FitReply] = fit) -> None:
+    def __init__(self, work: Callable[[FitRequest], FitReply] | None = None) -> None:
         self._work = work
         self._pool: ProcessPoolExecutor | None = None
 
     def submit(self, request: FitRequest) -> Future[FitReply]:
         """Begin a fit."""
+        from gsapp.session.estimating.fitting import fit
+
+        work = fit if self._work is None else self._work
         try:
-            return self._running().submit(self._work, request)
+            return self._running().submit(work, request)
         except BrokenProcessPool:
             self.close()
-            return self._running().submit(self._work, request)
+            return self._running().submit(work, request)
 
     def _running(self) -> ProcessPoolExecutor:
+        from gsapp.session.estimating.fitting import stand_back
+
         if self._pool is None:
             # A fork would copy a process full of threads and windows.
             context = multiprocessing.get_context("spawn")

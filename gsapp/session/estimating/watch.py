@@ -1,0 +1,121 @@
+"""The derivatives of a flight being watched: FTR as it listens, and the fits of its maneuvers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.flight.as_flown import as_flown
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.ftr import FTR
+from gsapp.quantities import Block
+from gsapp.session.estimating.cutting import HistoryCutter
+from gsapp.session.estimating.maneuver_fits import FitNews, ManeuverFits
+from gsapp.session.estimating.picture import EstimateRow, estimate_rows
+from gsapp.session.estimating.workers import Workers
+from gsapp.session.history import History
+
+
+class EstimateWatch:
+    """A consumer of a session's feed.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    model : Model or None
+        Known before the flight.
+    history : History
+        Where maneuvers are cut from.
+    info : callable
+        Returns the flight card; None without one.
+    name : str
+        Of the flight.
+    verdicts : callable
+        Returns the verdicts on all inputs so far.
+    workers : Workers
+        Where fits run.
+
+    Attributes
+    ----------
+    complaint : str
+        Why FTR does not listen, in words; empty if it does.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        model: Model | None,
+        history: History,
+        info: Callable[[], FlightInfo | None],
+        name: str,
+        verdicts: Callable[[], Sequence[Verdict]],
+        workers: Workers,
+    ) -> None:
+        self._model = model
+        self._history = history
+        self._verdicts = verdicts
+        self.fits = ManeuverFits(HistoryCutter(history, aircraft, info, name), model, workers)
+        self.complaint = ""
+        self._ftr: FTR | None = None
+        try:
+            carded = as_flown(aircraft, info())
+            self._ftr = FTR(carded.aircraft, rate=history.rate, mass=carded.aircraft.mass.mass)
+        except FlightError as error:
+            self.complaint = str(error)
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        if self._ftr is not None:
+            self._ftr.feed(block)
+
+    def settle(self) -> None:
+        """Renew the estimates, after all blocks of a step."""
+        if self._ftr is not None:
+            self._ftr.settle()
+
+    def reset(self) -> None:
+        """Forget everything; the flight begins anew."""
+        if self._ftr is not None:
+            self._ftr.reset()
+        self.fits.reset()
+
+    def finish(self) -> None:
+        """Take in what was held back, and wait for the last fits; the flight is over."""
+        if self._ftr is not None:
+            self._ftr.finish()
+        self.fits.look(self._verdicts(), None)
+        self.fits.wait()
+
+    def close(self) -> None:
+        """Give back what is held."""
+        self.fits.close()
+
+    # --- what it shows --------------------------------------------------------------------------
+
+    def look(self, now: float | None) -> tuple[FitNews, ...]:
+        """Ask for the fits that are due at a flight time (s), and take in those that came."""
+        return () if now is None else self.fits.look(self._verdicts(), now)
+
+    @property
+    def result(self) -> CampaignResult:
+        """Return the fits so far."""
+        return self.fits.result
+
+    def rows(self) -> tuple[EstimateRow, ...]:
+        """Return the derivatives as they stand."""
+        if self._ftr is None:
+            return ()
+        verdicts = self._verdicts()
+        return estimate_rows(
+            self._ftr.estimates(),
+            {name: self._ftr.history(name) for name in self._ftr.names},
+            self.result,
+            self._model,
+            since=verdicts[-1].t_start if verdicts else None,
+        )

@@ -1,0 +1,123 @@
+"""Derivatives beside the charts: words, pixels, keys; a real replay fitted in another process."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import open_window, until
+
+import ui.window
+from gsapp.aircraft.reading import SHIPPED
+from gsapp.dynamics.pilot.flight import fly
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.importing import import_flight
+from gsapp.flight.writers import write_block
+from gsapp.identification.campaign import CampaignValue
+from gsapp.session import MAX_SPEED
+from gsapp.session.estimating.picture import EstimateRow, FittedPoint
+from ui.flight.estimates_panel import EstimatesPanel, percent_text, spoken_row, state_words
+from ui.look import Look
+from ui.window import MainWindow
+
+TIMES = np.arange(0.0, 100.0, 0.1)
+KNOWN = EstimateRow(
+    name="Cm_alpha", value=-0.33, std=0.0066, progress=1.0, why="", times=TIMES,
+    values=np.where(TIMES > 40.0, -0.33, np.nan), known=-0.34, changed="9 % to 2.0 %",
+    points=(FittedPoint(maneuver="M1", time=45.0, value=-0.335, std=0.004),),
+    mean=CampaignValue(mean=-0.335, std=0.004, scatter=None, n=1),
+)  # fmt: skip
+UNKNOWN = replace(
+    KNOWN, name="Cl_da", value=None, std=None, progress=0.4, points=(), mean=None, changed="",
+    values=np.full(TIMES.size, np.nan), why="the aileron hardly moved",
+)  # fmt: skip
+
+
+def pixels(panel: EstimatesPanel) -> np.ndarray:
+    image = panel.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
+    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
+
+
+def test_rows_in_words() -> None:
+    """What a screen reader says; digits that the bound earns; unknown is no number."""
+    assert spoken_row(KNOWN) == "Cm_alpha \N{MINUS SIGN}0.3350 ± 0.0040, 1.2 %, " + (
+        "last maneuver: 9 % to 2.0 %"
+    )
+    assert spoken_row(UNKNOWN) == "Cl_da unknown: the aileron hardly moved"
+    assert percent_text(4000.0) == "> 999 %"
+    assert state_words(2, 1, {"M3": "it did not converge"}) == (
+        "2 maneuvers fitted · 1 being fitted · M3 not fitted: it did not converge"
+    )
+
+
+def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
+    """Line, dots and dotted line of a known one; a bar for one that is not."""
+    look = Look()
+    panel = EstimatesPanel(look)
+    qtbot.addWidget(panel)
+    panel.resize(360, 300)
+    panel.show()
+    assert panel.focusProxy() is None
+    panel.show_rows((KNOWN, UNKNOWN), "1 maneuver fitted")
+    theme = look.theme
+
+    def count(color: str, part: np.ndarray) -> int:
+        return int((part == int(color[1:], 16)).sum())
+
+    screen = pixels(panel)
+    rows = panel.list.visualRect(panel.list.rows.index(0))
+    top = panel.list.mapTo(panel, rows.topLeft()).y()
+    first, second = screen[top : top + rows.height()], screen[top + rows.height() :]
+    assert count(theme.traces["blue"], first) > 30
+    assert count(theme.traces["rust"], first) >= 4  # its edges are smoothed
+    assert count(theme.traces["blue"], second[: rows.height()]) > 100
+    assert count(theme.traces["rust"], second[: rows.height()]) == 0
+    chosen = []
+    panel.opened.connect(chosen.append)
+    panel.list.setCurrentIndex(panel.list.rows.index(0))
+    QTest.keyClick(panel.list, Qt.Key.Key_Return)
+    assert chosen == ["Cm_alpha"]
+    panel.show_rows((replace(KNOWN, value=-0.31), UNKNOWN), "")
+    assert panel.list.currentIndex().row() == 0
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    yield made
+    made.close()
+
+
+def test_derivatives_form_while_a_flight_is_watched(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path
+) -> None:
+    """From the samples through another process onto the panel; Enter goes to the maneuver."""
+    path = tmp_path / "flight"
+    import_flight(write_block(tmp_path / "flight.csv", fly("short", seed=6).measured, "csv"), path)
+    FlightFolder.open(path).keep_aircraft(SHIPPED.find("b777"))
+    window.desk.open_flight(path, speed=MAX_SPEED)
+    until(qtbot, lambda: window.desk.is_replay, 60_000)
+    window.commands.actions["panel_estimates"].trigger()
+    panel = window.view.estimates
+    until(qtbot, lambda: any(row.points for row in panel.list.rows.rows), 120_000)
+    names = [row.name for row in panel.list.rows.rows]
+    assert "Cm_de" in names
+    given = next(row for row in panel.list.rows.rows if row.points)
+    panel.list.setCurrentIndex(panel.list.rows.index(names.index(given.name)))
+    QTest.keyClick(panel.list, Qt.Key.Key_Return)
+    until(qtbot, lambda: (window.desk.time or 0.0) <= given.points[-1].time + 1.0, 30_000)

@@ -1,0 +1,345 @@
+"""The derivatives beside the charts while they form: value, bound, excitation, history."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor, QFontMetricsF, QKeyEvent, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QListView,
+    QStackedLayout,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.look import Look
+from ui.pages import label
+from ui.words import DASH, derivative_text, number_text
+
+if TYPE_CHECKING:
+    from gsapp.session.estimating.picture import EstimateRow
+
+_ROW: Final = 64
+"""Height of a derivative, points at 100 %."""
+_SIDE: Final = 12
+_PLOT: Final = 112
+"""Width of the history, points."""
+_WORDS: Final = 150
+"""Width that words and numbers take beside it at least."""
+_SIGMAS: Final = 2.0
+_REACH: Final = 5.0
+"""Half the height of a history, in bounds as they stand now."""
+
+Index = QModelIndex | QPersistentModelIndex
+
+
+class EstimatesModel(QAbstractListModel):
+    """Derivatives as rows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rows: tuple[EstimateRow, ...] = ()
+
+    def show(self, rows: Sequence[EstimateRow]) -> None:
+        """Show other rows; the same derivatives keep their places and what is chosen."""
+        new = tuple(rows)
+        if [one.name for one in new] != [one.name for one in self.rows]:
+            self.beginResetModel()
+            self.rows = new
+            self.endResetModel()
+            return
+        self.rows = new
+        if new:
+            self.dataChanged.emit(self.index(0), self.index(len(new) - 1))
+
+    def rowCount(self, parent: Index | None = None) -> int:
+        """Return the number of derivatives."""
+        return 0 if parent is not None and parent.isValid() else len(self.rows)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Return a row in words: what a screen reader says, and what hovering shows."""
+        row = self.rows[index.row()]
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
+            return spoken_row(row)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return row.why or spoken_row(row)
+        return None
+
+
+def spoken_row(row: EstimateRow) -> str:
+    """Return a row as a sentence."""
+    best = row.best
+    if best is None:
+        return f"{row.name} unknown: {row.why or 'not excited yet'}"
+    said = f"{row.name} {value_text(*best)}"
+    if row.percent is not None:
+        said += f", {percent_text(row.percent)}"
+    if row.changed:
+        said += f", last maneuver: {row.changed}"
+    return said
+
+
+def value_text(value: float, std: float) -> str:
+    """Return a value with as many digits as its bound earns, and the bound."""
+    decimals = 1
+    while decimals < 6 and std < 9.5 * 10.0**-decimals:
+        decimals += 1
+    return f"{number_text(value, decimals)} ± {number_text(std, decimals)}"
+
+
+def percent_text(percent: float) -> str:
+    """Return a bound in percent."""
+    if percent > 999.0:
+        return "> 999 %"
+    return f"{percent:.0f} %" if percent >= 9.5 else f"{percent:.1f} %"
+
+
+class EstimateDelegate(QStyledItemDelegate):
+    """Paints a derivative: words and number left, its history right."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+
+    def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:
+        """Return the size of a row."""
+        return QSize(self._look.px(200), self._look.px(_ROW))
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint a row."""
+        row = index.model().rows[index.row()]
+        look, px = self._look, self._look.px
+        theme = look.theme
+        box = QRectF(option.rect)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+        if option.state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(box, QColor(theme.grid))
+        painter.setPen(QPen(QColor(theme.grid), 1))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        inner = box.adjusted(px(_SIDE), px(5), -px(_SIDE), -px(5))
+        wide = inner.width() > px(_PLOT + _WORDS)
+        plot = QRectF(inner.right() - px(_PLOT), inner.top(), px(_PLOT), inner.height())
+        text = QRectF(inner)
+        if wide:
+            text.setRight(plot.left() - px(10))
+            self._paint_history(painter, plot, row)
+        self._paint_words(painter, text, row)
+        painter.restore()
+
+    def _paint_words(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
+        look, theme = self._look, self._look.theme
+        line = box.height() / 3.0
+        top = QRectF(box.left(), box.top(), box.width(), line)
+        middle = top.translated(0.0, line)
+        low = middle.translated(0.0, line)
+        unknown = row.value is None
+        painter.setFont(look.font("body", strong=True))
+        painter.setPen(QColor(theme.text))
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, derivative_text(row.name))
+        painter.setPen(QColor(theme.muted if row.best is None else theme.text))
+        percent = DASH if row.percent is None else percent_text(row.percent)
+        painter.drawText(top, Qt.AlignmentFlag.AlignRight | _CENTER, percent)
+        painter.setFont(look.font("body"))
+        words = "unknown"
+        if row.value is not None:
+            words = value_text(row.value, row.std or 0.0)
+        elif row.mean is not None:
+            words = f"ML {value_text(row.mean.mean, row.mean.std)}"
+        painter.drawText(middle, Qt.AlignmentFlag.AlignLeft | _CENTER, words)
+        painter.setFont(look.font("label"))
+        painter.setPen(QColor(theme.muted))
+        if unknown:
+            self._paint_excitation(painter, low, row.progress)
+            return
+        fitted = "" if row.mean is None else f"ML {value_text(row.mean.mean, row.mean.std)}"
+        short = row.changed.replace(" % to ", "→")
+        said = "  ".join(part for part in (fitted, short) if part)
+        metrics = QFontMetricsF(painter.font())
+        painter.drawText(
+            low,
+            Qt.AlignmentFlag.AlignLeft | _CENTER,
+            metrics.elidedText(said, Qt.TextElideMode.ElideRight, low.width()),
+        )
+
+    def _paint_excitation(self, painter: QPainter, box: QRectF, progress: float) -> None:
+        """Paint how far the excitation is from what it takes; a word stands beside the bar."""
+        look, theme, px = self._look, self._look.theme, self._look.px
+        said = f"excited {100.0 * min(max(progress, 0.0), 1.0):.0f} %"
+        width = QFontMetricsF(look.font("label")).horizontalAdvance("excited 100 %")
+        bar = QRectF(
+            box.left() + width + px(8), box.center().y() - px(3), box.width() - width - px(8), px(6)
+        )
+        painter.drawText(box, Qt.AlignmentFlag.AlignLeft | _CENTER, said)
+        if bar.width() < px(16):
+            return
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.grid))
+        painter.drawRect(bar)
+        painter.setBrush(QColor(theme.traces["blue"]))
+        painter.drawRect(QRectF(bar.left(), bar.top(), bar.width() * min(progress, 1.0), px(6)))
+
+    def _paint_history(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
+        """Paint FTR's line, the points of maximum likelihood, and what was known before."""
+        theme, px = self._look.theme, self._look.px
+        painter.fillRect(box, QColor(theme.plot))
+        best = row.best
+        if best is None or not row.times.size:
+            return
+        value, std = best
+        reach = _REACH * max(std, row.std or 0.0)
+        if row.known is not None:
+            # What was known before stays in sight, unless it is far from everything.
+            away = abs(row.known - value)
+            reach = max(reach, 1.2 * away) if away < 4.0 * reach else reach
+        if not reach > 0.0:
+            return
+        first, last = float(row.times[0]), float(row.times[-1])
+        span = max(last - first, 1.0)
+
+        def place(time: float, number: float) -> QPointF:
+            share = min(max((number - value) / reach, -1.0), 1.0)
+            return QPointF(
+                box.left() + (time - first) / span * box.width(),
+                box.center().y() - 0.46 * share * box.height(),
+            )
+
+        painter.setClipRect(box)
+        if row.known is not None:
+            painter.setPen(QPen(QColor(theme.previous), px(1), Qt.PenStyle.DotLine))
+            painter.drawLine(place(first, row.known), place(last, row.known))
+        painter.setPen(QPen(QColor(theme.traces["blue"]), px(1.5)))
+        step = max(1, row.times.size // (4 * _PLOT))
+        for run in _runs(np.isfinite(row.values[::step])):
+            times, values = row.times[::step][run], row.values[::step][run]
+            line = [place(float(t), float(v)) for t, v in zip(times, values, strict=True)]
+            painter.drawPolyline(QPolygonF(line))
+        color = QColor(theme.traces["rust"])
+        painter.setPen(QPen(color, px(1)))
+        painter.setBrush(color)
+        for point in row.points:
+            half = _SIGMAS * point.std
+            painter.drawLine(place(point.time, point.value - half),
+                             place(point.time, point.value + half))  # fmt: skip
+            painter.drawEllipse(place(point.time, point.value), px(2.5), px(2.5))
+        painter.setClipping(False)
+
+
+_CENTER = Qt.AlignmentFlag.AlignVCenter
+
+
+def _runs(good: np.ndarray) -> list[slice]:
+    """Return the stretches without a gap."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(int), [0]))))
+    return [slice(int(one), int(other)) for one, other in edges.reshape(-1, 2)]
+
+
+class EstimatesList(QListView):
+    """The rows; Enter goes to the last maneuver that gave the derivative.
+
+    Attributes
+    ----------
+    opened : Signal(str)
+        The derivative that the user pressed Enter on.
+    """
+
+    opened = Signal(str)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self.rows = EstimatesModel()
+        self._look = look
+        self.setModel(self.rows)
+        self.setItemDelegate(EstimateDelegate(look))
+        self.setAccessibleName("Derivatives")
+        self.setUniformItemSizes(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.doubleClicked.connect(lambda index: self.opened.emit(self.rows.rows[index.row()].name))
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.rows.layoutChanged.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Open with Enter."""
+        index = self.currentIndex()
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and index.isValid():
+            self.opened.emit(self.rows.rows[index.row()].name)
+        else:
+            super().keyPressEvent(event)
+
+
+class EstimatesPanel(QWidget):
+    """Derivatives with a sentence in their place while there are none.
+
+    Attributes
+    ----------
+    opened : Signal(str)
+        A derivative whose last maneuver is to be shown.
+    """
+
+    opened = Signal(str)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self._state = label("", "label", wrap=True)
+        self._state.setContentsMargins(12, 8, 12, 4)
+        column.addWidget(self._state)
+        holder = QWidget()
+        self._pile = QStackedLayout(holder)
+        self._empty = label("", "muted", wrap=True)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._empty.setContentsMargins(16, 16, 16, 16)
+        self._pile.addWidget(self._empty)
+        self.list = EstimatesList(look)
+        self._pile.addWidget(self.list)
+        column.addWidget(holder, 1)
+        self.list.opened.connect(self.opened)
+        self.show_rows((), "")
+
+    def show_rows(self, rows: Sequence[EstimateRow], state: str) -> None:
+        """Show derivatives, and a line on how the fits stand."""
+        self._state.setText(state)
+        self._state.setVisible(bool(state))
+        self.list.rows.show(rows)
+        self._pile.setCurrentIndex(1 if rows else 0)
+        if not rows:
+            self._empty.setText(
+                "Derivatives form here as maneuvers are flown. It takes an aircraft file, and "
+                "surfaces and rates that are measured."
+            )
+        self.setFocusProxy(self.list if rows else None)
+
+
+def state_words(fitted: int, pending: int, failures: dict[str, str]) -> str:
+    """Return how the fits of the maneuvers stand."""
+    parts = []
+    if fitted:
+        parts.append(f"{fitted} maneuver{'' if fitted == 1 else 's'} fitted")
+    if pending:
+        parts.append(f"{pending} being fitted")
+    if failures:
+        last = next(reversed(failures))
+        parts.append(f"{last} not fitted: {failures[last]}")
+    return " · ".join(parts)
