@@ -182,14 +182,18 @@ class Sticks:
         return left and self._both_sides(moving, main, now)
 
     def _measured(self, moving: Moving, now: float) -> list[SurfaceInput]:
-        """Return what each surface did, the main one first."""
+        """Return what each surface did, that of the input first."""
         times, rows = self._history.stretch(moving.first - LOOK_BACK - LOOKED_BACK, now)
         lag = self._around.quick.lag
         if times.size <= lag:
             return []
         moves = strong_moves(times, rows, moving.moved, moving.first, moving.last, lag)
         found = moved_inputs(times, rows, moves, self._around.setting)
-        return [self._left(one, moves, moving.last, times, rows) for one in found]
+        inputs = [self._left(one, moves, moving.last, times, rows) for one in found]
+        # A second stick may go further than the input that was expected.
+        return sorted(
+            inputs, key=lambda one: not (one.surface in moving.expected and one.kind in CLEAR)
+        )
 
     def _left(
         self,
