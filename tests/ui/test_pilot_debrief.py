@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from pilot_kit import debrief, flights, judged
+from pilot_kit import BASE, debrief, flights, judged
 from preflight_kit import as_opened, dress, in_window, opened_window, pixels, press
 from window_kit import until, write_flight
 
@@ -131,6 +131,24 @@ def test_a_maneuver_is_shown_in_the_charts(
     press(qtbot, Qt.Key.Key_Down)
     press(qtbot, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
     assert window.places.currentWidget() is window.flight_place
+
+
+def test_what_is_judged_while_it_is_looked_at_is_added(
+    page: DebriefPage, window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page looks for it when something happened, and not all the time."""
+    whole = debrief()
+    shown, events = [replace(whole, maneuvers=whole.maneuvers[:7])], [1]
+    monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, events=events[0]))
+    monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown[0])
+    window.pilot.refresh()
+    assert len(page.list.listed.lines) == 7
+    shown[0] = whole
+    window.pilot.refresh()
+    assert len(page.list.listed.lines) == 7
+    events[0] = 2
+    window.pilot.refresh()
+    assert len(page.list.listed.lines) == 8
 
 
 def test_a_flight_without_inputs_says_so(

@@ -63,6 +63,7 @@ class DebriefRoom(QObject):
         self._desk = desk
         self._cues = cues
         self.page: DebriefPage | None = None
+        self._events: int | None = None
 
     def made(self) -> DebriefPage:
         """Return the page; what it is made of is loaded with it."""
@@ -72,9 +73,16 @@ class DebriefRoom(QObject):
             self.page = DebriefPage(self._look)
         return self.page
 
-    def refresh(self) -> None:
-        """Show what was judged since."""
-        if self.page is not None:
+    def refresh(self, events: int | None = None) -> None:
+        """Show what was judged since.
+
+        Parameters
+        ----------
+        events : int, optional
+            How many there were so far: while there are no more, nothing was judged.
+        """
+        if self.page is not None and (events is None or events != self._events):
+            self._events = events
             self.page.show_debrief(self._cues.debrief())
 
     def read_trends(self) -> None:

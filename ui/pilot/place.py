@@ -185,6 +185,7 @@ class PilotPlace(QWidget):
             if self.stack.indexOf(page) < 0:
                 self.stack.addWidget(page)
             self.stack.setCurrentWidget(page)
+            self.debrief.refresh()
             self.debrief.read_trends()
         else:
             self.stack.setCurrentWidget(self.canvas)
@@ -233,7 +234,8 @@ class PilotPlace(QWidget):
     def aloud(self) -> bool:
         """Return whether cues are spoken."""
         wish = self._store.current.flight_speech
-        return wish == "always" or (wish == "page" and self._was_opened)
+        opened = self._was_opened or self.own_window.window is not None
+        return wish == "always" or (wish == "page" and opened)
 
     def toggle_speech(self) -> None:
         """Speak the cues of this flight and of those to come, or none."""
@@ -264,6 +266,7 @@ class PilotPlace(QWidget):
         """Another flight is open, or none."""
         self.state.restart()
         self.speech.restart(self.cues.spoken())
+        self.debrief.refresh()
         self.refresh()
         # Whoever shows the flight elsewhere may have taken the keyboard along.
         QTimer.singleShot(0, self, self._keep_keyboard)
@@ -294,7 +297,7 @@ class PilotPlace(QWidget):
                 second.canvas.show_sheet(sheet)
         if self.shown:
             if self.debriefing:
-                self.debrief.refresh()
+                self.debrief.refresh(None if cues is None else cues.events)
             self._tell_present()
             self.buttons.show_offers(
                 offers(
