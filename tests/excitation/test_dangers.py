@@ -167,6 +167,23 @@ def test_cutting_the_stream_changes_nothing(harmed: Block, cuts: list[int]) -> N
     assert watched(harmed, cuts=[*sorted(cuts), 440]).log == whole.log
 
 
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 2**31), share=st.sampled_from([0.01, 0.3, 0.9]))
+@pytest.mark.filterwarnings("error")
+def test_rubbish_is_survived(seed: int, share: float) -> None:
+    """Missing, infinite and absurd samples anywhere neither stop the watch nor raise a warning."""
+    rows = steady({"phi": 0.0, "theta": 0.05, "psi": 1.0, "p.2": 0.0, "height": 60.0,
+                   "latitude": 0.7, "longitude": -1.4, "battery": 12.0}, 4.0)  # fmt: skip
+    random = np.random.default_rng(seed)
+    values = rows.values.copy()
+    hit = random.random(values.shape) < share
+    values[hit] = random.choice([np.nan, np.inf, -np.inf, 1e300, -1e12, 0.0], hit.sum())
+    for aircraft in (_b777(), None):
+        watch = DangerWatch(aircraft, RATE)
+        watch.take(FlightRows(first=0, times=rows.times, values=values, fresh=True))
+        assert set(watch.distrusted) <= {name for one in watch.standing for name in one.channels}
+
+
 def test_a_sensor_that_falls_silent_is_told_and_one_never_heard_is_not() -> None:
     """A channel that ends is lost; a channel that never was is no loss."""
     count = round(30.0 * RATE)

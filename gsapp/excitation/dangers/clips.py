@@ -81,7 +81,7 @@ class ClipRoom:
 
     def _flat_top(self, name: str, values: FloatArray) -> bool:
         """Return whether the highest or lowest value of late is held."""
-        if np.isnan(values).any():
+        if not np.isfinite(values).all():
             self._tails.pop(name, None)
             return False
         tail = self._tails.get(name)

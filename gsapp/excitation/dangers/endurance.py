@@ -124,7 +124,7 @@ class EnduranceRoom:
             return []
         if not fuel <= self._fuel_full:
             self._fuel_full = fuel
-        if fuel > self._endurance.fuel_reserve * self._fuel_full:
+        if self._fuel_full <= 0.0 or fuel > self._endurance.fuel_reserve * self._fuel_full:
             return []
         return [
             Finding(

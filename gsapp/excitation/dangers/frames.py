@@ -14,9 +14,13 @@ from typing import Final
 import numpy as np
 
 from gsapp.excitation.rows import FlightRows
+from gsapp.quantities import FloatArray
 
 FRAME: Final = 0.25
 """Length of one frame, s: what is wrong is told at its end."""
+
+_ABSURD: Final = 1e9
+"""In SI no quantity of a flight is so large: such samples are missing ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,10 +68,9 @@ class Frame:
         known = self._known(name)
         return float(known[-1]) if known.size else math.nan
 
-    def _known(self, name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    def _known(self, name: str) -> FloatArray:
         values = self.rows[name]
-        known: np.ndarray[tuple[int], np.dtype[np.float64]] = values[values == values]
-        return known
+        return values[np.isfinite(values)]
 
 
 class Frames:
@@ -107,9 +110,12 @@ class Frames:
     def _whole(self) -> FlightRows:
         parts, fresh = self._parts, self._fresh
         self._parts, self._held, self._fresh = [], 0, False
+        values = np.concatenate([part.values for part in parts])
+        with np.errstate(invalid="ignore"):
+            values[~(np.abs(values) < _ABSURD)] = np.nan
         return FlightRows(
             first=parts[0].first,
             times=np.concatenate([part.times for part in parts]),
-            values=np.concatenate([part.values for part in parts]),
+            values=values,
             fresh=fresh,
         )

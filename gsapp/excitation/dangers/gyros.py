@@ -136,13 +136,13 @@ def _outvoted(axis: str, against: dict[int, list[int]]) -> dict[str, str]:
 
 
 def _mean(values: FloatArray) -> float:
-    known = values[values == values]
+    known = values[np.isfinite(values)]
     return float(known.mean()) if known.size else math.nan
 
 
 def _angle(values: FloatArray) -> float:
     """Return the mean of an angle about its first sample, rad."""
-    known = values[values == values]
+    known = values[np.isfinite(values)]
     if not known.size:
         return math.nan
     apart = (known - known[0] + math.pi) % (2.0 * math.pi) - math.pi

@@ -78,8 +78,9 @@ class PhaseWatch:
     def _height(self, rows: FlightRows, altitude: float, *, airborne: bool) -> float:
         """Return the height above the field, m; NaN before it has stood anywhere."""
         measured = rows["height"]
-        if not np.isnan(measured).all():
-            return float(np.nanmean(measured))
+        known = measured[np.isfinite(measured)]
+        if known.size:
+            return float(known.mean())
         if not airborne and altitude == altitude:
             self._standing = [*self._standing[1 - _STANDING :], altitude]
             self._field = float(np.median(self._standing))
