@@ -147,6 +147,7 @@ def _print_alarms(session: Session, console: Console) -> None:
             f"{when}{onset.severity.name.lower():8} {name}{onset.words}",
             highlight=False,
             markup=False,
+            emoji=False,  # danger:nose: is none
         )
     if len(log) > 20:
         console.print(f"and {len(log) - 20} more", highlight=False)
