@@ -124,16 +124,17 @@ def answer(request: Request) -> Answering:
     """Find what each card would bring, in steps of some ten milliseconds."""
     found: list[tuple[Prospect, ...]] = []
     remarks: list[str] = []
+    motions: dict[tuple[float, float], SmallMotions] = {}
     for one in request.cards:
         informations: dict[Axis, list[Information]] = {a: [] for a in axes_of(one.card.surfaces)}
-        motions: dict[float, SmallMotions] = {}
         problem: FlightError | None = None
         for execution in executions(one.card, request.habits, EXECUTIONS):
             speed = _SPEEDS * round((one.card.speed + execution.speed_off) / _SPEEDS)
+            flying = speed, one.card.flap
             try:
-                if speed not in motions:
-                    motions[speed] = _motions_at(speed, one.card, request)
-                turned_out = _turned_out(one.card, execution, motions[speed], request)
+                if flying not in motions:
+                    motions[flying] = _motions_at(speed, one.card, request)
+                turned_out = _turned_out(one.card, execution, motions[flying], request)
             except FlightError as error:
                 problem = error  # one that goes wrong says nothing of the others
             else:
