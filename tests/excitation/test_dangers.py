@@ -118,6 +118,19 @@ def test_a_failing_instrument_is_named_and_no_other(
     assert channel in watch.distrusted
 
 
+@pytest.mark.parametrize("every", [2, 10])
+def test_other_rates_of_the_grid_serve(pattern: Flown, every: int) -> None:
+    """At 50 and at 10 Hz a sound flight raises nothing and a broken wire is told."""
+    for faults, said in (((), []), (("beta:dropout:start=15 s",), ["beta"])):
+        block = record(pattern, faults=faults)
+        thinned = Block(
+            channels=block.channels, times=block.times[::every], values=block.values[::every]
+        )
+        watch = DangerWatch(_b777(), RATE / every)
+        watch.take(rows_of(thinned, RATE / every))
+        assert [danger.key for danger in watch.log] == said
+
+
 def test_a_dead_gyro_is_outvoted_by_the_attitude(pattern: Flown) -> None:
     """With an attitude it takes a few seconds of turning."""
     watch = watched(record(pattern, harm=dead_gyro("q", AT)))

@@ -24,7 +24,7 @@ _STRETCH: Final = 24
 _EVERY: Final = 2
 """Frames from one comparison to the next."""
 _PER_FRAME: Final = 5
-"""Samples of each frame: means, which the engines' shaking does not pass."""
+"""Samples of each frame, or a few less: means, which the engines' shaking does not pass."""
 _SETTLED: Final = 1.0
 """Seconds in the air before a stretch begins."""
 
@@ -93,13 +93,14 @@ class KinematicRoom:
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
         self._places = Places.of(aircraft)
         self._flat = _flatness(aircraft)
-        self._rows = max(1, round(FRAME * rate)) // _PER_FRAME
-        self._dt = FRAME / _PER_FRAME
+        length = max(1, round(FRAME * rate))
+        self._per_frame = max(k for k in range(1, _PER_FRAME + 1) if length % k == 0)
+        self._dt = length / rate / self._per_frame
         self.restart()
 
     def restart(self) -> None:
         """Forget everything."""
-        self._samples = np.full((_STRETCH * _PER_FRAME, len(COLUMNS)), np.nan)
+        self._samples = np.full((_STRETCH * self._per_frame, len(COLUMNS)), np.nan)
         self._lies: dict[str, int] = {}
         self._truths: dict[str, int] = {}
         self._found: dict[str, str] = {}
@@ -115,18 +116,19 @@ class KinematicRoom:
         """
         if frame.rows.fresh:
             self._samples[:] = np.nan
-        self._samples[:-_PER_FRAME] = self._samples[_PER_FRAME:]
+        fresh = self._per_frame
+        self._samples[:-fresh] = self._samples[fresh:]
         known = not doubted & set(COLUMNS)
-        self._samples[-_PER_FRAME:] = self._means(frame) if known else np.nan
+        self._samples[-fresh:] = self._means(frame) if known else np.nan
         long_enough = frame.aloft > _STRETCH * FRAME + _SETTLED
-        due = round(frame.time / FRAME) % _EVERY == 0
+        due = frame.rows.first // len(frame.rows) % _EVERY == 0
         if due and long_enough and not frame.near_ground and np.isfinite(self._samples).all():
             self._compare()
         return self._found
 
     def _means(self, frame: Frame) -> FloatArray:
-        rows = [frame.rows[name][: self._rows * _PER_FRAME] for name in COLUMNS]
-        parts: FloatArray = np.stack(rows, axis=1).reshape(_PER_FRAME, -1, len(COLUMNS))
+        rows = np.stack([frame.rows[name] for name in COLUMNS], axis=1)
+        parts: FloatArray = rows.reshape(self._per_frame, -1, len(COLUMNS))
         return np.asarray(parts.mean(axis=1), dtype=np.float64)
 
     def _compare(self) -> None:
