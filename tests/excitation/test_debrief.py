@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parent))
-from cue_kit import CARDS, RATE, flown, part
+from cue_kit import CARDS, RATE, flown
 
 from gsapp.cli import debrief as command
 from gsapp.excitation.debrief import Debrief
@@ -139,8 +139,7 @@ def test_the_command_judges_keeps_and_compares(
 ) -> None:
     """A flight as CSV, its input too small; then the trends alone from the catalog."""
     path, plan = tmp_path / "small.csv", tmp_path / "cards.toml"
-    block = flown(size=2.0)
-    write_block(path, part(block, 0, 1450), "csv")
+    write_block(path, flown(size=2.0), "csv")
     save_cards(plan, CARDS)
     catalog, target = tmp_path / "c.sqlite", tmp_path / "out.json"
     command.run(flights=[path], aircraft="b777", cards=str(plan), catalog=catalog, json=target)
