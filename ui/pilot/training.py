@@ -7,12 +7,12 @@ from typing import Final
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from gsapp.dynamics.pilot.keyed_mission import RECOVERING, TRAINEE
+from gsapp.dynamics.pilot.handover import RECOVERING, TRAINEE
 from gsapp.flight.cards import load_cards
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle
-from gsapp.telemetry.virtual.downlink import announcement
+from gsapp.telemetry.virtual.announcing import announcement
 from gsapp.telemetry.virtual.process import TrainingProcess, free_port
 from ui.desk import Desk
 from ui.dialogs.requests import ConnectRequest

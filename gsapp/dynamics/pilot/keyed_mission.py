@@ -7,13 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from gsapp.dynamics.pilot.handover import RECOVERING, TRAINEE
 from gsapp.dynamics.pilot.mission import Intent, Leg, Mission, Stage
 from gsapp.dynamics.pilot.plan import FlightPlan
 from gsapp.dynamics.pilot.sight import View
 from gsapp.quantities.constants import DEGREE
-
-TRAINEE: Final = "you have it"
-RECOVERING: Final = "I have it"
 
 _UPSET: Final = 55.0 * DEGREE
 """Beyond this bank the wings come first, and the pitch stick stays."""

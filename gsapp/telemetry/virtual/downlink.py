@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch, truth_block
-from gsapp.dynamics.pilot.keyed_mission import RECOVERING, TRAINEE
 from gsapp.quantities import Block
+from gsapp.telemetry.virtual.announcing import EVERY_TIME, announcement
 from gsapp.telemetry.virtual.box import Box
 from gsapp.telemetry.virtual.messages import TICK_RATE, Message, Tick, layout
 from gsapp.telemetry.virtual.packet import Packet
@@ -83,7 +83,7 @@ class Downlink:
         live = self._live.frames(tick)
         kept = self._kept.frames(tick) if self._kept else []
         phase = stretch.phases[index]
-        if phase not in self._announced or (phase in _EVERY_TIME and phase != self._phase):
+        if phase not in self._announced or (phase in EVERY_TIME and phase != self._phase):
             self._announced.add(phase)
             text = announcement(phase)
             if text:
@@ -98,28 +98,3 @@ class Downlink:
             kept=tuple(kept),
             phase=phase,
         )
-
-
-_ANNOUNCEMENTS = {
-    "preflight": "Box on, recording",
-    "engines running": "Engines running",
-    "range check": "Range check",
-    "take-off": "Take-off run",
-    "climb": "Airborne",
-    "pattern": "In the pattern",
-    "approach": "Approach",
-    "landed": "Landed",
-    "engines off": "Engines off",
-    "crashed": "Crashed",
-    TRAINEE: "You have it",
-    RECOVERING: "I have it",
-}
-_EVERY_TIME = (TRAINEE, RECOVERING)
-
-
-def announcement(phase: str) -> str:
-    """Return what the box tells the crew when a phase begins; empty for none.
-
-    The box does not know of maneuvers: finding those is the ground's affair.
-    """
-    return _ANNOUNCEMENTS.get(phase, "")
