@@ -9,6 +9,7 @@
     calibration/*.toml     the certificates in force, named by their instruments
     limits.toml            the crew's own limits, if any
     cards.toml             the test cards of the flight, if any
+    fence.toml             where the aircraft may fly, if not in the usual space
     events.jsonl           marks, notes, alarms
     <on-board log>         named in flight.toml
     recorder.*             state, lock and words of the recorder

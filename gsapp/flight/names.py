@@ -15,6 +15,7 @@ CHANNEL_MAP_FILE: Final = "channel_map.toml"
 CALIBRATION_FOLDER: Final = "calibration"
 LIMITS_FILE: Final = "limits.toml"
 CARDS_FILE: Final = "cards.toml"
+FENCE_FILE: Final = "fence.toml"
 EVENTS_FILE: Final = "events.jsonl"
 CACHE_FOLDER: Final = "cache"
 

@@ -596,7 +596,12 @@ class Session:
 
         setting = self._setting
         cueing = Cueing(
-            self.aircraft, setting.model, self.history.rate, cards=setting.cards, system=system
+            self.aircraft,
+            setting.model,
+            self.history.rate,
+            cards=setting.cards,
+            fence=setting.fence,
+            system=system,
         )
         live = self.mode == "live"
         return CueWatch(cueing, self.board, self.book, self._alarm_log.read, live=live)

@@ -11,7 +11,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap
 from gsapp.flight.cards import CardSet, load_cards
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.names import LIMITS_FILE
+from gsapp.flight.names import FENCE_FILE, LIMITS_FILE
 from gsapp.flight.setting import Name, Setting
 from gsapp.foundation import FileProblemsError
 from gsapp.session.feeds import Consumer
@@ -19,6 +19,7 @@ from gsapp.session.limits import LIMIT_TABLES, LimitRule, load_limits
 
 if TYPE_CHECKING:
     from gsapp.dynamics.model import Model
+    from gsapp.excitation.dangers.fence import Fence
     from gsapp.session.estimating.workers import Workers
 
 
@@ -87,6 +88,8 @@ class SessionSetting(Setting):
         Of the aerodynamics, as far as it is known before the flight.
     cards : CardSet or None
         The test cards of the flight.
+    fence : Fence or None
+        Where the aircraft may fly; None for the usual space.
     remarks : tuple of str
         What of the folder could not be used, in words: bad test cards must not keep a flight
         from being watched.
@@ -95,6 +98,7 @@ class SessionSetting(Setting):
     limits: tuple[LimitRule, ...] = ()
     model: Model | None = None
     cards: CardSet | None = None
+    fence: Fence | None = None
     remarks: tuple[str, ...] = ()
 
 
@@ -127,6 +131,7 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
     if limits is None:
         limits = _limits_of(path, read_with.aircraft)
     cards, remarks = _cards_for(path, given.get("cards"))
+    fence, more = _fence_of(path)
     return SessionSetting(
         channel_map=read_with.channel_map,
         certificates=read_with.certificates,
@@ -137,7 +142,8 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
         limits=() if limits is None else load_limits(limits).rules(),
         model=_model_for(read_with.aircraft, given.get("model")),
         cards=cards,
-        remarks=remarks,
+        fence=fence,
+        remarks=(*remarks, *more),
     )
 
 
@@ -161,6 +167,19 @@ def _cards_for(path: Path, given: CardSet | Name | None) -> tuple[CardSet | None
         return FlightFolder(path=path).cards(), ()
     except FileProblemsError as error:
         return None, (f"the test cards are not used: {error}",)
+
+
+def _fence_of(path: Path) -> tuple[Fence | None, tuple[str, ...]]:
+    """Return the folder's own fence, and why it cannot be used."""
+    own = path / FENCE_FILE
+    if not own.is_file():
+        return None, ()
+    from gsapp.excitation.dangers.fence import load_fence  # the window starts without it
+
+    try:
+        return load_fence(own), ()
+    except FileProblemsError as error:
+        return None, (f"the usual fence stands, not the flight's own: {error}",)
 
 
 def _limits_of(path: Path, aircraft: Aircraft | None) -> Name | None:

@@ -25,6 +25,7 @@ from gsapp.decoding.decoder import Decoder
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.pilot.plan import load_plan
 from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.excitation.dangers.fence import load_fence
 from gsapp.flight.as_flown import as_flown
 from gsapp.flight.card_checks import check_card
 from gsapp.flight.cards import load_cards
@@ -54,7 +55,7 @@ _BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTA
 _CHECKED = {
     "flight", "events", "flight-csv", "aircraft", "channel-map", "text-map", "lines", "table-map",
     "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
-    "linear-model", "cards", "checklist", "points",
+    "linear-model", "cards", "checklist", "points", "fence",
 }  # fmt: skip
 
 
@@ -173,6 +174,13 @@ def test_the_linear_model_is_read(example: Example) -> None:
 def test_the_plan_is_read(example: Example) -> None:
     plan = load_plan(example("toml", "plan"))
     assert [maneuver.inputs for maneuver in plan.maneuvers] == [("de",), ("da", "dr")]
+
+
+def test_the_fence_is_read(example: Example) -> None:
+    fence = load_fence(example("toml", "fence"))
+    assert fence.radius == pytest.approx(600.0)
+    assert fence.latitude is not None
+    assert fence.floor is not None
 
 
 def test_the_test_cards_are_read(example: Example) -> None:

@@ -19,6 +19,7 @@ from gsapp.excitation.dangers.watch import DangerWatch
 from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block
+from gsapp.session.setting import setting_for
 
 sys.path.insert(0, str(Path(__file__).parent))
 from danger_kit import (
@@ -267,6 +268,30 @@ def test_a_fence_file_with_mistakes_says_so(tmp_path: Path) -> None:
     with pytest.raises(FileProblemsError):
         load_fence(place)
     assert Fence().ceiling == pytest.approx(120.0)
+
+
+def test_the_fence_of_a_flight_lies_in_its_folder(tmp_path: Path) -> None:
+    """It is used where it can be read; where not, the usual one stands, and it is said."""
+    assert setting_for(tmp_path).fence is None
+    place = tmp_path / "fence.toml"
+    place.write_text('radius = "500 m"\n')
+    found = setting_for(tmp_path)
+    assert found.fence == Fence.model_validate({"radius": "500 m"})
+    assert not found.remarks
+    place.write_text('radius = "minus"\n')
+    found = setting_for(tmp_path)
+    assert found.fence is None
+    assert "usual fence" in found.remarks[0]
+
+
+def test_a_floor_counts_until_the_flaps_are_out() -> None:
+    """Sinking through the floor is told in the pattern, and no more in the approach."""
+    height = 60.0 - 4.0 * np.maximum(np.arange(2000) / RATE - 5.0, 0.0)
+    fence = Fence.model_validate({"floor": "30 m"})
+    sinking = {"height": height, "climb_rate": -4.0}
+    assert "fence.floor" in keys_of(steady(sinking, 20.0), fence=fence)
+    landing = sinking | {"flap": np.radians(20.0)}
+    assert "fence.floor" not in keys_of(steady(landing, 20.0), fence=fence)
 
 
 def test_a_clipped_gyro_is_told_once_for_each_event() -> None:

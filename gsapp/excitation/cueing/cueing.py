@@ -19,6 +19,7 @@ from gsapp.excitation.cueing.lessons import Lessons
 from gsapp.excitation.cueing.recent import RecentRows
 from gsapp.excitation.cueing.trim_history import TrimHistory
 from gsapp.excitation.cues import CueEvent, CueSnapshot
+from gsapp.excitation.dangers.fence import Fence
 from gsapp.excitation.dangers.watch import DangerWatch
 from gsapp.excitation.debrief_maneuver import JudgedManeuver, curves_of
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
@@ -57,6 +58,8 @@ class Cueing:
         Of the grid, Hz.
     cards : CardSet or None
         What is to be flown.
+    fence : Fence or None
+        Where the aircraft may fly; None for the usual space.
     system : {"US", "SI"}
         Units of all words.
 
@@ -75,6 +78,7 @@ class Cueing:
         rate: float,
         *,
         cards: CardSet | None = None,
+        fence: Fence | None = None,
         system: str = "US",
     ) -> None:
         self._aircraft = aircraft
@@ -83,7 +87,7 @@ class Cueing:
         self._stream = RowStream(rate)
         self._desk = CardDesk(aircraft, model, cards, system)
         self._trim = TrimWatch(aircraft, rate)
-        self._dangers = DangerWatch(aircraft, rate)
+        self._dangers = DangerWatch(aircraft, rate, fence=fence or Fence())
         self._doublets = DoubletWatch(
             aircraft, rate, model=model, wanted_for=self._desk.wanted_for, system=system
         )

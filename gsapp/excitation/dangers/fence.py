@@ -12,12 +12,14 @@ from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.frames import Frame
 from gsapp.excitation.dangers.standing import Finding
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.quantities.constants import FOOT
+from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Time
 
 _EARTH_RADIUS: Final = 6_371_000.0
 _CLIMBED: Final = 5.0
-"""The floor counts once the aircraft was so far above it, m, and not while it lands."""
+"""The floor counts once the aircraft was so far above it, m."""
+_LANDING_FLAP: Final = 5.0 * DEGREE
+"""With flaps out it lands, and the floor counts no more."""
 
 
 class Fence(StrictModel):
@@ -36,7 +38,7 @@ class Fence(StrictModel):
     ceiling : float
         Above the field, m.
     floor : float or None
-        Above the field, m; None where there is none.
+        Above the field, m; None where there is none. With flaps out it does not count.
     ahead : float
         How far ahead is looked, s.
     """
@@ -171,7 +173,7 @@ class FenceRoom:
                     spoken="ceiling: level off",
                 )
             ]
-        return self._below(height, coming)
+        return [] if frame.mean("flap") > _LANDING_FLAP else self._below(height, coming)
 
     def _below(self, height: float, coming: float) -> list[Finding]:
         floor = self._fence.floor
