@@ -76,7 +76,8 @@ class Practice(QObject):
                 channel_map=_AIRCRAFT,
                 aircraft=_AIRCRAFT,
                 calibration=_AIRCRAFT,
-            )
+            ),
+            trial=True,
         )
 
     def _opened(self) -> None:
