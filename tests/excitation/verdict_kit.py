@@ -38,7 +38,7 @@ ANSWERS = {"de": ("alpha", "q", "an"), "da": ("p", "r"), "dr": ("beta", "p", "r"
 """Stated: what answers to each surface."""
 CLIPPED_FOR, OUT_FOR = 0.03, 0.1
 """Stated: seconds beyond a sensor's range, and out of the linear range, that count."""
-MOVED = 0.5 * DEGREE
+MOVED = 0.3 * DEGREE
 """Stated: a surface that goes further with the hands off is a hand put on."""
 
 
