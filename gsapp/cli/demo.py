@@ -118,8 +118,9 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
     from rich.progress import Progress, TextColumn
 
     from gsapp.session import Session
+    from gsapp.session.estimating.workers import OtherProcess
 
-    session = Session.follow(folder)
+    session = Session.follow(folder, workers=OtherProcess())
     last_new, seen = time.monotonic(), None
     line = TextColumn("3. Live: flight time {task.fields[time]}, {task.fields[rate]} frames/s")
     with Progress(line, console=console) as progress:
@@ -139,13 +140,14 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
 
 def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
     """Replay the record, compare, sum up and draw; return the result for programs."""
-    from gsapp.cli import estimate
+    from gsapp.cli import estimate, report
     from gsapp.cli.replay import sum_up, summary_of
     from gsapp.report.strip_figure import strip_figure
     from gsapp.session import MAX_SPEED, Session
+    from gsapp.session.estimating.workers import AtOnce
     from gsapp.session.session import run_through
 
-    session = Session.replay(folder, speed=MAX_SPEED)
+    session = Session.replay(folder, speed=MAX_SPEED, workers=AtOnce())
     started = time.monotonic()
     run_through(session)
     seconds = time.monotonic() - started
@@ -159,7 +161,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
         compared = _same_as_live(live, session)
         console.print(
             f"   {compared} channels are the same, to the last bit, as seen live, and so is all "
-            "that the crew was told."
+            "that the crew was told\n   and every derivative that formed in the air."
         )
         live.close()
     picture = strip_figure(
@@ -173,11 +175,15 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     console.print("5. Its maneuvers by maximum likelihood:")
     derivatives = out / f"{folder.name}-derivatives.json"
     estimate.run(flights=[folder], json=derivatives)
+    console.print("6. The report that a supervisor gets:")
+    page = out / f"{folder.name}-report.html"
+    report.run(flights=[folder], out=page, model="b777")
     console.print(
-        f"6. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}\n"
-        f"   its derivatives: {derivatives}"
+        f"7. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}\n"
+        f"   its derivatives: {derivatives}\n   its report: {page}"
     )
     return {
+        "report": str(page),
         "derivatives": str(derivatives),
         "flight": str(folder),
         "summary": str(summary),
@@ -199,4 +205,7 @@ def _same_as_live(live: Session, replayed: Session) -> int:
     told, again = live.debrief(), replayed.debrief()
     if told is not None and again is not None and told.cues_json() != again.cues_json():
         raise FlightError("the replay tells the crew something else than the live view did")
+    formed, found = live.estimates, replayed.estimates
+    if formed is not None and found is not None and formed.numbers() != found.numbers():
+        raise FlightError("the replay gives other derivatives than formed in the air")
     return len(replayed.history.channels)

@@ -52,10 +52,13 @@ def run(
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._results import on_screen
+    from gsapp.session.estimating.workers import AtOnce
     from gsapp.session.session import Session
 
     console = Console(stderr=on_screen(json))
-    session = Session.replay(flight, channel_map=channel_map, certificates=calibration, speed=times)
+    session = Session.replay(
+        flight, channel_map=channel_map, certificates=calibration, speed=times, workers=AtOnce()
+    )
     try:
         warn_of_aircraft(console, session.aircraft)
         _play(session, console)
@@ -100,7 +103,8 @@ def summary_of(session: Session) -> dict[str, Any]:
     """Return what a replay that has ended showed, for programs; see `summarize`.
 
     ``cues`` are all changes of what the crew was told, and the spoken words, by time;
-    ``verdicts`` those on its inputs.
+    ``verdicts`` those on its inputs; ``estimates`` the derivatives that it gave, by FTR and by
+    maximum likelihood maneuver by maneuver.
     """
     from gsapp.flight.summary import summarize
 
@@ -109,6 +113,8 @@ def summary_of(session: Session) -> dict[str, Any]:
     if debrief is not None:
         summary["cues"] = debrief.cues_json()
         summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]
+    if session.estimates is not None:
+        summary["estimates"] = session.estimates.numbers()
     return summary
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
@@ -101,6 +102,26 @@ class EstimateWatch:
     def look(self, now: float | None) -> tuple[FitNews, ...]:
         """Ask for the fits that are due at a flight time (s), and take in those that came."""
         return () if now is None else self.fits.look(self._verdicts(), now)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return every derivative as it stands, for programs: FTR's, and those of the fits.
+
+        ``{"ftr": {name: {"value", "std"}}, "maneuvers": {id: {name: {"value", "std"}}}}``, per
+        radian; None where not earned.
+        """
+        ftr = {} if self._ftr is None else self._ftr.estimates()
+        return {
+            "ftr": {name: {"value": one.value, "std": one.std} for name, one in ftr.items()},
+            "maneuvers": {
+                one.maneuver.id: {
+                    name: {"value": found.value, "std": found.std}
+                    for name, found in one.estimate.derivatives.items()
+                    if found.status != "held"
+                }
+                for one in self.result.results
+                if one.estimate is not None
+            },
+        }
 
     @property
     def result(self) -> CampaignResult:
