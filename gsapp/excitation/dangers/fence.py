@@ -21,6 +21,11 @@ _CLIMBED: Final = 5.0
 _LANDING_FLAP: Final = 5.0 * DEGREE
 """With flaps out it lands, and the floor counts no more."""
 
+_LASTING: Final = 6
+"""Frames that a climb must last to be carried on."""
+_CLIMB_TIME: Final = 3.0
+"""Seconds over which the climb is taken where nothing measures it."""
+
 
 class Fence(StrictModel):
     """A cylinder about the field.
@@ -87,6 +92,7 @@ class FenceRoom:
         self._home: tuple[float, float] | None = None
         self._above_floor = False
         self._heights: list[tuple[float, float]] = []
+        self._climbs: list[float] = []
 
     def judge(self, frame: Frame) -> list[Finding]:
         """Return what of the fence is left, or soon will be."""
@@ -149,7 +155,7 @@ class FenceRoom:
     def _above(self, frame: Frame) -> list[Finding]:
         height, fence = frame.height, self._fence
         if not frame.airborne or math.isnan(height):
-            self._heights = []
+            self._heights, self._climbs = [], []
             return []
         climb = self._climb(frame)
         coming = height + fence.ahead * climb
@@ -201,10 +207,8 @@ class FenceRoom:
         ]
         self._heights.append((frame.time, frame.height))
         if rate == rate:
-            return rate
+            # The pull of an input is over before it leads anywhere.
+            self._climbs = [*self._climbs[1 - _LASTING :], rate]
+            return min(self._climbs, key=abs) if len(self._climbs) == _LASTING else 0.0
         (first, low), (last, high) = self._heights[0], self._heights[-1]
         return (high - low) / (last - first) if last - first > 0.5 * _CLIMB_TIME else 0.0
-
-
-_CLIMB_TIME: Final = 3.0
-"""Seconds over which the climb is taken where nothing measures it."""
