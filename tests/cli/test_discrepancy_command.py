@@ -82,8 +82,8 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave pictures and paper blank where a test is not about them."""
-    monkeypatch.setattr("gsapp.report.discrepancy_report.picture_png", lambda _: b"\x89PNG")
-    monkeypatch.setattr("gsapp.report.discrepancy_report.pdf_pages", lambda _: b"%PDF")
+    monkeypatch.setattr("gsapp.report.writing.picture_png", lambda _: b"\x89PNG")
+    monkeypatch.setattr("gsapp.report.writing.pdf_pages", lambda _: b"%PDF")
 
 
 def call(*arguments: object) -> tuple[int, str, BaseException | None]:
