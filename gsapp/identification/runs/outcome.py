@@ -1,0 +1,42 @@
+"""What came of an estimation, for tables, figures, files and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gsapp.dynamics.linearization import LinearModel
+from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.summary import CampaignSummary
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """One estimation, done.
+
+    Attributes
+    ----------
+    request : RunRequest
+        With the maneuvers that were used.
+    aircraft : str
+        Name of the one that flew.
+    result : CampaignResult
+        Maneuver ids begin with the flight's number where there are several, ``2:M4``.
+    summary : CampaignSummary
+    models : mapping of str to LinearModel
+        Linear models with the means, by axis; may be empty.
+    remarks : tuple of str
+        Of reading the flights, and why there is no linear model.
+    number : int or None
+        In the catalog; None where it was not kept.
+    """
+
+    request: RunRequest
+    aircraft: str
+    result: CampaignResult
+    summary: CampaignSummary
+    models: Mapping[LinearAxis, LinearModel] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+    number: int | None = None

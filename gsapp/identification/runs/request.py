@@ -1,0 +1,63 @@
+"""What an estimation is asked for: flights, maneuvers with their edges, and settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from gsapp.identification.campaign import CampaignSettings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChosenManeuver:
+    """A maneuver to estimate from, with its edges as they are now.
+
+    Attributes
+    ----------
+    flight : Path
+        One of the request's flights.
+    id : str
+        Within its flight.
+    t_start, t_end : float
+        First and last sample, s of flight time.
+    inputs : tuple of str
+        Surfaces moved, of ``de``, ``da``, ``dr``.
+    kind : str
+        ``doublet`` ...
+    """
+
+    flight: Path
+    id: str
+    t_start: float
+    t_end: float
+    inputs: tuple[str, ...]
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRequest:
+    """One estimation.
+
+    Attributes
+    ----------
+    flights : tuple of Path
+        Flight folders or files, in the order in which they are numbered.
+    maneuvers : tuple of ChosenManeuver
+        Those to be used, in order. Empty: all that stand in the flights and are not unfit.
+    settings : CampaignSettings
+        Its weights are by name of the flight.
+    aircraft : str
+        Name or path; empty takes the copy in each flight folder.
+    calibration, channel_map : str
+        Names or paths; empty where the flights say it themselves.
+    label : str
+        What the user calls the run.
+    """
+
+    flights: tuple[Path, ...]
+    maneuvers: tuple[ChosenManeuver, ...] = ()
+    settings: CampaignSettings = field(default_factory=CampaignSettings)
+    aircraft: str = ""
+    calibration: str = ""
+    channel_map: str = ""
+    label: str = ""

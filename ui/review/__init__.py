@@ -1,0 +1,1 @@
+"""The place Review: maneuvers corrected, derivatives estimated, figures, summary, report."""
