@@ -55,6 +55,8 @@ from gsapp.quantities import FloatArray
 
 _FIRM = 8.0
 """Real equations that the roughness of earlier records counts for in the weight of a record."""
+_LEAST = 1e-120
+"""Roughness of targets that hold nothing but rounding; the square of its inverse is a number."""
 
 
 def weigh(
@@ -160,6 +162,7 @@ class _Record:
         moved = signals[:, :, : p + 3]
         moved = moved - basis @ (np.swapaxes(basis, 1, 2) @ moved)
         products = np.swapaxes(moved, 1, 2) @ moved
+        targets = np.diagonal(products, axis1=1, axis2=2)[:, p:]
         # White noise of variance v in a sample gives v times the squared weights at any frequency.
         sample = transforms.noise * body.sharpness
         times = (transforms.squared * number)[:, np.newaxis]
@@ -173,8 +176,11 @@ class _Record:
             Y=moved[:, :, p:],
             G=products[:, :p, :p],
             b=products[:, p:, :p],
-            energy=np.diagonal(products, axis1=1, axis2=2)[:, p:],
-            counts=np.where(transforms.broken, 0.0, (number > 0)[:, np.newaxis] * 1.0),
+            energy=targets,
+            # A target without any energy was not measured: it stood still.
+            counts=np.where(
+                transforms.broken | (targets <= 0.0), 0.0, (number > 0)[:, np.newaxis] * 1.0
+            ),
             still=sample * times,
             white=np.minimum(sample, body.noise * (pressure**2)[:, np.newaxis]) * times,
         )
@@ -191,7 +197,7 @@ def _weighed(
     # Before its residuals are known, a record is taken to be as rough as those before it.
     known = past.freedom > 0.0
     usual = squared * past.rss / np.where(known, past.freedom, 1.0)
-    least = TINY * record.energy / np.maximum(number, 1.0) + 1e-300
+    least = TINY * record.energy / np.maximum(number, 1.0) + _LEAST
     weight = counts / np.where(known, np.maximum(usual, least), 1.0)
     b = np.add(past.b, weight[:, :, np.newaxis] * record.b, order="C")
     alone = not known.any()
