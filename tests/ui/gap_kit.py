@@ -28,8 +28,9 @@ from gsapp.discrepancy.results import (
     Step,
 )
 from gsapp.dynamics.model import Model
-from ui.gap.request import Answer, Decisions, EffectNote, GapRequest, Tell
+from ui.gap.request import Answer, Decisions, EffectNote, GapRequest
 from ui.gap.worker import Job, ReportJob
+from ui.process.serving import Tell
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 CHANNELS = ("alpha", "q", "an", "beta", "p", "r", "ay")

@@ -50,7 +50,7 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
         patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-        patch.setattr(ui.gap.place, "ProcessEngine", FakeEngine)
+        patch.setattr(ui.gap.place, "search_engine", FakeEngine)
         made = open_window(folder)
         yield made
         made.close()

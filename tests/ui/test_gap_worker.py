@@ -41,10 +41,12 @@ from ui.gap.phrases import (
     with_std,
 )
 from ui.gap.pictures import observability_lines
-from ui.gap.request import Answer, Decisions, GapRequest, SearchError
-from ui.gap.search import ProcessEngine
+from ui.gap.request import Answer, Decisions, GapRequest
+from ui.gap.search import search_engine
 from ui.gap.trial import fly_trial, trial_folder
-from ui.gap.worker import ReportJob, SearchJob, Told, serve
+from ui.gap.worker import ReportJob, SearchJob, serve
+from ui.process.engine import JobError
+from ui.process.serving import Told
 from ui.work import CancelledError
 
 
@@ -197,10 +199,10 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
 
 def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> None:
     """One real process: a flight that is not there, a stop, a kill from outside, the end."""
-    engine = ProcessEngine()
+    engine = search_engine()
     assert engine.pid is None
     heard: list[str] = []
-    with pytest.raises(SearchError, match="nowhere"):
+    with pytest.raises(JobError, match="nowhere"):
         engine.do(job(flight=str(tmp_path / "nowhere")), lambda _share, words: heard.append(words))
     first = engine.pid
     assert first is not None
@@ -217,7 +219,7 @@ def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> N
             if engine.pid is not None:
                 os.kill(engine.pid, signal.SIGKILL)
 
-        with pytest.raises(SearchError, match="ended without a word"):
+        with pytest.raises(JobError, match="ended without a word"):
             engine.do(job(flight=str(tmp_path / "nowhere")), kill)
         assert engine.pid is None
     engine.close()
@@ -228,7 +230,7 @@ def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
     """A flight on a disk that never answers: the stop ends the process all the same."""
     stuck = tmp_path / "stuck.csv"
     os.mkfifo(stuck)
-    engine = ProcessEngine()
+    engine = search_engine()
     begun: list[float] = []
 
     def tell(_share: float | None, words: str) -> None:

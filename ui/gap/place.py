@@ -15,10 +15,11 @@ from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 from ui.commands import Need
 from ui.faults import FaultDesk
 from ui.frame.banners import Banner, BannerStack
-from ui.gap.search import Engine, GapSearch, ProcessEngine
+from ui.frame.work_strip import WorkStrip
+from ui.gap.search import GapSearch, search_engine
 from ui.gap.steps import CHAPTERS
-from ui.gap.strip import SearchStrip
 from ui.look import Look
+from ui.process.engine import Engine
 from ui.settings import SettingsStore, flights_path
 from ui.work import Progress, Work
 
@@ -84,11 +85,11 @@ class GapPlace(QWidget):
         self.setup: SetupPage | None = None
         self.story: StoryView | None = None
         self.setAccessibleName("Model gap")
-        self.search = GapSearch(engine or ProcessEngine(), faults.report, self)
+        self.search = GapSearch(engine or search_engine(), faults.report, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.strip = SearchStrip(look, actions["gap_cancel"])
+        self.strip = WorkStrip(look, actions["gap_cancel"], "search")
         column.addWidget(self.strip)
         self.pages = QStackedWidget()
         column.addWidget(self.pages, 1)

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.foundation import GroundStationError
-
 if TYPE_CHECKING:
     # The window starts without the numerics behind an answer.
     from gsapp.discrepancy.results import Discrepancy
-
-Tell = Callable[[float | None, str], object]
-"""Receives the share done (None: unknown) and what is being done; may raise to stop the work."""
-
-
-class SearchError(GroundStationError):
-    """A search that came to no answer, in one sentence."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

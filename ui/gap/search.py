@@ -2,144 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
-import multiprocessing
-import threading
-import time
 from collections.abc import Callable
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
-from multiprocessing.synchronize import Event
 from pathlib import Path
-from typing import Protocol
 
 from PySide6.QtCore import QObject, Signal
 
-from ui.gap.request import Answer, Decisions, GapRequest, SearchError, Tell
-from ui.gap.worker import Job, ReportJob, SearchJob, Told, serve
-from ui.work import CancelledError, Progress, Work
+from ui.gap.request import Answer, Decisions, GapRequest
+from ui.gap.worker import Job, ReportJob, SearchJob, serve
+from ui.process.engine import Engine, ProcessEngine
+from ui.work import Progress, Work
 
-_OBEYS = 2.0
-"""Seconds that the process has to stop by itself before it is ended."""
-_LOOKS = 0.05
 _KEPT = 8
 """Answers kept for going back."""
 
 
-class Engine(Protocol):
-    """What does the jobs."""
-
-    def do(self, job: Job, tell: Tell) -> Answer | Path:
-        """Do a job; called in a thread. `tell` raises `CancelledError` to stop it."""
-
-    def close(self) -> None:
-        """Give everything back."""
-
-
-class ProcessEngine:
-    """Does the jobs in a process of its own, so that neither stream nor charts wait for it."""
-
-    def __init__(self) -> None:
-        self._context = multiprocessing.get_context("spawn")
-        self._process: BaseProcess | None = None
-        self._connection: Connection | None = None
-        # Made with the first process: it costs the window's start a helper process.
-        self._stop: Event | None = None
-        self._lock = threading.Lock()
-
-    @property
-    def pid(self) -> int | None:
-        """Return the id of the process; None while there is none."""
-        return self._process.pid if self._process is not None else None
-
-    def do(self, job: Job, tell: Tell) -> Answer | Path:
-        """Hand a job to the process and wait for it; see `Engine.do`."""
-        with self._lock:
-            connection = self._begin()
-            share: float | None = 0.0
-            words = "starting"
-            try:
-                if self._stop is not None:
-                    self._stop.clear()
-                connection.send(job)
-                while True:
-                    tell(share, words)
-                    if not connection.poll(_LOOKS):
-                        continue
-                    told = connection.recv()
-                    if told.kind == "doing":
-                        share, words = told.share, told.words
-                    else:
-                        return _result(told)
-            except CancelledError:
-                self._halt(connection)
-                raise
-            except (EOFError, OSError) as error:
-                code = self._ended()
-                raise SearchError(
-                    f"the search ended without a word (exit code {code}): most likely the memory "
-                    "was full; try fewer flights at once"
-                ) from error
-
-    def _begin(self) -> Connection:
-        if self._process is not None and self._process.is_alive() and self._connection is not None:
-            return self._connection
-        self._end()
-        ours, theirs = self._context.Pipe()
-        self._stop = self._context.Event()
-        self._process = self._context.Process(
-            target=serve, args=(theirs, self._stop), name="search for missing effects", daemon=True
-        )
-        self._process.start()
-        theirs.close()
-        self._connection = ours
-        return ours
-
-    def _halt(self, connection: Connection) -> None:
-        """Let the process stop the job and keep what it prepared; end it if it does not obey."""
-        if self._stop is not None:
-            self._stop.set()
-        end = time.monotonic() + _OBEYS
-        with contextlib.suppress(EOFError, OSError):
-            while time.monotonic() < end:
-                if connection.poll(_LOOKS) and connection.recv().kind != "doing":
-                    return
-        self._end()
-
-    def _ended(self) -> int | None:
-        code = None
-        if self._process is not None:
-            self._process.join(1.0)
-            code = self._process.exitcode
-        self._end()
-        return code
-
-    def _end(self) -> None:
-        connection, self._connection = self._connection, None
-        process, self._process = self._process, None
-        if connection is not None:
-            connection.close()
-        if process is not None:
-            process.terminate()
-            process.join(2.0)
-
-    def close(self) -> None:
-        """End the process."""
-        process = self._process
-        if process is not None:
-            # A thread that waits for it sees that it hung up.
-            process.terminate()
-            process.join(2.0)
-
-
-def _result(told: Told) -> Answer | Path:
-    if told.kind == "stopped":
-        raise CancelledError
-    if told.kind == "failed" or told.result is None:
-        error = SearchError(told.words) if told.expected else RuntimeError(told.words)
-        error.add_note(told.details)
-        raise error
-    return told.result
+def search_engine() -> ProcessEngine:
+    """Return the process that searches; it begins with its first job."""
+    return ProcessEngine(serve, name="search", remedy="try fewer flights at once")
 
 
 class GapSearch(QObject):
@@ -258,7 +137,7 @@ class GapSearch(QObject):
         self._start(title, SearchJob(request=request, decisions=decisions), self._found)
 
     def _start(self, title: str, job: Job, done: Callable[[object], None]) -> None:
-        def run(progress: Progress) -> Answer | Path:
+        def run(progress: Progress) -> object:
             return self._engine.do(job, progress)
 
         work = Work(title, run, self)

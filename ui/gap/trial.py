@@ -10,7 +10,7 @@ from datetime import date
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError
-from ui.gap.request import Tell
+from ui.process.serving import Tell
 
 EFFECT = "propulsion.Cm.throttle"
 """What the pilot of the first flight described: the nose follows the throttle."""

@@ -1,22 +1,16 @@
-"""The process that searches: it keeps the prepared flights, so that a second look is quick. No Qt.
-
-The window sends a job and receives reports until one of them ends it. Stopping is asked for by an
-event that both share; a process that does not obey is ended by the window.
-"""
+"""The process that searches: it keeps the prepared flights, to look again quickly. No Qt."""
 
 from __future__ import annotations
 
-import contextlib
-import os
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from gsapp.foundation import GroundStationError
 from ui.gap.request import Answer, Decisions, EffectNote, GapRequest
+from ui.process.serving import Stop, StoppedError, Tell, serve_jobs
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
@@ -27,13 +21,6 @@ if TYPE_CHECKING:
 
 _READING = 0.15
 """Share of the bar that reading the flights takes."""
-
-
-class Stop(Protocol):
-    """An event of another process."""
-
-    def is_set(self) -> bool:
-        """Return whether stopping was asked for."""
 
 
 class Search(Protocol):
@@ -68,38 +55,8 @@ class ReportJob:
 Job = SearchJob | ReportJob
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
-    """How far a job is, or how it ended.
-
-    Attributes
-    ----------
-    kind : {"doing", "done", "failed", "stopped"}
-    share : float or None
-        Of the work, 0 to 1; None where nobody knows.
-    words : str
-        What is being done, or why it failed.
-    expected : bool
-        Whether it failed for a reason the program knows.
-    details : str
-        For the log.
-    result : Answer, Path or None
-    """
-
-    kind: Literal["doing", "done", "failed", "stopped"]
-    share: float | None = None
-    words: str = ""
-    expected: bool = True
-    details: str = ""
-    result: Answer | Path | None = None
-
-
-class StoppedError(Exception):
-    """The window asked to stop."""
-
-
 def serve(connection: Connection, stop: Stop, prepare: Prepare | None = None) -> None:
-    """Do jobs until the window hangs up.
+    """Do jobs until the window hangs up; see `ui.process.serving.serve_jobs`.
 
     Parameters
     ----------
@@ -110,32 +67,7 @@ def serve(connection: Connection, stop: Stop, prepare: Prepare | None = None) ->
     prepare : callable, optional
         Makes a search of maneuvers, aircraft and model; that of `gsapp.discrepancy` by default.
     """
-    with contextlib.suppress(AttributeError, OSError):
-        # The charts come first on a machine with few cores.
-        os.nice(5)
-    bench = Bench(connection, stop, prepare or _investigation)
-    with contextlib.suppress(EOFError, OSError):
-        while True:
-            job = connection.recv()
-            try:
-                told = Told(kind="done", share=1.0, result=bench.do(job))
-            except StoppedError:
-                told = Told(kind="stopped")
-            except Exception as error:  # every failure is told in the window
-                told = _failure(error)
-            connection.send(told)
-
-
-def _failure(error: Exception) -> Told:
-    if type(error).__name__ == "SearchStoppedError":
-        return Told(kind="stopped")
-    known = isinstance(error, (GroundStationError, OSError))
-    return Told(
-        kind="failed",
-        words=str(error) or type(error).__name__,
-        expected=known,
-        details="".join(traceback.format_exception(error)),
-    )
+    serve_jobs(connection, stop, lambda tell: Bench(tell, prepare or _investigation))
 
 
 def _investigation(
@@ -152,17 +84,14 @@ class Bench:
 
     Parameters
     ----------
-    connection : Connection
-        Where progress is told.
-    stop : Stop
-        Whether to stop.
+    tell : callable
+        Says how far the job is; raises where the window does not want it any more.
     prepare : callable
         Makes a search.
     """
 
-    def __init__(self, connection: Connection, stop: Stop, prepare: Prepare) -> None:
-        self._connection = connection
-        self._stop = stop
+    def __init__(self, tell: Tell, prepare: Prepare) -> None:
+        self._tell = tell
         self._prepare = prepare
         self._request: GapRequest | None = None
         self._search: Search | None = None
@@ -171,12 +100,6 @@ class Bench:
         self._kinds: Mapping[str, str] = {}
         self._aircraft = ""
 
-    def tell(self, share: float | None, words: str) -> None:
-        """Say how far the job is; raises if the window does not want it any more."""
-        if self._stop.is_set():
-            raise StoppedError
-        self._connection.send(Told(kind="doing", share=share, words=words))
-
     def do(self, job: Job) -> Answer | Path:
         """Do one job and return its result."""
         if isinstance(job, ReportJob):
@@ -184,7 +107,11 @@ class Bench:
         return self._look(job)
 
     def _look(self, job: SearchJob) -> Answer:
-        from gsapp.discrepancy.settings import DiscrepancySettings, Progress
+        from gsapp.discrepancy.settings import (
+            DiscrepancySettings,
+            Progress,
+            SearchStoppedError,
+        )
 
         if self._search is None or self._request != job.request:
             self._search = None
@@ -192,18 +119,19 @@ class Bench:
             self._request = job.request
 
         def step(progress: Progress) -> bool:
-            self.tell(_READING + (1.0 - _READING) * progress.share, progress.doing)
+            self._tell(_READING + (1.0 - _READING) * progress.share, progress.doing)
             return True
 
-        found = self._search.run(
-            DiscrepancySettings(
-                model=None if not job.request.model else _model(job.request.model),
-                refused=job.decisions.refused,
-                forced=job.decisions.forced,
-                check_instruments=True,
-            ),
-            progress=step,
+        settings = DiscrepancySettings(
+            model=None if not job.request.model else _model(job.request.model),
+            refused=job.decisions.refused,
+            forced=job.decisions.forced,
+            check_instruments=True,
         )
+        try:
+            found = self._search.run(settings, progress=step)
+        except SearchStoppedError as error:
+            raise StoppedError from error
         return Answer(
             request=job.request,
             decisions=job.decisions,
@@ -223,7 +151,7 @@ class Bench:
 
         def doing(words: str) -> None:
             nonlocal done
-            self.tell(_READING * done / steps, words)
+            self._tell(_READING * done / steps, words)
             done += 1
 
         doing("starting")
@@ -257,7 +185,7 @@ class Bench:
         return search
 
     def _write(self, job: ReportJob) -> Path:
-        self.tell(None, "drawing the figures")
+        self._tell(None, "drawing the figures")
         return write_report(job)
 
 

@@ -15,13 +15,13 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
+from ui.frame.steps import StepState
 from ui.preflight.calibration_words import calibration_state
 from ui.preflight.card_words import card_state, home_words
 from ui.preflight.cards_book import CardsBook
 from ui.preflight.checklist_book import ChecklistBook
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.shelf import Shelf, calibrations_path, local_now
-from ui.preflight.steps import StepState
 from ui.settings import SettingsStore, checklist_path, next_flight_path
 
 _LOOK_SECONDS = 0.4

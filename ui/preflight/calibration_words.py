@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from datetime import date
 
 from calibration import Certificate
-from ui.preflight.steps import StepState
+from ui.frame.steps import StepState
 
 
 def calibration_state(

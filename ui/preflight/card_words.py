@@ -11,7 +11,7 @@ from gsapp.flight.card_checks import CardDoubt
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
 from gsapp.quantities import from_si
-from ui.preflight.steps import StepState
+from ui.frame.steps import StepState
 from ui.words import count_text, number_text, unit_text
 
 _WEIGHT = {"US": "lb", "SI": "kg"}

@@ -12,9 +12,9 @@ from gsapp.flight.maneuvers import FoundManeuver, survey
 from gsapp.flight.names import CARDS_FILE
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import Session
+from ui.frame.steps import StepState
 from ui.preflight.cards_form import cards_state
 from ui.preflight.form_editor import FormEditor
-from ui.preflight.steps import StepState
 
 _CARDS = ("cards",)
 

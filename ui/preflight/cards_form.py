@@ -8,9 +8,9 @@ from typing import Any, get_args
 from gsapp.flight.cards import CardProgress, CardSet, CardsFlown, TestCard
 from gsapp.flight.cards.card import SURFACES, Kind
 from gsapp.quantities import from_si
+from ui.frame.steps import StepState
 from ui.preflight.big_list import BigLine
 from ui.preflight.card_form import CardValue
-from ui.preflight.steps import StepState
 from ui.words import count_text, number_text, unit_text
 
 _KINDS = {"doublet": "Doublet", "3-2-1-1": "3-2-1-1", "pulse": "Pulse", "multistep": "Multistep",

@@ -21,8 +21,8 @@ from gsapp.session.checklist import (
     shipped_checklists,
 )
 from gsapp.session.waiting_checklist import WaitingChecklist
+from ui.frame.steps import StepState
 from ui.preflight.changes import Changes
-from ui.preflight.steps import StepState
 from ui.words import count_text
 
 Ticks = frozenset[str]

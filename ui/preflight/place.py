@@ -14,9 +14,9 @@ from ui.commands import Need
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.frame.banners import BannerStack
+from ui.frame.step_list import StepList
 from ui.look import Look
 from ui.preflight.page import StepPage
-from ui.preflight.step_list import StepList
 from ui.preflight.steps import STEPS
 from ui.settings import SettingsStore
 
@@ -85,7 +85,9 @@ class PreflightPlace(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.steps = StepList(actions, look)
+        self.steps = StepList(
+            actions, look, STEPS, prefix="preflight", name="Steps before the flight"
+        )
         column.addWidget(self.steps)
         self.stack = QStackedWidget()
         column.addWidget(self.stack, 1)

@@ -1,22 +1,8 @@
-"""The four steps before a flight, and what is said of each at a glance."""
+"""The four steps before a flight."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ui.glyphs import State
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
-    """One step: its name, and what is done there."""
-
-    id: str
-    title: str
-    purpose: str
-
+from ui.frame.steps import Step
 
 STEPS = (
     Step(id="card", title="Flight card", purpose="Who flies what, how heavy, in what air"),
@@ -25,22 +11,3 @@ STEPS = (
     Step(id="cards", title="Test cards", purpose="The maneuvers that are to be flown"),
 )
 """In the order in which a crew takes them."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StepState:
-    """How a step stands.
-
-    Attributes
-    ----------
-    state : str
-        Sign and color; the words say it too.
-    words : str
-        A few words: ``2 not green``.
-    detail : str
-        The whole of it, for the tool tip.
-    """
-
-    state: State = "unknown"
-    words: str = ""
-    detail: str = ""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAction, QFont, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QHBoxLayout, QSizePolicy, QWidget
 
 from ui.commands import key_text
+from ui.frame.steps import Step, StepState
 from ui.glyphs import paint_state
 from ui.keyboard import ArrowKeys
 from ui.look import Look
-from ui.preflight.steps import STEPS, Step, StepState
 
 _LOW = 440
 """Points of height of the window below which the words of a step take one line."""
@@ -114,24 +114,38 @@ class StepList(QWidget):
     Parameters
     ----------
     actions : mapping of str to QAction
-        ``preflight_<id>`` goes to a step.
+        ``<prefix>_<id>`` goes to a step.
     look : Look
         Colors and sizes.
+    steps : sequence of Step
+        From left to right.
+    prefix : str
+        Of the commands.
+    name : str
+        For those who hear it.
     """
 
-    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        steps: Sequence[Step],
+        *,
+        prefix: str,
+        name: str,
+    ) -> None:
         super().__init__()
         self._look = look
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setAccessibleName("Steps before the flight")
+        self.setAccessibleName(name)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 1)
         row.setSpacing(0)
         self._group = QButtonGroup(self)
         self.buttons: dict[str, StepButton] = {}
-        for number, step in enumerate(STEPS, start=1):
-            button = StepButton(number, step, actions[f"preflight_{step.id}"], look)
+        for number, step in enumerate(steps, start=1):
+            button = StepButton(number, step, actions[f"{prefix}_{step.id}"], look)
             self._group.addButton(button)
             row.addWidget(button, 1)
             self.buttons[step.id] = button

@@ -1,4 +1,4 @@
-"""A search that runs: how far it is, what it is doing, how long it still takes, and Stop."""
+"""A work that runs: how far it is, what it is doing, how long it still takes, and Stop."""
 
 from __future__ import annotations
 
@@ -10,14 +10,24 @@ from ui.look import Look
 from ui.pages import label
 
 
-class SearchStrip(QFrame):
-    """Across the top of the page while something runs."""
+class WorkStrip(QFrame):
+    """Across the top of a place while something runs there.
 
-    def __init__(self, look: Look, cancel: QAction) -> None:
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    cancel : QAction
+        Stops it.
+    name : str
+        What runs, for those who hear it: ``search``.
+    """
+
+    def __init__(self, look: Look, cancel: QAction, name: str) -> None:
         super().__init__()
         self._look = look
         self.setObjectName("banner")
-        self.setAccessibleName("Search that runs")
+        self.setAccessibleName(f"{name.capitalize()} that runs")
         row = QHBoxLayout(self)
         row.setContentsMargins(look.px(16), look.px(6), look.px(8), look.px(6))
         row.setSpacing(look.px(12))
@@ -27,7 +37,7 @@ class SearchStrip(QFrame):
         row.addWidget(self.words, 1)
         self.meter = QProgressBar()
         self.meter.setTextVisible(False)
-        self.meter.setAccessibleName("Progress of the search")
+        self.meter.setAccessibleName(f"Progress of the {name}")
         row.addWidget(self.meter)
         self.stop = ActionButton(cancel, "Stop", look)
         row.addWidget(self.stop)
