@@ -10,11 +10,73 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.as_flown import AsFlown, as_flown
 from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey
+from gsapp.flight.maneuvers.given import FlightManeuvers
 from gsapp.flight.setting import Setting
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
+from gsapp.quantities import FloatArray
 from gsapp.quantities.fields import Position
 
-_USUAL_AIRCRAFT = "b777"
+USUAL_AIRCRAFT = "b777"
+"""The shipped aircraft file taken where neither the user nor the flight names one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OpenedFlight:
+    """A flight that maneuvers can be cut from.
+
+    Attributes
+    ----------
+    flight : Flight
+    carded : AsFlown
+        The aircraft by the flight card.
+    mass : ndarray, shape (n,)
+        At every sample, kg.
+    """
+
+    flight: Flight
+    carded: AsFlown
+    mass: FloatArray
+
+    @property
+    def aircraft(self) -> Aircraft:
+        """Return the aircraft as that flight flew it."""
+        return self.carded.aircraft
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what opening it had to say."""
+        return (*self.flight.remarks, *self.carded.remarks)
+
+    def cut(
+        self,
+        id: str,  # noqa: A002 - the name in the fixed JSON
+        t_start: float,
+        t_end: float,
+        inputs: Sequence[str],
+        kind: str,
+    ) -> Maneuver:
+        """Return the maneuver from t_start to t_end, s; see `cut_maneuver`."""
+        cut = cut_maneuver(
+            self.flight, self.aircraft, t_start, t_end, id=id, inputs=inputs, kind=kind,
+            mass=self.mass,
+        )  # fmt: skip
+        return with_fuel_left(cut, self.carded)
+
+
+def open_flight(
+    path: Path,
+    *,
+    aircraft: str | None = None,
+    channel_map: str | None = None,
+    calibration: str | None = None,
+) -> OpenedFlight:
+    """Open a flight with the aircraft that flew it; see `flown_flights` for the parameters."""
+    flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
+    file = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft(USUAL_AIRCRAFT)
+    carded = as_flown(file, flight.info)
+    return OpenedFlight(
+        flight=flight, carded=carded, mass=mass_over_flight(flight, carded.aircraft)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,52 +144,56 @@ def flown_flights(
     for number, path in enumerate(paths, start=1):
         if doing is not None:
             doing(f"reading {path.name}")
-        flight = load_flight(
-            path, channel_map=channel_map, certificates=calibration, aircraft=aircraft
+        opened = open_flight(
+            path, aircraft=aircraft, channel_map=channel_map, calibration=calibration
         )
-        file = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft(_USUAL_AIRCRAFT)
-        carded = as_flown(file, flight.info)
-        own = carded.aircraft
         if doing is not None:
             doing(f"looking for maneuvers in {path.name}")
-        surveyed = survey(flight, own, given=given, number=number, flights=count)
-        remarks = [*flight.remarks, *carded.remarks, *surveyed.remarks]
-        found = surveyed.maneuvers
+        surveyed = survey(opened.flight, opened.aircraft, given=given, number=number, flights=count)
         named = any(window.flight == number for window in windows)
-        # The only one there is stays in: what it cannot give is said by its estimate.
-        if not named and not every_grade and len(found) > 1:
-            remarks += [
-                f"maneuver {one.id} is left out: {'; '.join(one.reasons) or 'unfit'}"
-                for one in found
-                if one.grade == "D"
-            ]
-            found = tuple(one for one in found if one.grade != "D")
         prefix = f"{number}:" if count > 1 else ""
-        mass = mass_over_flight(flight, own)
-        cut = [
-            cut_maneuver(
-                flight,
-                own,
-                one.t_start,
-                one.t_end,
-                id=prefix + one.id,
-                inputs=one.inputs,
-                kind=one.kind,
-                mass=mass,
-            )
-            for one in found
-        ]
         flown.append(
-            FlownFlight(
-                flight=flight,
-                aircraft=own,
-                surveyed=surveyed.maneuvers,
-                cg_shift=carded.shift,
-                maneuvers=tuple(with_fuel_left(one, carded) for one in cut),
-                remarks=tuple(remarks),
-            )
+            flown_flight(opened, surveyed, prefix=prefix, every_grade=named or every_grade)
         )
     return tuple(flown)
+
+
+def flown_flight(
+    opened: OpenedFlight, surveyed: FlightManeuvers, *, prefix: str = "", every_grade: bool = False
+) -> FlownFlight:
+    """Cut the maneuvers that were found in a flight.
+
+    Parameters
+    ----------
+    opened : OpenedFlight
+    surveyed : FlightManeuvers
+        Of that flight.
+    prefix : str
+        Put before their ids: ``2:`` in the second of several flights.
+    every_grade : bool
+        Whether those graded unfit (D) stay in.
+    """
+    found = surveyed.maneuvers
+    remarks = [*opened.remarks, *surveyed.remarks]
+    # The only one there is stays in: what it cannot give is said by its estimate.
+    if not every_grade and len(found) > 1:
+        remarks += [
+            f"maneuver {one.id} is left out: {'; '.join(one.reasons) or 'unfit'}"
+            for one in found
+            if one.grade == "D"
+        ]
+        found = tuple(one for one in found if one.grade != "D")
+    return FlownFlight(
+        flight=opened.flight,
+        aircraft=opened.aircraft,
+        surveyed=surveyed.maneuvers,
+        cg_shift=opened.carded.shift,
+        maneuvers=tuple(
+            opened.cut(prefix + one.id, one.t_start, one.t_end, one.inputs, one.kind)
+            for one in found
+        ),
+        remarks=tuple(remarks),
+    )
 
 
 def with_fuel_left(maneuver: Maneuver, carded: AsFlown) -> Maneuver:
