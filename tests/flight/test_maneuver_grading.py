@@ -127,6 +127,18 @@ def test_a_stuck_sensor_and_a_missing_one_are_named():
     assert found.alpha is None
 
 
+def test_a_rudder_lost_in_flight_makes_an_aileron_maneuver_unfit():
+    """What answers to the ailerons answers to the rudder too; one never measured is another case."""
+    flight = make_flight([Input(at=AT, surface="da", size=5.0)], seed=2)
+    lost = np.where(flight.block.times > AT - 10.0, np.nan, flight.block["dr"])
+    assert "was lost" not in str(graded(flight).reasons)
+    found = graded(changed(flight, dr=lost))
+    assert found.grade == "D"
+    assert found.reasons[0].startswith("dr was lost")
+    never = graded(changed(flight, dr=np.nan))
+    assert "was lost" not in str(never.reasons)
+
+
 def test_missing_samples_are_told_as_a_share():
     flight = made()
     q = np.array(flight.block["q"])

@@ -26,6 +26,8 @@ Severity = Literal["small", "large", "fatal"]
 
 ANSWERING = {"de": ("q", "an", "alpha"), "da": ("p", "r"), "dr": ("r", "ay", "p", "beta")}
 """What answers to each surface."""
+PARTNER = {"da": "dr", "dr": "da"}
+"""The surface that answers in the same channels: nobody sees there which of the two it was."""
 
 ANSWER_TIME = 1.0
 """How long after an input its answer is looked for, s."""
@@ -148,6 +150,7 @@ def grade_maneuver(
         *_excitation(passage, setting, surfaces),
         *_clipping(passage, setting),
         *_missing(passage, surfaces),
+        *_lost(passage, setting, surfaces),
         *_other_stick(passage, setting, inputs),
         *_turbulence(passage, setting, surfaces),
         *_hands_off(passage),
@@ -292,6 +295,20 @@ def _missing(passage: Passage, surfaces: Sequence[str]) -> list[Defect]:
     if absent:
         found.append(Defect(severity="small", text=f"not measured: {', '.join(absent)}"))
     return found
+
+
+def _lost(passage: Passage, setting: Setting, surfaces: Sequence[str]) -> list[Defect]:
+    """Return the partners of the inputs that were measured before, and no more in the maneuver."""
+    partners = dict.fromkeys(PARTNER[one] for one in surfaces if one in PARTNER)
+    return [
+        Defect(
+            severity="fatal",
+            text=f"{name} was lost: what it did to the same answer is not known",
+        )
+        for name in partners
+        if name in setting.noise.std
+        and not passage.samples(name, passage.t_input - TRIM_TIME, passage.t_end).size
+    ]
 
 
 def _other_stick(
