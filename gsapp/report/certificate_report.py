@@ -14,13 +14,13 @@ from calibration.fit import polynomial
 from calibration.overview import Standing
 from calibration.quality import Quality
 from gsapp.flight.info import current_versions
+from gsapp.flight.provenance import input_file
 from gsapp.foundation import GroundStationError, write_atomically
 from gsapp.quantities import channel, from_si
 from gsapp.report.certificate_figures import HEIGHT, draw_certificate
 from gsapp.report.document import Document, Paragraph, Picture, Section, Table, picture_png
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
-from gsapp.report.provenance import input_file
 
 _DEGREES = {1: "straight line", 2: "quadratic", 3: "cubic"}
 _MOST_ROWS = 7

@@ -11,7 +11,8 @@ from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.dynamics.model import SHIPPED as MODELS
 from gsapp.flight.info import current_versions
-from gsapp.report.provenance import Provenance, input_file
+from gsapp.flight.provenance import input_file
+from gsapp.report.provenance import Provenance
 
 
 def search_provenance(

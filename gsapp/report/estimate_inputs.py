@@ -10,10 +10,11 @@ from gsapp.aircraft.reading import SHIPPED as AIRCRAFT_FILES
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.dynamics.model import SHIPPED as MODELS
 from gsapp.flight.info import current_versions
+from gsapp.flight.provenance import input_file
 from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.weights import SHIPPED as WEIGHTS
 from gsapp.report.estimate_words import METHODS
-from gsapp.report.provenance import Provenance, input_file
+from gsapp.report.provenance import Provenance
 
 
 def campaign_provenance(

@@ -2,34 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
+from gsapp.flight.provenance import InputFile
 from gsapp.report.document import Paragraph, Part, Section, Table
-
-_REBUILT = "cache"
-"""Folder of a flight that can always be made again and says nothing of its own."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InputFile:
-    """A file or folder that went in.
-
-    Attributes
-    ----------
-    role : str
-        "flight", "aircraft", ...
-    name : str
-        As the user called it.
-    sha256 : str
-        Of the bytes; of a folder: of the names and bytes of all its files but its cache.
-    """
-
-    role: str
-    name: str
-    sha256: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,38 +16,6 @@ class Provenance:
     inputs: tuple[InputFile, ...] = ()
     settings: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
-
-
-def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
-    """Return a file or folder with its sum.
-
-    Parameters
-    ----------
-    role : str
-    path : Path
-    name : str
-        As it shall be called; the path where empty.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
-    digest = hashlib.sha256()
-    if path.is_dir():
-        for inner in sorted(path.rglob("*"), key=lambda one: one.relative_to(path).parts):
-            parts = inner.relative_to(path).parts
-            if inner.is_file() and parts[0] != _REBUILT:
-                digest.update(f"{'/'.join(parts)}\0{_sum(inner)}\n".encode())
-        found = digest.hexdigest()
-    else:
-        found = _sum(path)
-    return InputFile(role=role, name=name or str(path), sha256=found)
-
-
-def _sum(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def provenance_section(provenance: Provenance) -> Section:

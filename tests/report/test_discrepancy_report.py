@@ -29,6 +29,7 @@ from discrepancy_kit import adequate, answer
 from gsapp.cli._discrepancy_text import describe
 from gsapp.discrepancy.results import Verdict
 from gsapp.discrepancy.settings import DiscrepancySettings
+from gsapp.flight.provenance import input_file
 from gsapp.foundation import GroundStationError
 from gsapp.report.discrepancy_inputs import search_provenance
 from gsapp.report.discrepancy_report import discrepancy_document, write_report
@@ -46,7 +47,6 @@ from gsapp.report.document import (
 )
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
-from gsapp.report.provenance import input_file
 
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
 

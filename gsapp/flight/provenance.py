@@ -1,0 +1,87 @@
+"""What a result was made from: files and folders with their sums."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from gsapp.flight.names import EVENTS_FILE
+
+_REBUILT = "cache"
+"""Folder of a flight that can always be made again and says nothing of its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputFile:
+    """A file or folder that went in.
+
+    Attributes
+    ----------
+    role : str
+        "flight", "aircraft", ...
+    name : str
+        As the user called it.
+    sha256 : str
+        Of the bytes; of a folder: of the names and bytes of all its files but its cache.
+    parts : mapping of str to str
+        Of a folder: the sum of each of its files; empty for a file.
+    """
+
+    role: str
+    name: str
+    sha256: str
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+
+def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
+    """Return a file or folder with its sum.
+
+    Parameters
+    ----------
+    role : str
+    path : Path
+    name : str
+        As it shall be called; the path where empty.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    parts: dict[str, str] = {}
+    if path.is_dir():
+        for inner in sorted(path.rglob("*"), key=lambda one: one.relative_to(path).parts):
+            inside = inner.relative_to(path)
+            if inner.is_file() and inside.parts[0] != _REBUILT:
+                parts[inside.as_posix()] = _sum(inner)
+        digest = hashlib.sha256()
+        for inside_name, found in parts.items():
+            digest.update(f"{inside_name}\0{found}\n".encode())
+        return InputFile(role=role, name=name or str(path), sha256=digest.hexdigest(), parts=parts)
+    return InputFile(role=role, name=name or str(path), sha256=_sum(path))
+
+
+def changed(before: InputFile, now: InputFile) -> tuple[str, ...]:
+    """Return what changed of an input that can change numbers, by name; empty for nothing.
+
+    Marks, notes and edits of maneuvers (``events.jsonl``) are no part of the record.
+
+    Parameters
+    ----------
+    before, now : InputFile
+    """
+    if before.sha256 == now.sha256:
+        return ()
+    if not before.parts or not now.parts:
+        return (now.name,)
+    names = sorted({*before.parts, *now.parts} - {EVENTS_FILE})
+    return tuple(
+        f"{now.name}/{name}" for name in names if before.parts.get(name) != now.parts.get(name)
+    )
+
+
+def _sum(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
