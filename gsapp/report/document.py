@@ -6,14 +6,18 @@ Written once, a `Document` becomes a page for a browser (`gsapp.report.html`) an
 
 from __future__ import annotations
 
+import contextlib
 import io
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
+
+from gsapp.report.palette import PAPER, Palette
 
 WIDTH = 7.1
 """Of every picture, inches: a sheet of A4 less its margins."""
@@ -38,8 +42,13 @@ LOOK = (
         "text.parse_math": False,
         "pdf.fonttype": 42,
         "path.simplify_threshold": 0.2,
+        # Names of things in vector files are the same in every run.
+        "svg.hashsalt": "gsapp",
     },
 )
+
+_DRAWING = threading.RLock()
+"""Matplotlib keeps its look in one place for all threads: one draws at a time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,12 +100,16 @@ class Picture:
         Inches; at most `TALLEST`.
     draw : callable
         Draws into a figure or a part of one.
+    numbers : callable or None
+        Returns the numbers that are drawn, in full, under headings with units; None for a picture
+        that has none to give.
     """
 
     name: str
     caption: str
     height: float
     draw: Callable[[FigureBase], None]
+    numbers: Callable[[], Table] | None = None
 
 
 Part = Paragraph | Table | Picture
@@ -138,10 +151,30 @@ class Document:
         )
 
 
+@contextlib.contextmanager
+def drawing(palette: Palette = PAPER) -> Iterator[None]:
+    """Draw in the look of the reports and the colors of a palette; one thread at a time."""
+    colors = {
+        "text.color": palette.ink,
+        "axes.labelcolor": palette.ink,
+        "axes.titlecolor": palette.ink,
+        "axes.facecolor": palette.background,
+        "axes.edgecolor": palette.faint,
+        "axes.linewidth": 0.6 * palette.weight,
+        "figure.facecolor": palette.background,
+        "savefig.facecolor": palette.background,
+        "lines.linewidth": 0.9 * palette.weight,
+        "xtick.color": palette.ink,
+        "ytick.color": palette.ink,
+    }
+    with _DRAWING, style.context([*LOOK, colors]):
+        yield
+
+
 def picture_png(picture: Picture, *, dpi: float = 150.0) -> bytes:
     """Return a picture as PNG; the same picture gives the same bytes."""
-    with style.context(list(LOOK)):
-        figure = Figure(figsize=(WIDTH, picture.height), dpi=dpi, facecolor="white")
+    with drawing():
+        figure = Figure(figsize=(WIDTH, picture.height), dpi=dpi)
         FigureCanvasAgg(figure)
         picture.draw(figure)
         content = io.BytesIO()

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from matplotlib import style
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -16,12 +15,12 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import TextToPath
 
 from gsapp.report.document import (
-    LOOK,
     WIDTH,
     Document,
     Paragraph,
     Picture,
     Table,
+    drawing,
 )
 from gsapp.report.strip_figure import FAINT, INK
 
@@ -67,7 +66,7 @@ def pdf_pages(document: Document) -> bytes:
     ----------
     document : Document
     """
-    with style.context(list(LOOK)):
+    with drawing():
         flow = _Flow()
         flow.text(document.title, _TITLE)
         if document.written:
