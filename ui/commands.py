@@ -34,6 +34,9 @@ Need = Literal[
     "pilot_verdict",
     "pilot_training",
     "pilot_flown",
+    "review",
+    "review_busy",
+    "review_future",
 ]
 
 
@@ -152,6 +155,18 @@ _PILOT_COMMANDS = (
     ),
 )  # fmt: skip
 
+_REVIEW_COMMANDS = (
+    _command("Review", "review_maneuvers", "1 Maneuvers", "Alt+1", needs="review"),
+    _command("Review", "review_estimate", "2 Estimate", "Alt+2", needs="review"),
+    _command("Review", "review_figures", "3 Figures", "Alt+3", needs="review"),
+    _command("Review", "review_summary", "4 Summary", "Alt+4", needs="review"),
+    _command(
+        "Review", "review_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
+        needs="review_future", rule=True,
+    ),
+    _command("Review", "review_cancel", "Stop the work", "Ctrl+.", needs="review_busy"),
+)  # fmt: skip
+
 COMMANDS: tuple[Command, ...] = (
     _command("File", "connect", "Connect an aircraft…", "Ctrl+L"),
     _command("File", "open_file", "Open a flight file…", "Ctrl+O"),
@@ -210,6 +225,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     *_PREFLIGHT_COMMANDS,
     *_PILOT_COMMANDS,
+    *_REVIEW_COMMANDS,
     _command("Model gap", "gap_search", "Search for a missing effect…", "Ctrl+F"),
     _command("Model gap", "gap_cancel", "Stop the search", "Ctrl+.", needs="search"),
     _command("Model gap", "gap_find", "1 Find the disagreement", "Alt+1", needs="gap", rule=True),

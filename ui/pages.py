@@ -1,4 +1,4 @@
-"""Pages without a flight: the first picture of the window, and the places still to come."""
+"""Pages without a flight: the first picture of the window."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
@@ -24,7 +23,6 @@ from ui.commands import key_text
 from ui.glyphs import paint_glyph
 from ui.layouts import FlowLayout
 from ui.look import Look
-from ui.places import Place
 
 _LINKS_OFFERED = 3
 _TRAIN = "Ctrl+Shift+T"
@@ -85,49 +83,6 @@ class CenteredPage(QScrollArea):
         """Keep the column within the window."""
         super().resizeEvent(event)
         self._fit()
-
-
-class ComingPage(CenteredPage):
-    """A place that is not built yet: what it is for, what will stand here, what works today."""
-
-    def __init__(self, place: Place, look: Look) -> None:
-        super().__init__(look, 640)
-        self.setAccessibleName(place.title)
-        self._texts: list[str] = []
-        self._add(label(place.title, "title"), 0)
-        self._add(label(place.purpose, "muted", wrap=True), 16)
-        self._add(label("Today", "heading"), 8)
-        self._add(self._table(place.today), 24)
-        self._add(label("Not built yet: what will stand here", "heading"), 8)
-        for sentence in place.coming:
-            self._add(self._point(sentence), 4)
-
-    def _add(self, widget: QWidget, below: int) -> None:
-        self.column.addWidget(widget)
-        if below:
-            self.column.addSpacing(self._look.px(below))
-
-    def _point(self, sentence: str) -> QWidget:
-        holder = QWidget()
-        row = QHBoxLayout(holder)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(self._look.px(8))
-        row.addWidget(label("·", "muted"), 0, Qt.AlignmentFlag.AlignTop)
-        row.addWidget(label(sentence, "muted", wrap=True), 1)
-        return holder
-
-    def _table(self, rows: Sequence[tuple[str, str]]) -> QWidget:
-        card = QFrame()
-        card.setObjectName("card")
-        grid = QGridLayout(card)
-        grid.setContentsMargins(16, 12, 16, 12)
-        grid.setHorizontalSpacing(24)
-        grid.setVerticalSpacing(8)
-        grid.setColumnStretch(1, 1)
-        for row, (what, how) in enumerate(rows):
-            grid.addWidget(label(what, "strong"), row, 0, Qt.AlignmentFlag.AlignTop)
-            grid.addWidget(label(how, wrap=True), row, 1)
-        return card
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

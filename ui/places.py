@@ -1,4 +1,4 @@
-"""The five places of the window, and what is honest to say of those still empty."""
+"""The five places of the window."""
 
 from __future__ import annotations
 
@@ -21,10 +21,6 @@ class Place:
         Sign on the rail.
     purpose : str
         What the place is for, one sentence.
-    coming : tuple of str
-        What will stand here; empty for a place that is built.
-    today : tuple of (str, str)
-        What can be done already instead, and how.
     """
 
     id: str
@@ -32,8 +28,6 @@ class Place:
     key: str
     glyph: str
     purpose: str
-    coming: tuple[str, ...] = ()
-    today: tuple[tuple[str, str], ...] = ()
 
 
 PLACES: tuple[Place, ...] = (
@@ -64,16 +58,6 @@ PLACES: tuple[Place, ...] = (
         key="F4",
         glyph="review",
         purpose="Cut the maneuvers, estimate the derivatives, and compare the models.",
-        coming=(
-            "Maneuvers found and graded, to be corrected by hand",
-            "Derivatives with honest bounds, by maximum likelihood and by the transform in flight",
-            "A report of the flight",
-        ),
-        today=(
-            ("Look at a flight again", "Ctrl+O or Ctrl+Shift+O, any speed from 0.1x to 50x"),
-            ("Measure between two times", "Flight (F2): cursors 1 and 2, values with Ctrl+2"),
-            ("Take the data elsewhere", "Ctrl+E writes CSV, MATLAB or Parquet"),
-        ),
     ),
     Place(
         id="gap",
@@ -84,8 +68,3 @@ PLACES: tuple[Place, ...] = (
     ),
 )
 """From top to bottom."""
-
-
-def place(place_id: str) -> Place:
-    """Return a place by its id."""
-    return next(known for known in PLACES if known.id == place_id)

@@ -56,6 +56,10 @@ class Settings(StrictModel):
         Step before the flight that was looked at last.
     pilot_window : bool
         Whether the pilot's page has a window of its own, too.
+    review_flights : tuple of str
+        Flights under review, in the order in which they are numbered.
+    review_chapter : str
+        Chapter of the review that was looked at last.
     flight_speech : str
         Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
     """
@@ -80,6 +84,10 @@ class Settings(StrictModel):
     gap_variable: str = "alpha"
     gap_channel: str = "q"
     preflight_step: str = Field(default="card", pattern="^(card|calibration|checklist|cards)$")
+    review_flights: tuple[str, ...] = ()
+    review_chapter: str = Field(
+        default="maneuvers", pattern="^(maneuvers|estimate|figures|summary)$"
+    )
     pilot_window: bool = False
     flight_speech: str = Field(default="page", pattern="^(page|always|never)$")
 

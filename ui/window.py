@@ -35,10 +35,11 @@ from ui.gap.place import GapPlace
 from ui.keyboard import KeyKeeper
 from ui.look import Look
 from ui.opening import Opening
-from ui.pages import ComingPage, StartPage
+from ui.pages import StartPage
 from ui.pilot.place import PilotPlace
 from ui.places import PLACES
 from ui.preflight.place import PreflightPlace
+from ui.review.place import ReviewPlace
 from ui.settings import SettingsStore, layouts_path, limits_path
 from ui.voice.voice import Voice
 
@@ -47,8 +48,8 @@ log = logging.getLogger(__name__)
 _FIRST_SIZE = QSize(1280, 800)
 _ABOUT = (
     "Ground station for flight-testing remotely piloted research aircraft.\n\n"
-    "Records every byte, draws it live, and replays it. The other places of the window say "
-    "themselves what is still to come."
+    "Records every byte, draws it live and replays it; calibrates, watches over the maneuvers, "
+    "estimates derivatives, and finds what the model lacks."
 )
 
 
@@ -101,16 +102,18 @@ class MainWindow(QMainWindow):
         self.pilot = PilotPlace(
             self.commands.actions, self.look, store, faults, self.desk, self.voice
         )
+        self.review = ReviewPlace(self.commands.actions, self.look, store, self.banners, faults)
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
-        built = {
+        built: dict[str, QWidget] = {
             "preflight": self.preflight,
             "flight": self.flight_place,
             "pilot": self.pilot,
+            "review": self.review,
             "gap": self.gap,
         }
         for place in PLACES:
-            self.places.addWidget(built.get(place.id) or ComingPage(place, self.look))
+            self.places.addWidget(built[place.id])
         self._arrange()
         # Once, when everything is in its place: Qt styles anew whatever moves.
         self.appearance.apply()
@@ -153,7 +156,7 @@ class MainWindow(QMainWindow):
         commands.bind(
             self.handlers, self.appearance.handlers, self.opening.handlers, self.crew.handlers,
             self.view.handlers, self.gap.handlers, self.preflight.handlers,
-            self.pilot.handlers,
+            self.pilot.handlers, self.review.handlers,
         )  # fmt: skip
         actions = commands.actions
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
@@ -167,6 +170,8 @@ class MainWindow(QMainWindow):
         self.desk.told.connect(self._refresh)
         self.gap.wanted.connect(lambda: self.show_place("gap"))
         self.gap.changed.connect(self._enable)
+        self.review.wanted.connect(lambda: self.show_place("review"))
+        self.review.changed.connect(self._enable)
         self.preflight.changed.connect(self._enable)
         self.pilot.changed.connect(self._enable)
         self.pilot.wanted.connect(lambda: self.show_place("pilot"))
@@ -198,11 +203,14 @@ class MainWindow(QMainWindow):
         self.places.setCurrentIndex(self._place_ids.index(place_id))
         self.rail.show_place(place_id)
         self._enable()
-        if place_id in ("gap", "preflight", "pilot"):
-            {"gap": self.gap, "preflight": self.preflight, "pilot": self.pilot}[place_id].begin()
+        if place_id == "flight":
+            (self.view.charts if self.desk.is_open else self.flight_place.start).setFocus()
             return
-        page = self.view.charts if self.desk.is_open else self.flight_place.start
-        (page if place_id == "flight" else self.places.currentWidget()).setFocus()
+        guides = {
+            "preflight": self.preflight, "pilot": self.pilot, "review": self.review,
+            "gap": self.gap,
+        }  # fmt: skip
+        guides[place_id].begin()
 
     def _show_time(self, at: float) -> None:
         """Show a flight time (s) in the charts."""
@@ -229,7 +237,9 @@ class MainWindow(QMainWindow):
         self.flight_place.show_flight(self.desk.is_open)
         self.flight_place.start.show_links(self.store.current.links)
         self.view.show_history(self.desk.history)
-        self.gap.show_open(self.desk.session.path if self.desk.session is not None else None)
+        path = self.desk.session.path if self.desk.session is not None else None
+        self.gap.show_open(path)
+        self.review.show_open(path)
         self._enable()
         name = self.desk.name
         self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
@@ -250,9 +260,15 @@ class MainWindow(QMainWindow):
             undoes = self.gap.search.can_undo
         elif self.preflight.shown:
             undoes = self.preflight.can_undo
+        elif self.review.shown:
+            undoes = self.review.can_undo
         found: list[Need] = [
-            *self.desk.present, *self.gap.present, *self.preflight.present, *self.pilot.present
+            *self.desk.present, *self.gap.present, *self.preflight.present, *self.pilot.present,
+            *self.review.present,
         ]  # fmt: skip
+        if "search" in found and "review_busy" in found:
+            # One key stops both: it means the one on screen.
+            found.remove("search" if self.review.shown else "review_busy")
         if undoes:
             found.append("change")
         if self.desk.is_open and self.places.currentWidget() is self.flight_place:
@@ -265,6 +281,8 @@ class MainWindow(QMainWindow):
             self.gap.search.undo()
         elif self.preflight.shown:
             self.preflight.undo()
+        elif self.review.shown:
+            self.review.undo()
         else:
             self.desk.undo_mark()
 
@@ -312,6 +330,7 @@ class MainWindow(QMainWindow):
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
         self.gap.close_search()
+        self.review.close_work()
         self.preflight.flush()
         self.preflight.close_calibration()
         self.pilot.own_window.close_with_main()

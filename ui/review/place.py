@@ -1,0 +1,270 @@
+"""The place Review: four chapters, from the maneuvers of a flight to the report of a campaign."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+
+from ui.commands import COMMANDS, Need
+from ui.faults import FaultDesk
+from ui.frame.banners import Banner, BannerStack
+from ui.frame.step_list import StepList
+from ui.frame.work_strip import WorkStrip
+from ui.look import Look
+from ui.process.engine import Engine
+from ui.review.chapters import CHAPTERS
+from ui.review.page import ReviewPage
+from ui.review.selection import Selection
+from ui.review.work import ReviewWork
+from ui.review.worker import review_engine
+from ui.settings import SettingsStore
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import Outcome
+
+_BUILT = tuple(
+    chapter for chapter in CHAPTERS if importlib.util.find_spec(f"ui.review.{chapter.id}_page")
+)
+
+
+class ReviewPlace(QWidget):
+    """Leads from chapter to chapter; long work goes on whatever is on screen.
+
+    Pages are made when they are first seen: a window that only flies does without them.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers flights, chapter and settings of the estimate.
+    banners : BannerStack
+        Tells of work while another place is on screen.
+    faults : FaultDesk
+        Where errors go.
+    engine : Engine, optional
+        What does the work; a process of its own by default.
+
+    Attributes
+    ----------
+    wanted : Signal
+        The user wants to see this place.
+    changed : Signal
+        Other commands are of use now.
+    outcome : Outcome or None
+        The run that is looked at.
+    """
+
+    wanted = Signal()
+    changed = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        store: SettingsStore,
+        banners: BannerStack,
+        faults: FaultDesk,
+        engine: Engine | None = None,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._faults = faults
+        self._banner: Banner | None = None
+        self.outcome: Outcome | None = None
+        self.pages: dict[str, ReviewPage] = {}
+        self.chapter = ""
+        self.selection = Selection(self)
+        self.setAccessibleName("Review")
+        self.work = ReviewWork(engine or review_engine(), faults.report, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.chapters = StepList(
+            actions, look, _BUILT, prefix="review", name="Chapters of the review"
+        )
+        column.addWidget(self.chapters)
+        self.strip = WorkStrip(look, actions["review_cancel"], "work")
+        column.addWidget(self.strip)
+        self.stack = QStackedWidget()
+        column.addWidget(self.stack, 1)
+        self.work.began.connect(self._began)
+        self.work.progressed.connect(self._told)
+        self.work.ended.connect(self._ended)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this place and its pages do."""
+        own = {f"review_{one.id}": lambda name=one.id: self.go(name) for one in CHAPTERS}
+        own |= {"review_cancel": self.work.cancel, "review_redo": self.redo}
+        of_pages = {
+            command.id: lambda name=command.id: self._on_page(name)
+            for command in COMMANDS
+            if command.id.startswith("review_") and command.id not in own
+        }
+        return {**own, **of_pages}
+
+    def _on_page(self, command: str) -> None:
+        """Let the page on screen do it, or else the one that can."""
+        shown = self.page
+        for page in (shown, *self.pages.values()):
+            if page is not None and command in page.handlers:
+                page.handlers[command]()
+                return
+
+    @property
+    def shown(self) -> bool:
+        """Return whether the place is on screen, so that its keys are meant."""
+        return self.isVisible()
+
+    @property
+    def page(self) -> ReviewPage | None:
+        """Return the page on screen."""
+        return self.pages.get(self.chapter)
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        found: list[Need] = ["review_busy"] if self.work.running else []
+        page = self.page
+        if not self.shown or page is None:
+            return tuple(found)
+        found.append("review")
+        if page.can_redo:
+            found.append("review_future")
+        return (*found, *page.present)
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a change to take back on the page on screen."""
+        page = self.page
+        return page is not None and page.can_undo
+
+    def undo(self) -> None:
+        """Take back the last change on the page on screen."""
+        page = self.page
+        if page is not None:
+            page.undo()
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        page = self.page
+        if page is not None:
+            page.redo()
+
+    # Pages
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Make the page when it is needed; the strip tells of work from here on."""
+        super().showEvent(event)
+        self._drop_banner()
+        known = [one.id for one in _BUILT]
+        last = self._store.current.review_chapter
+        if known:
+            self.go(self.chapter or (last if last in known else known[0]), begin=False)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Tell of work that goes on in a banner."""
+        super().hideEvent(event)
+        if self.work.running:
+            self._raise_banner()
+        self.changed.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the room of the chapters to the page where the window is low."""
+        super().resizeEvent(event)
+        self.chapters.fit(self.window().height())
+
+    def go(self, chapter: str, *, begin: bool = True) -> None:
+        """Go to a chapter by its id."""
+        if chapter not in [one.id for one in _BUILT]:
+            return
+        if chapter not in self.pages:
+            page = self._make(chapter)
+            page.changed.connect(self._page_changed)
+            page.show_outcome(self.outcome)
+            self.pages[chapter] = page
+            self.stack.addWidget(page)
+        self.chapter = chapter
+        self.stack.setCurrentWidget(self.pages[chapter])
+        self.chapters.show_step(chapter)
+        self._store.change(review_chapter=chapter)
+        self._page_changed()
+        if begin:
+            self.begin()
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        page = self.page
+        if page is not None:
+            page.begin()
+
+    def _make(self, chapter: str) -> ReviewPage:
+        """Make the page of a chapter; what it is made of is loaded with it."""
+        raise LookupError(chapter)
+
+    def _page_changed(self) -> None:
+        for name, page in self.pages.items():
+            self.chapters.show_state(name, page.state)
+        self.changed.emit()
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window."""
+
+    def show_outcome(self, outcome: Outcome | None) -> None:
+        """Look at another run, on all pages."""
+        self.outcome = outcome
+        for page in self.pages.values():
+            page.show_outcome(outcome)
+        self._page_changed()
+
+    # Work
+
+    def _began(self, title: str) -> None:
+        self.strip.begin(title)
+        if not self.isVisible():
+            self._raise_banner()
+        self.changed.emit()
+
+    def _told(self, share: float | None, words: str) -> None:
+        self.strip.tell(share, words)
+        if self._banner is not None:
+            self._banner.show_share(share)
+            self._banner.say(f"{self.strip.title}: {words}")
+
+    def _ended(self, title: str, how: str) -> None:
+        self.strip.hide()
+        self._drop_banner()
+        if how == "cancelled":
+            self._banners.show_banner("note", f"{title}: stopped.")
+        elif how == "done" and not self.isVisible():
+            self._banners.show_banner("note", f"{title}: done.", ("Look (F4)", self.wanted.emit))
+        self.changed.emit()
+
+    def _raise_banner(self) -> None:
+        self._drop_banner()
+        self._banner = self._banners.show_banner(
+            "work", self.strip.title, ("Stop", self.work.cancel)
+        )
+
+    def _drop_banner(self) -> None:
+        if self._banner is not None:
+            self._banners.remove(self._banner)
+            self._banner = None
+
+    def close_work(self) -> None:
+        """Stop everything, as the window closes."""
+        self.work.close()
