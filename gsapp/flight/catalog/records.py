@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gsapp.flight.flight import Flight
+from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.flight.provenance import InputFile
 
 CONDITION_CHANNELS = (
     "V",
@@ -63,6 +66,49 @@ def conditions_of(flight: Flight, maneuver: FoundManeuver) -> dict[str, Conditio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FlightEntry:
+    """A flight with its maneuvers, as it goes into a catalog.
+
+    Attributes
+    ----------
+    name : str
+    path : Path
+    duration : float
+        s.
+    info : FlightInfo or None
+    aircraft : str
+        Name of the aircraft.
+    maneuvers : tuple of FoundManeuver
+    conditions : tuple of mapping of str to Condition
+        Of each maneuver.
+    """
+
+    name: str
+    path: Path
+    duration: float
+    info: FlightInfo | None = None
+    aircraft: str = ""
+    maneuvers: tuple[FoundManeuver, ...] = ()
+    conditions: tuple[Mapping[str, Condition], ...] = ()
+
+    @staticmethod
+    def of(
+        flight: Flight, maneuvers: Sequence[FoundManeuver] = (), *, aircraft: str = ""
+    ) -> FlightEntry:
+        """Return the entry of a flight, its maneuvers with the conditions they were flown at."""
+        info = flight.info
+        return FlightEntry(
+            name=flight.name,
+            path=flight.path,
+            duration=flight.duration,
+            info=info,
+            aircraft=aircraft or (info.aircraft if info else ""),
+            maneuvers=tuple(maneuvers),
+            conditions=tuple(conditions_of(flight, one) for one in maneuvers),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StoredEstimate:
     """One derivative of a run.
 
@@ -106,6 +152,10 @@ class Run:
         When, ISO 8601; empty for now.
     id : int or None
         In the catalog; None before it was stored.
+    edges : tuple of (float, float)
+        First and last sample of each maneuver, s; empty for those that it has in the catalog.
+    kept : int or None
+        Number of the kept run that it is part of; see `KeptRecord`.
     """
 
     method: str
@@ -121,6 +171,51 @@ class Run:
     message: str = ""
     made_at: str = ""
     id: int | None = None
+    edges: tuple[tuple[float, float], ...] = ()
+    kept: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptRecord:
+    """A run over a whole campaign: what was asked for, from what, and what came of it.
+
+    Its fits are `Run` entries of their own, which name its number.
+
+    Attributes
+    ----------
+    label : str
+        What the user calls it.
+    method, axis : str
+    aircraft : str
+        Name of the one that flew.
+    flights : tuple of str
+        Names.
+    request : mapping
+        All that it takes to do it again; what JSON can hold.
+    settings : mapping of str to str
+        In words.
+    inputs : tuple of InputFile
+    versions : mapping of str to str
+    result : mapping
+        What a list shows of it; what JSON can hold.
+    made_at : str
+        When, ISO 8601; empty for now.
+    number : int or None
+        In the catalog; None before it was stored.
+    """
+
+    label: str
+    method: str
+    axis: str
+    aircraft: str
+    flights: tuple[str, ...]
+    request: Mapping[str, Any]
+    settings: Mapping[str, str]
+    inputs: tuple[InputFile, ...]
+    versions: Mapping[str, str]
+    result: Mapping[str, Any]
+    made_at: str = ""
+    number: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

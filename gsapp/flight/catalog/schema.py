@@ -148,7 +148,28 @@ _VERDICTS: Final = (
     "CREATE INDEX verdicts_by_flight ON verdicts(flight, t_input)",
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS)
+_KEPT: Final = (
+    # A run over a whole campaign; what was forgotten can be called back. `runs` holds its fits.
+    """CREATE TABLE kept_runs (
+        id INTEGER PRIMARY KEY,
+        label TEXT NOT NULL DEFAULT '',
+        made_at TEXT NOT NULL,
+        method TEXT NOT NULL,
+        axis TEXT NOT NULL,
+        aircraft TEXT NOT NULL DEFAULT '',
+        flights TEXT NOT NULL DEFAULT '[]',
+        request TEXT NOT NULL,
+        settings TEXT NOT NULL DEFAULT '{}',
+        inputs TEXT NOT NULL DEFAULT '[]',
+        versions TEXT NOT NULL DEFAULT '{}',
+        result TEXT NOT NULL DEFAULT '{}',
+        forgotten_at TEXT
+    )""",
+    "ALTER TABLE runs ADD COLUMN kept INTEGER REFERENCES kept_runs(id) ON DELETE CASCADE",
+    "CREATE INDEX runs_by_kept ON runs(kept)",
+)
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _KEPT)
 """Statements of each step, oldest first."""
 
 TABLES: Final = (
@@ -159,6 +180,7 @@ TABLES: Final = (
     "conditions",
     "grades",
     "models",
+    "kept_runs",
     "runs",
     "run_maneuvers",
     "estimates",

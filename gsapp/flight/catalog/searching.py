@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from gsapp.flight.catalog.records import (
     Condition,
@@ -17,6 +17,10 @@ from gsapp.flight.catalog.records import (
 from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.maneuvers.found import GRADES, FoundManeuver, Grade
 from gsapp.foundation import FlightError, UnknownNameError
+
+_REMEMBERED: Final = """(r.kept IS NULL
+    OR r.kept IN (SELECT id FROM kept_runs WHERE forgotten_at IS NULL))"""
+"""Of the rows of `runs`: those that were not forgotten with the run they belong to."""
 
 
 def search_maneuvers(
@@ -103,8 +107,9 @@ def search_runs(
     axis: str | None = None,
     flight: str | None = None,
     derivative: str | None = None,
+    kept: int | None = None,
 ) -> tuple[Run, ...]:
-    """Return the estimations that fit, the oldest first.
+    """Return the estimations that fit, the oldest first; not those of runs that were forgotten.
 
     Parameters
     ----------
@@ -114,9 +119,12 @@ def search_runs(
         That a maneuver of it took part in.
     derivative : str, optional
         That it has a value for.
+    kept : int, optional
+        Number of the kept run that it is part of.
     """
-    wanted, values = ["1"], []
+    wanted, values = [_REMEMBERED], []
     for clause, value in (
+        ("r.kept = ?", kept),
         ("r.method = ?", method),
         ("r.axis = ?", axis),
         (
@@ -176,7 +184,7 @@ def flights_of(catalog: Catalog) -> tuple[str, ...]:
 
 def _run(catalog: Catalog, row: Any) -> Run:
     maneuvers = catalog.query(
-        """SELECT f.name AS flight, m.name FROM run_maneuvers rm
+        """SELECT f.name AS flight, m.name, rm.t_start, rm.t_end FROM run_maneuvers rm
         JOIN maneuvers m ON m.id = rm.maneuver JOIN flights f ON f.id = m.flight
         WHERE rm.run = ? ORDER BY f.name, m.t_start""",
         (row["id"],),
@@ -187,6 +195,8 @@ def _run(catalog: Catalog, row: Any) -> Run:
         method=row["method"],
         axis=row["axis"],
         maneuvers=tuple((one["flight"], one["name"]) for one in maneuvers),
+        edges=tuple((one["t_start"], one["t_end"]) for one in maneuvers),
+        kept=row["kept"],
         estimates={
             one["name"]: StoredEstimate(
                 value=one["value"],
@@ -220,7 +230,11 @@ def _by_maneuver(catalog: Catalog) -> dict[int, dict[str, Condition]]:
 
 def _runs_by_maneuver(catalog: Catalog) -> dict[int, list[int]]:
     found: dict[int, list[int]] = {}
-    for row in catalog.query("SELECT maneuver, run FROM run_maneuvers ORDER BY run"):
+    rows = catalog.query(
+        f"""SELECT rm.maneuver, rm.run FROM run_maneuvers rm JOIN runs r ON r.id = rm.run
+        WHERE {_REMEMBERED} ORDER BY rm.run"""  # noqa: S608 - own clause
+    )
+    for row in rows:
         found.setdefault(row["maneuver"], []).append(row["run"])
     return found
 

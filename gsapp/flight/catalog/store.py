@@ -80,11 +80,16 @@ class Catalog:
     def writing(self) -> Iterator[sqlite3.Connection]:
         """Give the connection within one transaction: all is written, or nothing.
 
+        Within another, it is part of that one.
+
         Raises
         ------
         FlightError
             If the file cannot be written; nothing is then changed.
         """
+        if self._connection.in_transaction:
+            yield self._connection
+            return
         with self._words():
             self._connection.execute("BEGIN IMMEDIATE")
             try:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
+from gsapp.flight.catalog.entries import store_flight
 from gsapp.flight.catalog.records import CardScore, StoredVerdict
 from gsapp.flight.catalog.store import Catalog
-from gsapp.flight.catalog.writing import store_flight
 from gsapp.flight.flight import Flight
 from gsapp.foundation import FlightError
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gsapp.dynamics.linearization import LinearModel
+from gsapp.flight.catalog import FlightEntry
+from gsapp.flight.provenance import InputFile
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.request import RunRequest
@@ -31,6 +33,12 @@ class Outcome:
         Of reading the flights, and why there is no linear model.
     number : int or None
         In the catalog; None where it was not kept.
+    inputs : tuple of InputFile
+        Flights and files that went in, with their sums when they were read.
+    versions : mapping of str to str
+        Of the program and what shapes its numbers.
+    flights : tuple of FlightEntry
+        What a catalog keeps of the flights.
     """
 
     request: RunRequest
@@ -40,3 +48,6 @@ class Outcome:
     models: Mapping[LinearAxis, LinearModel] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     number: int | None = None
+    inputs: tuple[InputFile, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    flights: tuple[FlightEntry, ...] = ()

@@ -52,6 +52,14 @@ class RunRequest:
         Names or paths; empty where the flights say it themselves.
     label : str
         What the user calls the run.
+    given : tuple of str
+        Windows ``START:STOP`` or ``K:START:STOP`` in place of what stands in the flights. Where
+        `maneuvers` are named, they only tell where those came from.
+    every_grade : bool
+        Whether maneuvers graded unfit stay in; likewise.
+    weights, model : str
+        Names or paths of files. They are read where `settings` hold none; else they only tell
+        where those came from.
     """
 
     flights: tuple[Path, ...]
@@ -61,3 +69,7 @@ class RunRequest:
     calibration: str = ""
     channel_map: str = ""
     label: str = ""
+    given: tuple[str, ...] = ()
+    every_grade: bool = False
+    weights: str = ""
+    model: str = ""

@@ -1,0 +1,26 @@
+"""The same results with some maneuvers left out of the means by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.summary import summarize_campaign
+from gsapp.identification.summary.linear import linear_models
+
+
+def excluding(outcome: Outcome, maneuvers: Collection[str]) -> Outcome:
+    """Return an outcome with other maneuvers left out of its means; no maneuver is fitted again.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    maneuvers : collection of str
+        Ids as in its result; empty takes all of them in.
+    """
+    summary = summarize_campaign(outcome.result, without=maneuvers)
+    models, why_not = linear_models(outcome.result, summary)
+    former = linear_models(outcome.result, outcome.summary)[1]
+    rest = tuple(one for one in outcome.remarks if one not in former)
+    return replace(outcome, summary=summary, models=models, remarks=(*rest, *why_not))
