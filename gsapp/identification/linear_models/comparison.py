@@ -171,31 +171,84 @@ def compare(
     FlightError
         If a channel is missing, or the maneuvers are too few or too short.
     """
-    if not fitted:
-        raise FlightError("there is no maneuver to fit a linear model on")
-    stretches = all_signals(fitted, axis)
-    condition = mean_condition(fitted)
-    inputs, outputs = stretches[0].input_names, stretches[0].output_names
-    found, remarks = subspace_model(stretches, order=order)
-    derived = model_of_derivatives(fitted[0].aircraft, condition, axis, derivatives)
-    derived = _select_outputs(derived, outputs)
-    models: dict[str, tuple[LinearModel, DiscreteModel, tuple[str, ...]]] = {}
     dt = whole.dt
-    least = batch_least_squares(stretches).model
-    models["bls"] = (least, discrete(least, dt), ())
-    continuous = found.continuous(inputs, outputs)
-    models["subspace"] = (continuous, discrete(continuous, dt), remarks)
-    models["ml"] = (derived, discrete(without_slow_states(derived), dt), ())
+    models = fit_models(fitted, axis, derivatives, order=order)
     flight = signals_of(whole, axis)
     parts = [one for maneuver in judged for one in signals_of(maneuver, axis)]
     return {
         name: JudgedModel(
-            model=model,
-            rms_over_range_pct=_errors(sampled, flight, own_start=False),
-            by_maneuver_pct=_errors(sampled, parts, own_start=True),
-            remarks=kept,
+            model=one.model,
+            rms_over_range_pct=_errors(one.at(dt), flight, own_start=False),
+            by_maneuver_pct=_errors(one.at(dt), parts, own_start=True),
+            remarks=one.remarks,
         )
-        for name, (model, sampled, kept) in models.items()
+        for name, one in models.items()
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FittedModel:
+    """A linear model as it is reported and as it is driven.
+
+    Attributes
+    ----------
+    model : LinearModel
+        Continuous, SI, all states.
+    driven : LinearModel
+        What is simulated: without the states that a pilot flies.
+    remarks : tuple of str
+    """
+
+    model: LinearModel
+    driven: LinearModel
+    remarks: tuple[str, ...] = ()
+
+    def at(self, dt: float) -> DiscreteModel:
+        """Return the model at a sample time (s)."""
+        return discrete(self.driven, dt)
+
+
+def fit_models(
+    fitted: Sequence[Maneuver],
+    axis: LinearAxis,
+    derivatives: Mapping[str, float],
+    *,
+    order: int | None,
+) -> dict[str, FittedModel]:
+    """Fit the three models.
+
+    Parameters
+    ----------
+    fitted : sequence of Maneuver
+    axis : {"lon", "lat"}
+    derivatives : mapping of str to float
+        Means of the maximum likelihood estimates over `fitted`.
+    order : int, optional
+        Of the subspace model; None lets the data choose.
+
+    Returns
+    -------
+    dict
+        ``bls``, ``subspace``, ``ml``.
+
+    Raises
+    ------
+    FlightError
+        If a channel is missing, or the maneuvers are too few or too short.
+    """
+    if not fitted:
+        raise FlightError("there is no maneuver to fit a linear model on")
+    stretches = all_signals(fitted, axis)
+    inputs, outputs = stretches[0].input_names, stretches[0].output_names
+    found, remarks = subspace_model(stretches, order=order)
+    continuous = found.continuous(inputs, outputs)
+    derived = model_of_derivatives(fitted[0].aircraft, mean_condition(fitted), axis, derivatives)
+    derived = _select_outputs(derived, outputs)
+    least = batch_least_squares(stretches).model
+    return {
+        "bls": FittedModel(model=least, driven=least),
+        "subspace": FittedModel(model=continuous, driven=continuous, remarks=remarks),
+        "ml": FittedModel(model=derived, driven=without_slow_states(derived)),
     }
 
 
@@ -216,24 +269,51 @@ def _decimated(one: Signals, step: int) -> Record:
     return Record(inputs=signals[:, :width], outputs=signals[:, width:])
 
 
+def followed(model: DiscreteModel, one: Signals, *, own_start: bool) -> FloatArray:
+    """Return the outputs that a model computes from the measured inputs of a stretch.
+
+    Parameters
+    ----------
+    model : DiscreteModel
+    one : Signals
+    own_start : bool
+        Whether the level and the motion that the stretch began with are given; else the level
+        alone.
+
+    Returns
+    -------
+    ndarray, shape (n, n_outputs)
+        Not finite where the model runs away.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        y = model.simulate(one.inputs - one.inputs.mean(axis=0))
+        missed = one.outputs - y
+        # Outputs differ by a constant: the level that the model does not know.
+        return y + (_free_motion(model, missed) if own_start else missed.mean(axis=0))
+
+
 def _errors(
     model: DiscreteModel, stretches: Sequence[Signals], *, own_start: bool
 ) -> dict[str, float]:
     """Return RMS over range by output, percent; infinite where the model runs away."""
     if not stretches:
         return {}
-    measured, computed = [], []
-    for one in stretches:
-        with np.errstate(over="ignore", invalid="ignore"):
-            y = model.simulate(one.inputs - one.inputs.mean(axis=0))
-            missed = one.outputs - y
-            # Outputs differ by a constant: the level that the model does not know.
-            y = y + (_free_motion(model, missed) if own_start else missed.mean(axis=0))
-        measured.append(one.outputs)
-        computed.append(y)
-    z, y = np.vstack(measured), np.vstack(computed)
+    z = np.vstack([one.outputs for one in stretches])
+    y = np.vstack([followed(model, one, own_start=own_start) for one in stretches])
+    return errors_over_range(z, y, stretches[0].output_names)
+
+
+def errors_over_range(z: FloatArray, y: FloatArray, names: Sequence[str]) -> dict[str, float]:
+    """Return RMS error over range (percent) of each column; infinite where y is not finite.
+
+    Parameters
+    ----------
+    z, y : ndarray, shape (n, len(names))
+        Measured and computed.
+    names : sequence of str
+    """
     found = {}
-    for column, name in enumerate(stretches[0].output_names):
+    for column, name in enumerate(names):
         bad = not np.isfinite(y[:, column]).all()
         fit = response_fit(z[:, column], np.nan_to_num(y[:, column]))
         found[name] = math.inf if bad else fit.rms_over_range_pct

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES
-from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.campaign import CampaignResult, CampaignSettings
 from gsapp.identification.linear_models.comparison import mean_condition, model_of_derivatives
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.summary.campaign_summary import CampaignSummary
@@ -17,6 +18,28 @@ _NEEDED: Final[dict[LinearAxis, tuple[str, ...]]] = {
     "lat": ("CY_beta", "Cl_beta", "Cl_p", "Cl_da", "Cn_beta", "Cn_r"),
 }
 """Without these there is no model: zero in their place would be another aircraft."""
+
+
+AXIS_WORDS: Final[dict[LinearAxis, str]] = {"lon": "longitudinal", "lat": "lateral"}
+
+
+def known_values(settings: CampaignSettings, means: Mapping[str, float]) -> dict[str, float]:
+    """Return what is known of the derivatives: means, then what was held, then a model's values."""
+    model = settings.model
+    return {**({} if model is None else model.derivatives), **settings.held, **means}
+
+
+def check_known(axis: LinearAxis, values: Mapping[str, float]) -> None:
+    """See that the derivatives without which a linear model is none are known.
+
+    Raises
+    ------
+    FlightError
+        Names those that are not.
+    """
+    missing = [name for name in _NEEDED[axis] if name not in values]
+    if missing:
+        raise FlightError(f"{', '.join(missing)} not known")
 
 
 def linear_models(
@@ -37,26 +60,21 @@ def linear_models(
     remarks : tuple of str
         Why not, in words.
     """
-    model = result.settings.model
-    values = {} if model is None else dict(model.derivatives)
-    values |= dict(result.settings.held)
-    values |= {name: one.value.mean for name, one in summary.derivatives.items()}
+    means = {name: one.value.mean for name, one in summary.derivatives.items()}
+    values = known_values(result.settings, means)
     found: dict[LinearAxis, LinearModel] = {}
     remarks = []
-    for axis, needed in _NEEDED.items():
+    for axis in _NEEDED:
         flown = [
             one.maneuver
             for one in result.results
             if one.estimate is not None and not set(SURFACES[axis]).isdisjoint(one.maneuver.inputs)
         ]
-        missing = [name for name in needed if name not in values]
         if not flown:
             continue
-        words = "longitudinal" if axis == "lon" else "lateral"
-        if missing:
-            remarks.append(f"no linear {words} model: {', '.join(missing)} not known")
-            continue
+        words = AXIS_WORDS[axis]
         try:
+            check_known(axis, values)
             found[axis] = model_of_derivatives(
                 flown[0].aircraft, mean_condition(flown), axis, values
             )

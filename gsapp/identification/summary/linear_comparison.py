@@ -1,0 +1,262 @@
+"""Three linear models, judged on maneuvers that none of them saw: section 7.4 of the source.
+
+Batch least squares, subspace and prediction error, and the derivatives through appendix A are made
+from some of a campaign's maneuvers and driven by the measured inputs of the others. The
+derivatives are estimated anew for it, so that nothing of the others is in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import SURFACES
+from gsapp.identification.campaign import CampaignResult, Step, run_campaign
+from gsapp.identification.linear_models.comparison import (
+    FittedModel,
+    errors_over_range,
+    fit_models,
+    followed,
+)
+from gsapp.identification.linear_models.signals import LinearAxis, signals_of
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.moment_reference import about_flown_cg
+from gsapp.identification.results import Method
+from gsapp.identification.summary.linear import AXIS_WORDS, check_known, known_values
+from gsapp.quantities import FloatArray
+
+ORDERS: Final[Mapping[LinearAxis, int]] = {"lon": 2, "lat": 4}
+"""States of the subspace models: as many as the rigid airplane has without the path it flies."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinearTrace:
+    """A stretch of a maneuver that was kept out, measured and computed.
+
+    Attributes
+    ----------
+    maneuver, flight : str
+    times : ndarray, shape (n,)
+        s of flight time.
+    inputs : ndarray, shape (n, n_inputs)
+        As measured, SI.
+    measured : ndarray, shape (n, n_outputs)
+        SI; flow angles at the center of gravity, accelerations where the instrument sits.
+    computed : mapping of str to ndarray, shape (n, n_outputs)
+        By model, from the inputs alone, with a level and a start of its own.
+    """
+
+    maneuver: str
+    flight: str
+    times: FloatArray
+    inputs: FloatArray
+    measured: FloatArray
+    computed: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AxisComparison:
+    """The models of one axis.
+
+    Attributes
+    ----------
+    axis : {"lon", "lat"}
+    inputs, outputs : tuple of str
+        Channels of the traces.
+    models : mapping of str to FittedModel
+        ``bls``, ``subspace``, ``ml``; the last are the derivatives of the campaign's own method.
+    errors : mapping of str to mapping of str to float
+        RMS error over range, percent, by model and output; infinite where a model runs away.
+    traces : tuple of LinearTrace
+    fitted, judged : tuple of str
+        Maneuvers.
+    flights : tuple of str
+        Names of whole flights that were kept out; empty where single maneuvers were.
+    """
+
+    axis: LinearAxis
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    models: Mapping[str, FittedModel]
+    errors: Mapping[str, Mapping[str, float]]
+    traces: tuple[LinearTrace, ...]
+    fitted: tuple[str, ...]
+    judged: tuple[str, ...]
+    flights: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinearComparison:
+    """The models of a campaign.
+
+    Attributes
+    ----------
+    axes : mapping of str to AxisComparison
+        Those that could be compared.
+    method : {"ml", "ee", "ftr"}
+        Of the derivatives.
+    remarks : tuple of str
+        Why an axis is missing.
+    """
+
+    axes: Mapping[LinearAxis, AxisComparison] = field(default_factory=dict)
+    method: Method = "ml"
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Split:
+    """What models are fitted on and what they are judged on."""
+
+    fitted: tuple[Maneuver, ...]
+    judged: tuple[Maneuver, ...]
+    flights: tuple[str, ...]
+
+
+def compare_linear(
+    result: CampaignResult, *, keep_out: Collection[str] = (), progress: Step | None = None
+) -> LinearComparison:
+    """Fit the linear models on a part of a campaign's maneuvers and judge them on the rest.
+
+    Parameters
+    ----------
+    result : CampaignResult
+    keep_out : collection of str
+        Numbers of the flights to judge on, as the ids of their maneuvers begin. Empty: for each
+        axis the last flight that flew it; where only one did, every other maneuver of each kind.
+    progress : callable, optional
+        As of `run_campaign`.
+
+    Raises
+    ------
+    CanceledError
+        If `progress` returned False.
+    """
+    every = [one.maneuver for one in result.results]
+    splits: dict[LinearAxis, _Split] = {}
+    remarks = []
+    for axis, words in AXIS_WORDS.items():
+        own = [one for one in every if one.inputs and set(one.inputs) <= set(SURFACES[axis])]
+        if not own:
+            continue
+        split = _split(own, keep_out)
+        if split is None:
+            remarks.append(f"no {words} models are compared: {_too_few(own, keep_out)}")
+        else:
+            splits[axis] = split
+    if not splits:
+        return LinearComparison(method=result.settings.method, remarks=tuple(remarks))
+    out = {one.id for split in splits.values() for one in split.judged}
+    means = _means_without(result, out, progress)
+    found: dict[LinearAxis, AxisComparison] = {}
+    for axis, split in splits.items():
+        try:
+            check_known(axis, means)
+            found[axis] = _compare(axis, split, means)
+        except FlightError as error:
+            remarks.append(f"no {AXIS_WORDS[axis]} models are compared: {error}")
+    return LinearComparison(axes=found, method=result.settings.method, remarks=tuple(remarks))
+
+
+def flight_number(maneuver: str) -> str:
+    """Return the number of the flight in the id of a maneuver; empty where there is only one."""
+    return maneuver.rpartition(":")[0]
+
+
+def _split(own: Sequence[Maneuver], keep_out: Collection[str]) -> _Split | None:
+    flights = list(dict.fromkeys(flight_number(one.id) for one in own))
+    chosen = set(keep_out) & set(flights)
+    if not keep_out and len(flights) > 1:
+        chosen = {flights[-1]}
+    if chosen:
+        judged = [one for one in own if flight_number(one.id) in chosen]
+        names = tuple(dict.fromkeys(one.flight for one in judged))
+    elif keep_out:
+        return None
+    else:
+        judged, names = _every_other(own), ()
+    fitted = tuple(one for one in own if one not in judged)
+    # A model is judged on what it was made for: a surface that no fitted maneuver moved is none.
+    known = {surface for one in fitted for surface in one.inputs}
+    judged = [one for one in judged if set(one.inputs) <= known]
+    return _Split(fitted=fitted, judged=tuple(judged), flights=names) if fitted and judged else None
+
+
+def _every_other(own: Sequence[Maneuver]) -> list[Maneuver]:
+    """Return the second, fourth, ... maneuver of each set of inputs."""
+    seen: dict[tuple[str, ...], int] = {}
+    judged = []
+    for one in own:
+        kind = tuple(sorted(one.inputs))
+        seen[kind] = seen.get(kind, 0) + 1
+        if seen[kind] % 2 == 0:
+            judged.append(one)
+    return judged
+
+
+def _too_few(own: Sequence[Maneuver], keep_out: Collection[str]) -> str:
+    surfaces = " or ".join(dict.fromkeys(surface for one in own for surface in one.inputs))
+    if keep_out:
+        return f"the flights to judge on, or all others, hold no maneuver that moves {surfaces}"
+    return f"it takes a second maneuver that moves {surfaces}, to judge them on"
+
+
+def _means_without(
+    result: CampaignResult, out: Collection[str], progress: Step | None
+) -> dict[str, float]:
+    """Return the derivatives that a campaign gives without some of its maneuvers."""
+    settings = replace(result.settings, joint=False)
+    kept = [one.maneuver for one in result.results if one.maneuver.id not in out]
+    without = run_campaign(kept, settings, progress=progress)
+    return known_values(settings, {name: one.mean for name, one in without.values.items()})
+
+
+def _compare(axis: LinearAxis, split: _Split, values: Mapping[str, float]) -> AxisComparison:
+    first = split.judged[0]
+    # The models are those of the aircraft as it flew where they are judged.
+    derivatives = about_flown_cg(values, first.cg_shift, first.aircraft.geometry)
+    models = fit_models(split.fitted, axis, derivatives, order=ORDERS[axis])
+    traces = tuple(trace for one in split.judged for trace in _traces(one, axis, models))
+    if not traces:
+        raise FlightError("the maneuvers to judge them on hold gaps throughout")
+    stretch = signals_of(split.fitted[0], axis)[0]
+    measured = np.vstack([one.measured for one in traces])
+    return AxisComparison(
+        axis=axis,
+        inputs=stretch.input_names,
+        outputs=stretch.output_names,
+        models=models,
+        errors={
+            name: errors_over_range(
+                measured, np.vstack([one.computed[name] for one in traces]), stretch.output_names
+            )
+            for name in models
+        },
+        traces=traces,
+        fitted=tuple(one.id for one in split.fitted),
+        judged=tuple(one.id for one in split.judged),
+        flights=split.flights,
+    )
+
+
+def _traces(
+    maneuver: Maneuver, axis: LinearAxis, models: Mapping[str, FittedModel]
+) -> list[LinearTrace]:
+    return [
+        LinearTrace(
+            maneuver=maneuver.id,
+            flight=maneuver.flight,
+            times=one.times,
+            inputs=one.inputs,
+            measured=one.outputs,
+            computed={
+                name: followed(model.at(one.dt), one, own_start=True)
+                for name, model in models.items()
+            },
+        )
+        for one in signals_of(maneuver, axis)
+    ]

@@ -1,0 +1,116 @@
+"""Linear models fitted on some maneuvers of a campaign and judged on the others."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.dynamics.model import load_model
+from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.summary.linear_comparison import compare_linear
+from gsapp.quantities import Block
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import fly
+
+TRUTH = load_model("b777")
+FEW = CampaignSettings(method="ee")
+"""Quick: which method gives the derivatives does not matter here."""
+
+
+@cache
+def flown_once() -> tuple[Maneuver, ...]:
+    """Return four longitudinal and four lateral maneuvers, in turn."""
+    kinds = zip(range(21, 29), ("lon", "lat") * 4, strict=True)
+    return tuple(
+        fly(seed, kind, dt=0.02, duration=5.0, model=TRUTH).maneuver for seed, kind in kinds
+    )
+
+
+def maneuvers(flights: int) -> tuple[Maneuver, ...]:
+    """Return the maneuvers as those of one flight, or of two."""
+    found = []
+    for place, one in enumerate(flown_once()):
+        number = 1 if flights == 1 else 1 + place // 4
+        name = f"{number}:M{place}" if flights > 1 else f"M{place}"
+        found.append(replace(one, id=name, flight=f"flight {number}"))
+    return tuple(found)
+
+
+def campaign(flown: tuple[Maneuver, ...]) -> CampaignResult:
+    """Return their estimates."""
+    return run_campaign(flown, FEW)
+
+
+def with_channel(one: Maneuver, channel: str, factor: float) -> Maneuver:
+    """Return a maneuver with a channel scaled."""
+    values = one.block.values.copy()
+    values[:, one.block.channels.index(channel)] *= factor
+    block = Block(channels=one.block.channels, times=one.block.times, values=values)
+    return replace(one, block=block)
+
+
+def test_the_last_flight_is_kept_out_and_nothing_of_it_is_in_the_models() -> None:
+    """Models follow it within a few percent; another record of it leaves them the same, bit by bit.
+
+    A gyro that shows half of the pitch rate there makes the error of q large: it is the flight
+    that judges.
+    """
+    flown = maneuvers(2)
+    found = compare_linear(campaign(flown))
+    assert not found.remarks
+    assert found.axes["lon"].judged == ("2:M4", "2:M6")
+    assert found.axes["lat"].fitted == ("1:M1", "1:M3")
+    assert found.axes["lat"].flights == ("flight 2",)
+    for one in found.axes.values():
+        assert set(one.errors) == {"bls", "subspace", "ml"}
+        assert all(
+            0.0 < error < 15.0 for errors in one.errors.values() for error in errors.values()
+        )
+    other = tuple(with_channel(one, "q", 0.5) if one.id[0] == "2" else one for one in flown)
+    wrong = compare_linear(campaign(other))
+    for axis, one in found.axes.items():
+        for name, model in one.models.items():
+            assert np.array_equal(model.model.A, wrong.axes[axis].models[name].model.A)
+            assert np.array_equal(model.model.B, wrong.axes[axis].models[name].model.B)
+    assert wrong.axes["lon"].errors["ml"]["q"] > 2.0 * found.axes["lon"].errors["ml"]["q"]
+
+
+def test_the_flight_that_judges_can_be_named() -> None:
+    found = compare_linear(campaign(maneuvers(2)), keep_out=("1",))
+    assert found.axes["lat"].judged == ("1:M1", "1:M3")
+
+
+def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
+    found = compare_linear(campaign(maneuvers(1)))
+    assert found.axes["lon"].fitted == ("M0", "M4")
+    assert found.axes["lon"].judged == ("M2", "M6")
+    assert found.axes["lat"].judged == ("M3", "M7")
+    assert found.axes["lat"].flights == ()
+    trace = found.axes["lon"].traces[0]
+    assert trace.measured.shape == trace.computed["bls"].shape == (trace.times.size, 3)
+    assert trace.inputs.shape == (trace.times.size, 1)
+    # The errors are those of the traces.
+    measured = np.vstack([one.measured[:, 2] for one in found.axes["lon"].traces])
+    computed = np.vstack([one.computed["bls"][:, 2] for one in found.axes["lon"].traces])
+    error = 100.0 * np.sqrt(np.mean((measured - computed) ** 2)) / np.ptp(measured)
+    assert found.axes["lon"].errors["bls"]["q"] == pytest.approx(error)
+
+
+def test_a_single_maneuver_of_a_kind_is_told_and_not_judged() -> None:
+    """Longitudinal: one maneuver only. Lateral: compared all the same."""
+    flown = tuple(one for one in maneuvers(1) if one.id not in ("M2", "M4", "M6"))
+    found = compare_linear(campaign(flown))
+    assert set(found.axes) == {"lat"}
+    (said,) = found.remarks
+    assert said == (
+        "no longitudinal models are compared: it takes a second maneuver that moves de, to judge "
+        "them on"
+    )
