@@ -20,6 +20,7 @@ def flown_flights(
     calibration: str | None = None,
     given: Sequence[str] = (),
     every_grade: bool = False,
+    as_found: bool = False,
     console: Console,
 ) -> tuple[FlownFlight, ...]:
     """Open flights and cut their maneuvers, telling a console what is being done.
@@ -36,5 +37,6 @@ def flown_flights(
             calibration=calibration,
             given=given,
             every_grade=every_grade,
+            as_found=as_found,
             doing=status.update,
         )

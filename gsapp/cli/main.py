@@ -371,6 +371,9 @@ ManeuverList = Annotated[
         "repeatable",
     ),
 ]
+AsFound = Annotated[
+    bool, typer.Option("--as-found", help="Leave out what was changed by hand in the review")
+]
 CatalogFile = Annotated[
     Optional[Path],  # noqa: UP045
     typer.Option(
@@ -385,10 +388,11 @@ def maneuvers(
     aircraft: AircraftName = None,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
+    as_found: AsFound = False,
     catalog: CatalogFile = None,
     json: JsonFile = None,
 ) -> None:
-    """Find the maneuvers of a flight and grade them.
+    """Find the maneuvers of a flight and grade them; what was changed by hand counts.
 
     Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
     """
@@ -399,6 +403,7 @@ def maneuvers(
         aircraft=aircraft,
         channel_map=channel_map,
         calibration=calibration,
+        as_found=as_found,
         json=json,
         catalog=catalog,
     )

@@ -21,10 +21,11 @@ def run(
     aircraft: str | None = None,
     channel_map: str | None = None,
     calibration: str | None = None,
+    as_found: bool = False,
     json: Path | None = None,
     catalog: Path | None = None,
 ) -> None:
-    """Find the maneuvers of a flight and print them.
+    """Find the maneuvers of a flight and print them, changes by hand included.
 
     Parameters
     ----------
@@ -36,6 +37,8 @@ def run(
         Name or path.
     calibration : str, optional
         Certificates in place of those kept with the flight: a folder, or a shipped set.
+    as_found : bool
+        Whether to leave out what was changed by hand.
     json : Path, optional
         Where to write the list for programs; ``-`` for the screen.
     catalog : Path, optional
@@ -66,7 +69,7 @@ def run(
         )
         flown = Setting.find(flight, aircraft=aircraft).aircraft or load_aircraft("b777")
     with console.status("looking for maneuvers"):
-        found = survey(loaded, flown)
+        found = survey(loaded, flown, as_found=as_found)
     if catalog is not None:
         with Catalog(catalog) as store:
             store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
@@ -89,7 +92,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from gsapp.flight.maneuvers import GRADES
+    from gsapp.flight.maneuvers import CREW, GRADES
     from gsapp.quantities.constants import DEGREE, FOOT
 
     count = len(found.maneuvers)
@@ -114,10 +117,12 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             _shown(one.amplitude, DEGREE),
             _shown(one.V, FOOT),
             _shown(one.alpha, DEGREE),
-            f"[{_COLORS[one.grade]}]{one.grade}[/]",
+            f"[{_COLORS[one.grade]}]{one.grade}[/]{' by hand' if one.graded_by == CREW else ''}",
         )
     console.print(table)
     for one in found.maneuvers:
+        if one.note:
+            console.print(f"{one.id}: {one.note}", highlight=False, markup=False, soft_wrap=True)
         if one.reasons:
             console.print(
                 f"{one.id}: {'; '.join(one.reasons)}",

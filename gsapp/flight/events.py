@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from gsapp.flight.names import EVENTS_FILE
 from gsapp.foundation import FlightError
 from gsapp.foundation.locking import alone
 
@@ -111,6 +112,11 @@ def event_of(notice: Notice) -> Event:
 def in_order(events: Iterable[Event]) -> tuple[Event, ...]:
     """Return events by flight time; those without one come last."""
     return tuple(sorted(events, key=lambda event: (event.time is None, event.time or 0.0)))
+
+
+def events_path(flight: Path) -> Path:
+    """Return the events file of a flight: in its folder, or beside its single file."""
+    return flight / EVENTS_FILE if flight.is_dir() else Path(f"{flight}.{EVENTS_FILE}")
 
 
 class EventLog:

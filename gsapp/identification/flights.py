@@ -113,6 +113,7 @@ def flown_flights(
     calibration: str | None = None,
     given: Sequence[str] = (),
     every_grade: bool = False,
+    as_found: bool = False,
     doing: Callable[[str], object] | None = None,
 ) -> tuple[FlownFlight, ...]:
     """Open flights and cut their maneuvers.
@@ -129,6 +130,8 @@ def flown_flights(
         ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
     every_grade : bool
         Whether maneuvers graded unfit (D) stay in.
+    as_found : bool
+        Whether to leave out what was changed by hand.
     doing : callable, optional
         Told what is being done, in words, before each step.
 
@@ -149,7 +152,10 @@ def flown_flights(
         )
         if doing is not None:
             doing(f"looking for maneuvers in {path.name}")
-        surveyed = survey(opened.flight, opened.aircraft, given=given, number=number, flights=count)
+        surveyed = survey(
+            opened.flight, opened.aircraft, given=given, number=number, flights=count,
+            as_found=as_found,
+        )  # fmt: skip
         named = any(window.flight == number for window in windows)
         prefix = f"{number}:" if count > 1 else ""
         flown.append(

@@ -22,11 +22,10 @@ from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
 from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
-from gsapp.flight.events import Event, EventLog, event_of, in_order
+from gsapp.flight.events import Event, EventLog, event_of, events_path, in_order
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import damaged_events, load_flight
-from gsapp.flight.names import EVENTS_FILE
 from gsapp.flight.raw import RawDamage
 from gsapp.flight.uniform import union
 from gsapp.foundation import FileProblemsError
@@ -148,10 +147,7 @@ class Session:
         self.limits = LimitSet(setting.aircraft, setting.limits)
         self.board = AlarmBoard()
         self.history = History((), opened.rate)
-        events = (
-            path / EVENTS_FILE if path.is_dir() else path.with_name(f"{path.name}.{EVENTS_FILE}")
-        )
-        self.book = MarkBook(EventLog(events), wall_us)
+        self.book = MarkBook(EventLog(events_path(path)), wall_us)
         self._reader = opened.reader
         self._setting = setting
         self._flight = opened.whole

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,13 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.flight.events import Event, EventLog
+from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.maneuvers import (
+    CREW,
+    PROGRAM,
     Assessor,
     FoundManeuver,
     ManeuverBook,
     ManeuverLog,
     detect,
+    survey,
 )
 from gsapp.foundation import FlightError, UnknownNameError
 
@@ -205,3 +209,99 @@ def test_a_record_comes_back_whole():
     for wrong in (3, {}, {**FOUND[0].to_json(), "grade": "Z"}, {**FOUND[0].to_json(), "t_end": 0}):
         with pytest.raises(FlightError, match="find the maneuvers anew"):
             FoundManeuver.from_record(wrong)
+
+
+# A list that is found otherwise than when it was changed --------------------------------
+
+
+def edited(path: Path, found: tuple[FoundManeuver, ...], *deeds: tuple[str, int, float]) -> None:
+    """Write changes of a list to an events file."""
+    log = ManeuverLog(EventLog(path), found)
+    for deed in deeds:
+        log.record(done(log.book, *deed))
+
+
+def test_a_change_finds_its_maneuver_where_it_lay_not_by_its_number(tmp_path):
+    """A detection that sees one more before it counts on; the change stays with its motion."""
+    path = tmp_path / "events.jsonl"
+    edited(path, FOUND, ("move", 1, 2.5), ("note", 1, 7.0), ("remove", 3, 1.0))
+    before = ManeuverLog(EventLog(path), FOUND).book
+    more = (
+        plain("1", 40.0, 44.0),
+        *(replace(one, id=str(number)) for number, one in enumerate(FOUND, start=2)),
+    )
+    log = ManeuverLog(EventLog(path), more)
+    assert log.left_out == 0
+    shifted = [replace(one, id=str(int(one.id) + 1)) for one in before.maneuvers]
+    assert list(log.book.maneuvers) == [more[0], *shifted]
+    assert log.book["3"].note == "7.00"
+    # All the way back stands what is found now.
+    assert log.book.undo().undo().undo().maneuvers == more
+
+
+def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_path):
+    path = tmp_path / "events.jsonl"
+    edited(path, FOUND, ("note", 1, 7.0), ("move", 1, 2.5), ("remove", 2, 1.0))
+    fewer = tuple(
+        replace(one, id=str(number)) for number, one in enumerate((FOUND[0], *FOUND[3:]), start=1)
+    )
+    log = ManeuverLog(EventLog(path), fewer)
+    (there,) = (one for one in log.book.maneuvers if one.note == "7.00")
+    assert (there.t_start, there.t_end) == (FOUND[1].t_start, FOUND[1].t_start + 2.5)
+    assert [one for one in log.book.maneuvers if one is not there] == list(fewer)
+    said = " ".join(log.remarks)
+    assert "3 changes by hand" in said
+    assert f"maneuver 2 at {FOUND[1].t_start:.1f} s, changed by hand" in said
+    assert f"maneuver 3 at {FOUND[2].t_start:.1f} s" in said
+    # Its number is another's now.
+    assert f"is now called {there.id}" in said
+
+
+def test_undo_takes_back_its_own_change_whichever_are_left_out(tmp_path):
+    """The history holds an overtaken change; its undo must not take back the one before it."""
+    path = tmp_path / "events.jsonl"
+    one, two = (ManeuverLog(EventLog(path), FOUND) for _ in range(2))
+    one.record(one.book.remove("1"))
+    two.record(two.book.annotate("1", "mine"))
+    EventLog(path).append(Event(kind="maneuver-undo", text="", data={"change": 2}))
+    again = ManeuverLog(EventLog(path), FOUND)
+    assert [edit.words for edit in again.book.edits] == ["remove 1"]
+    again.record(again.book.undo())
+    assert records(ManeuverLog(EventLog(path), FOUND).book) == records(BOOK)
+
+
+def test_a_grade_by_a_person_survives_and_can_be_taken_back(tmp_path):
+    path = tmp_path / "events.jsonl"
+    log = ManeuverLog(EventLog(path), FOUND)
+    log.record(log.book.regrade("2", "C", ASSESS, "wind"))
+    log.record(log.book.move("2", ASSESS, t_end=FOUND[1].t_end - 0.5))
+    kept = ManeuverLog(EventLog(path), FOUND).book["2"]
+    assert (kept.grade, kept.reasons, kept.graded_by) == ("C", ("wind",), CREW)
+    log.record(log.book.regrade("2", None, ASSESS))
+    assert log.book["2"].graded_by == PROGRAM
+    assert log.book["2"].grade == ASSESS("2", FOUND[1].t_start, FOUND[1].t_end - 0.5).grade
+    assert records(log.book.undo().undo().undo()) == records(BOOK)
+    with pytest.raises(FlightError, match="no grade 'E'"):
+        log.book.regrade("2", "E", ASSESS)
+
+
+def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
+    """Edges and notes are the person's, the grade is what this very record shows."""
+    flight = replace(FLIGHT, path=tmp_path / "made.csv")
+    found = survey(flight, AIRCRAFT).maneuvers
+    log = ManeuverLog(EventLog(events_path(flight.path)), found)
+    log.record(log.book.add(plain, 64.0, 66.0, name="rest"))
+    log.record(log.book.annotate("rest", "nothing here"))
+    assert (tmp_path / "made.csv.events.jsonl").is_file()
+    edited_list = survey(flight, AIRCRAFT)
+    (rest,) = (one for one in edited_list.maneuvers if one.id == "rest")
+    assert rest.note == "nothing here"
+    assert rest == replace(ASSESS("rest", 64.0, 66.0), note="nothing here")
+    assert any("2 changes by hand" in remark for remark in edited_list.remarks)
+    assert survey(flight, AIRCRAFT, as_found=True).maneuvers == found
+    (given,) = survey(flight, AIRCRAFT, given=["64:66"]).maneuvers
+    assert given.note == ""
+    shorter = replace(flight, block=flight.block.between(0.0, 62.0))
+    assert any(
+        "rest, put in by hand, is left out" in one for one in survey(shorter, AIRCRAFT).remarks
+    )

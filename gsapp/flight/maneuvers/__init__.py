@@ -1,8 +1,9 @@
 """Maneuvers of a flight: finding, grading, naming and editing them."""
 
 from gsapp.flight.maneuvers.detection import ManeuverDetector, detect, find_maneuvers
-from gsapp.flight.maneuvers.editing import Edit, ManeuverBook, ManeuverLog
-from gsapp.flight.maneuvers.found import GRADES, FoundManeuver, Grade
+from gsapp.flight.maneuvers.edit_log import ManeuverLog, standing
+from gsapp.flight.maneuvers.editing import Edit, ManeuverBook
+from gsapp.flight.maneuvers.found import CREW, GRADES, PROGRAM, FoundManeuver, Grade
 from gsapp.flight.maneuvers.given import (
     Assessor,
     FlightManeuvers,
@@ -13,7 +14,9 @@ from gsapp.flight.maneuvers.given import (
 from gsapp.flight.maneuvers.noise import NoiseFloor
 
 __all__ = [
+    "CREW",
     "GRADES",
+    "PROGRAM",
     "Assessor",
     "Edit",
     "FlightManeuvers",
@@ -27,5 +30,6 @@ __all__ = [
     "find_maneuvers",
     "maneuvers_of",
     "parse_windows",
+    "standing",
     "survey",
 ]

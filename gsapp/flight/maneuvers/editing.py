@@ -9,16 +9,14 @@ events of the flight; every window that follows them shows the same list.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Protocol
 
-from gsapp.flight.events import Event, EventLog
-from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.flight.maneuvers.found import CREW, GRADES, PROGRAM, FoundManeuver, Grade
 from gsapp.foundation import FlightError, UnknownNameError
 
-EDIT: Final = "maneuver-edit"
-UNDO: Final = "maneuver-undo"
-REDO: Final = "maneuver-redo"
+_SAME_EDGE: Final = 1e-6
+"""Seconds between edges that are the same."""
 
 
 class Assess(Protocol):
@@ -40,16 +38,26 @@ class Edit:
         Ids of the maneuvers taken out.
     added : tuple of FoundManeuver
         Put in.
+    stretches : tuple of (float, float)
+        Where each of those taken out lay, s; empty in files of former versions.
+    number : int
+        Which change of the events file it is, from 1; 0 before it was written.
+    remark : str
+        What had to be done to apply it to a list that was found otherwise; empty for nothing.
     """
 
     words: str
     removed: tuple[str, ...] = ()
     added: tuple[FoundManeuver, ...] = ()
+    stretches: tuple[tuple[float, float], ...] = ()
+    number: int = field(default=0, compare=False)
+    remark: str = field(default="", compare=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the data of an event."""
         return {
             "removed": list(self.removed),
+            "stretches": [list(stretch) for stretch in self.stretches],
             "added": [maneuver.to_record() for maneuver in self.added],
         }
 
@@ -65,10 +73,17 @@ class Edit:
         removed, added = data.get("removed"), data.get("added")
         if not isinstance(removed, list) or not isinstance(added, list):
             raise FlightError(f"the event '{words}' holds no change of maneuvers; leave it out")
+        try:
+            stretches = tuple((float(low), float(high)) for low, high in data.get("stretches", ()))
+        except (TypeError, ValueError) as error:
+            raise FlightError(
+                f"the event '{words}' does not say where its maneuvers lay; leave it out"
+            ) from error
         return Edit(
             words=words,
             removed=tuple(str(name) for name in removed),
             added=tuple(FoundManeuver.from_record(record) for record in added),
+            stretches=stretches if len(stretches) == len(removed) else (),
         )
 
 
@@ -119,19 +134,22 @@ class ManeuverBook:
 
     def apply(self, edit: Edit) -> ManeuverBook:
         """Return a book with one change more; what had been taken back is gone."""
-        standing = {maneuver.id for maneuver in self.maneuvers}
+        standing = {maneuver.id: maneuver for maneuver in self.maneuvers}
         missing = [name for name in edit.removed if name not in standing]
         if missing:
             raise UnknownNameError(
                 f"'{edit.words}' changes the maneuver '{missing[0]}', which is not there any more"
             )
-        taken = standing.difference(edit.removed)
+        taken = set(standing).difference(edit.removed)
         for maneuver in edit.added:
             if not maneuver.id or maneuver.id in taken:
                 raise FlightError(
                     f"'{edit.words}' needs a name of its own; '{maneuver.id}' is taken or empty"
                 )
             taken.add(maneuver.id)
+        if not edit.stretches:
+            lay = tuple((standing[name].t_start, standing[name].t_end) for name in edit.removed)
+            edit = replace(edit, stretches=lay)
         return replace(self, edits=(*self.edits, edit), undone=())
 
     def move(
@@ -144,6 +162,8 @@ class ManeuverBook:
     ) -> ManeuverBook:
         """Move one or both edges (s); inputs and grade are judged anew.
 
+        A grade that a person gave stays.
+
         Raises
         ------
         FlightError
@@ -152,13 +172,13 @@ class ManeuverBook:
         old = self[name]
         start = old.t_start if t_start is None else t_start
         stop = old.t_end if t_end is None else t_end
-        new = replace(assess(name, *_in_order(start, stop)), note=old.note)
+        new = _as_known(assess(name, *_in_order(start, stop)), old)
         words = f"move {name} to {new.t_start:.2f} to {new.t_end:.2f} s"
         return self.apply(Edit(words=words, removed=(name,), added=(new,)))
 
     def add(self, assess: Assess, t_start: float, t_end: float, name: str = "") -> ManeuverBook:
         """Add a stretch (s) that the detection did not take for a maneuver."""
-        given = name or self._free_name()
+        given = name or self.free_name()
         new = assess(given, *_in_order(t_start, t_end))
         return self.apply(Edit(words=f"add {given} at {new.t_start:.2f} s", added=(new,)))
 
@@ -193,6 +213,45 @@ class ManeuverBook:
         noted = replace(self[name], note=note)
         return self.apply(Edit(words=f"note on {name}", removed=(name,), added=(noted,)))
 
+    def regrade(
+        self, name: str, grade: Grade | None, assess: Assess, reason: str = ""
+    ) -> ManeuverBook:
+        """Give a maneuver the grade that a person finds right; None leaves it to the program.
+
+        Raises
+        ------
+        FlightError
+            If there is no such grade.
+        """
+        old = self[name]
+        if grade is None:
+            mine = replace(old, graded_by=PROGRAM)
+            new = self.judged(mine, assess)
+            words = f"grade {name} by the samples again"
+        elif grade in GRADES:
+            reasons = (reason.strip(),) if reason.strip() else ()
+            new = replace(old, grade=grade, reasons=reasons, graded_by=CREW)
+            words = f"grade {name} {grade}"
+        else:
+            raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
+        return self.apply(Edit(words=words, removed=(name,), added=(new,)))
+
+    def judged(self, maneuver: FoundManeuver, assess: Assess) -> FoundManeuver:
+        """Return a maneuver as the samples show it now, with what people wrote of it.
+
+        One with edges as they were found is what the detection says; others are looked at anew.
+
+        Raises
+        ------
+        FlightError
+            If it lies outside the flight.
+        """
+        for one in self.found:
+            edges = (one.t_start - maneuver.t_start, one.t_end - maneuver.t_end)
+            if max(map(abs, edges)) <= _SAME_EDGE:
+                return _as_known(one, maneuver)
+        return _as_known(assess(maneuver.id, maneuver.t_start, maneuver.t_end), maneuver)
+
     def undo(self) -> ManeuverBook:
         """Take the latest change back; the same book where there is none."""
         if not self.edits:
@@ -205,82 +264,21 @@ class ManeuverBook:
             return self
         return replace(self, edits=(*self.edits, self.undone[-1]), undone=self.undone[:-1])
 
-    def _free_name(self) -> str:
-        used = {maneuver.id for maneuver in self.maneuvers}
+    def free_name(self, names: Iterable[str] = ()) -> str:
+        """Return an id that neither a maneuver here has nor one of these."""
+        used = {maneuver.id for maneuver in self.maneuvers}.union(names)
         number = len(used) + 1
         while str(number) in used:
             number += 1
         return str(number)
 
 
-class ManeuverLog:
-    """The changes of a flight's maneuvers in its events file, for making and following.
-
-    Parameters
-    ----------
-    log : EventLog
-        Of ``events.jsonl``.
-    found : sequence of FoundManeuver
-        What the detection gives for this flight.
-
-    Attributes
-    ----------
-    book : ManeuverBook
-        As of the last `poll`.
-    left_out : int
-        Events that could not be applied: damaged, or overtaken by what another window did.
-    """
-
-    def __init__(self, log: EventLog, found: Sequence[FoundManeuver] = ()) -> None:
-        self._log = log
-        self.book = ManeuverBook(found=tuple(found))
-        self.left_out = 0
-        self.poll()
-
-    def poll(self) -> bool:
-        """Take in what was written since; return whether the list may have changed."""
-        return self.follow(self._log.poll())
-
-    def follow(self, events: Iterable[Event]) -> bool:
-        """Take in events that somebody else polled; return whether the list may have changed."""
-        changed = False
-        for event in events:
-            if event.kind not in (EDIT, UNDO, REDO):
-                continue
-            try:
-                self.book = _after(self.book, event)
-                changed = True
-            except (FlightError, UnknownNameError):
-                self.left_out += 1
-        return changed
-
-    def record(self, book: ManeuverBook) -> None:
-        """Write the latest change of a book that was made from the present one.
-
-        Raises
-        ------
-        FlightError
-            If the book is not one change, undo or redo away, or the file cannot be written.
-        """
-        now = self.book
-        if book.edits[:-1] == now.edits and book.edits != now.edits and not book.undone:
-            edit = book.edits[-1]
-            self._log.append(Event(kind=EDIT, text=edit.words, data=edit.to_json()))
-        elif book == now.undo():
-            self._log.append(Event(kind=UNDO, text=f"take back: {book.undone[-1].words}"))
-        elif book == now.redo():
-            self._log.append(Event(kind=REDO, text=f"again: {book.edits[-1].words}"))
-        else:
-            raise FlightError("another window changed the maneuvers meanwhile; look, and try again")
-        self.poll()
-
-
-def _after(book: ManeuverBook, event: Event) -> ManeuverBook:
-    if event.kind == UNDO:
-        return book.undo()
-    if event.kind == REDO:
-        return book.redo()
-    return book.apply(Edit.from_json(event.text, event.data))
+def _as_known(maneuver: FoundManeuver, former: FoundManeuver) -> FoundManeuver:
+    """Return a maneuver with what people know of it: id, note, and the grade they gave."""
+    kept = replace(maneuver, id=former.id, note=former.note)
+    if former.graded_by == PROGRAM:
+        return kept
+    return replace(kept, grade=former.grade, reasons=former.reasons, graded_by=former.graded_by)
 
 
 def _in_order(start: float, stop: float) -> tuple[float, float]:

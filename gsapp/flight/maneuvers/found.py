@@ -19,6 +19,11 @@ GRADES: Final[Mapping[Grade, str]] = {
 }
 """Grades and what they mean."""
 
+PROGRAM: Final = "program"
+"""Gave a grade by what the samples show."""
+CREW: Final = "crew"
+"""Gave a grade by what people know; the program does not overrule it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundManeuver:
@@ -54,6 +59,8 @@ class FoundManeuver:
         Amplitude of each input, rad.
     note : str
         What a person wrote beside it.
+    graded_by : str
+        `PROGRAM` or `CREW`.
     """
 
     id: str
@@ -70,6 +77,7 @@ class FoundManeuver:
     t_input_end: float = math.nan
     amplitudes: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
+    graded_by: str = PROGRAM
 
     def to_json(self) -> dict[str, Any]:
         """Return the fixed fields for programs: SI units, absent = None."""
@@ -96,6 +104,7 @@ class FoundManeuver:
             "t_input_end": _number(self.t_input_end),
             "amplitudes": dict(self.amplitudes),
             "note": self.note,
+            "graded_by": self.graded_by,
         }
 
     @staticmethod
@@ -130,6 +139,7 @@ class FoundManeuver:
                     str(name): float(size) for name, size in record.get("amplitudes", {}).items()
                 },
                 note=str(record.get("note", "")),
+                graded_by=str(record.get("graded_by", PROGRAM)),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise FlightError(

@@ -1,4 +1,4 @@
-"""The maneuvers of a flight: found, or named by hand, or the whole of a short record."""
+"""The maneuvers of a flight: found and corrected by hand, or named, or the whole of a record."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.flight.events import EventLog, events_path
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detection import check_flight, described, detect
+from gsapp.flight.maneuvers.edit_log import ManeuverLog, standing
 from gsapp.flight.maneuvers.found import FoundManeuver
 from gsapp.flight.maneuvers.grading import Passage, Setting
 from gsapp.flight.maneuvers.moves import ALSO_MOVED, moved_inputs
@@ -47,7 +49,7 @@ class FlightManeuvers:
     judged_by : str
         What told whether it flew, in words.
     remarks : tuple of str
-        Sentences for the crew: stuck surfaces, a record taken whole.
+        Sentences for the crew: stuck surfaces, a record taken whole, changes by hand.
     """
 
     maneuvers: tuple[FoundManeuver, ...]
@@ -179,8 +181,11 @@ def survey(
     given: Sequence[str] = (),
     number: int = 1,
     flights: int = 1,
+    as_found: bool = False,
 ) -> FlightManeuvers:
     """Return the maneuvers of a flight with all that is worth saying.
+
+    Changes made by hand, which stand among the events of the flight, count.
 
     Parameters
     ----------
@@ -192,6 +197,8 @@ def survey(
         be found; which inputs moved is seen from the samples.
     number, flights : int
         Which flight of how many this is, for ``K``. A flight that no text names is searched.
+    as_found : bool
+        Whether to leave out what was changed by hand.
 
     Raises
     ------
@@ -215,6 +222,10 @@ def survey(
         # Where the detection saw the input, it knows its inputs and shape better.
         found = (replace(found[0], t_start=whole.t_start, t_end=whole.t_end) if found else whole,)
         remarks.append(f"the record of {flight.duration:.1f} s is taken as one maneuver, whole")
+    if not windows and not as_found:
+        log = ManeuverLog(EventLog(events_path(flight.path)), found)
+        found, said = standing(log, assessor.assess)
+        remarks += said
     return FlightManeuvers(
         maneuvers=found,
         noise=detector.noise,

@@ -1,0 +1,145 @@
+"""Changes of a flight's maneuvers in its events file: made, followed, and applied everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from gsapp.flight.events import Event, EventLog
+from gsapp.flight.maneuvers.editing import Assess, Edit, ManeuverBook
+from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.flight.maneuvers.locating import located
+from gsapp.foundation import FlightError, UnknownNameError
+
+EDIT: Final = "maneuver-edit"
+UNDO: Final = "maneuver-undo"
+REDO: Final = "maneuver-redo"
+
+
+class ManeuverLog:
+    """The changes of a flight's maneuvers in its events file, for making and following.
+
+    Parameters
+    ----------
+    log : EventLog
+        Of ``events.jsonl``.
+    found : sequence of FoundManeuver
+        What the detection gives for this flight.
+
+    Attributes
+    ----------
+    book : ManeuverBook
+        As of the last `poll`.
+    left_out : int
+        Events that could not be applied: damaged, or overtaken by what another window did.
+    """
+
+    def __init__(self, log: EventLog, found: Sequence[FoundManeuver] = ()) -> None:
+        self._log = log
+        self._count = 0
+        self.book = ManeuverBook(found=tuple(found))
+        self.left_out = 0
+        self.poll()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what is to be said of the changes, in sentences."""
+        said = []
+        count = len(self.book.edits)
+        if count:
+            said.append(f"the maneuvers stand with {_changes(count)} by hand")
+        said += [edit.remark for edit in self.book.edits if edit.remark]
+        if self.left_out:
+            said.append(
+                f"{_changes(self.left_out)} of maneuvers could not be applied and "
+                f"{'is' if self.left_out == 1 else 'are'} left out"
+            )
+        return tuple(said)
+
+    def poll(self) -> bool:
+        """Take in what was written since; return whether the list may have changed."""
+        return self.follow(self._log.poll())
+
+    def follow(self, events: Iterable[Event]) -> bool:
+        """Take in events that somebody else polled; return whether the list may have changed."""
+        changed = False
+        for event in events:
+            if event.kind not in (EDIT, UNDO, REDO):
+                continue
+            if event.kind == EDIT:
+                self._count += 1
+            try:
+                self.book = self._after(event)
+                changed = True
+            except (FlightError, UnknownNameError):
+                self.left_out += 1
+        return changed
+
+    def _after(self, event: Event) -> ManeuverBook:
+        """Return the book after an event; what is taken back or brought again is told by number."""
+        book = self.book
+        if event.kind == EDIT:
+            edit = Edit.from_json(event.text, event.data)
+            return book.apply(located(book, replace(edit, number=self._count)))
+        undoes = event.kind == UNDO
+        stack = book.edits if undoes else book.undone
+        number = event.data.get("change")
+        if number is not None and (not stack or stack[-1].number != number):
+            # Of a change that was left out, or that another window was quicker with.
+            return book
+        return book.undo() if undoes else book.redo()
+
+    def record(self, book: ManeuverBook) -> None:
+        """Write the latest change of a book that was made from the present one.
+
+        Raises
+        ------
+        FlightError
+            If the book is not one change, undo or redo away, or the file cannot be written.
+        """
+        now = self.book
+        if book.edits[:-1] == now.edits and book.edits != now.edits and not book.undone:
+            edit = book.edits[-1]
+            self._log.append(Event(kind=EDIT, text=edit.words, data=edit.to_json()))
+        elif book == now.undo():
+            edit = now.edits[-1]
+            text = f"take back: {edit.words}"
+            self._log.append(Event(kind=UNDO, text=text, data={"change": edit.number}))
+        elif book == now.redo():
+            edit = now.undone[-1]
+            text = f"again: {edit.words}"
+            self._log.append(Event(kind=REDO, text=text, data={"change": edit.number}))
+        else:
+            raise FlightError("another window changed the maneuvers meanwhile; look, and try again")
+        self.poll()
+
+
+def standing(log: ManeuverLog, assess: Assess) -> tuple[tuple[FoundManeuver, ...], tuple[str, ...]]:
+    """Return what stands with all changes, as the samples show it now, and what is to be said.
+
+    The record may have become better since a change was made: the on-board log came, or the
+    detection and the grades. A maneuver that lies outside the record is left out.
+
+    Returns
+    -------
+    maneuvers : tuple of FoundManeuver
+        In order of time.
+    remarks : tuple of str
+    """
+    book = log.book
+    maneuvers, outside = [], []
+    found = set(map(id, book.found))
+    for maneuver in book.maneuvers:
+        if id(maneuver) in found:
+            maneuvers.append(maneuver)
+            continue
+        try:
+            maneuvers.append(book.judged(maneuver, assess))
+        except FlightError as error:
+            outside.append(f"maneuver {maneuver.id}, put in by hand, is left out: {error}")
+    return tuple(maneuvers), (*log.remarks, *outside)
+
+
+def _changes(count: int) -> str:
+    return "1 change" if count == 1 else f"{count} changes"
