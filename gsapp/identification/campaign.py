@@ -2,7 +2,8 @@
 
 Each maneuver goes to the axis that its surfaces excite. What a maneuver does not free (tables
 6.2.5 and 6.2.6) is held at the model's value; without a model, at the campaign's own: maneuvers
-that move fewer surfaces come second and hold the means of those that moved more.
+that move fewer surfaces come second and hold the means of those that moved more. Those that lack
+airspeed or angle of attack come after the others of their kind and start from their means.
 """
 
 from __future__ import annotations
@@ -187,9 +188,10 @@ def run_campaign(
     found: dict[int, ManeuverResult] = {}
     means: Mapping[str, CampaignValue] = {}
     known = campaign_stand_ins([one for one, _ in chosen])
-    for moved in sorted({_breadth(one) for one, _ in chosen}, reverse=True):
+    rounds = [_round(one, settings, known) for one, _ in chosen]
+    for now in sorted(set(rounds)):
         for place, (one, axis) in enumerate(chosen):
-            if _breadth(one) != moved:
+            if rounds[place] != now:
                 continue
             _tell(progress, done, total, f"maneuver {one.id}")
             found[place] = _estimate_one(one, axis, settings, means, known)
@@ -252,8 +254,12 @@ def _axis(maneuver: Maneuver, settings: CampaignSettings) -> Axis | None:
     return settings.axis if moved else None
 
 
-def _breadth(maneuver: Maneuver) -> int:
-    return len(maneuver.inputs)
+def _round(
+    maneuver: Maneuver, settings: CampaignSettings, known: Mapping[str, StandIn]
+) -> tuple[int, bool]:
+    """Return when a maneuver's turn is: what others know already helps it."""
+    lacks = bool(lacking((maneuver,), known, settings.likelihood.stand_ins))
+    return -len(maneuver.inputs), lacks
 
 
 def _groups(
@@ -347,6 +353,8 @@ def _estimate_about_cg(
             one.id: settings.weights.get(one.flight, settings.weights.get("", {}))
             for one in maneuvers
         }
+    # Equation error begins poorly where a flow angle is missing; the others' means begin well.
+    start = {name: means[name].mean for name in derivatives if needed and name in means}
     beside: tuple[str, ...] = ()
     if settings.model is None and settings.free is None:
         beside = moved_beside(maneuvers, axis, (*free, *held))
@@ -362,6 +370,7 @@ def _estimate_about_cg(
                 held=held,
                 joint_weights=weights,
                 stand_ins={**constants, **settings.likelihood.stand_ins},
+                start={**start, **settings.likelihood.start},
             ),
         )
 

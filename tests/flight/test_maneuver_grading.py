@@ -128,13 +128,15 @@ def test_a_stuck_sensor_and_a_missing_one_are_named():
 
 
 def test_a_rudder_lost_in_flight_makes_an_aileron_maneuver_unfit():
-    """What answers to the ailerons answers to the rudder too; one never measured is another case."""
+    """What answers to the ailerons answers to the rudder too; one never measured is another."""
     flight = make_flight([Input(at=AT, surface="da", size=5.0)], seed=2)
     lost = np.where(flight.block.times > AT - 10.0, np.nan, flight.block["dr"])
     assert "was lost" not in str(graded(flight).reasons)
-    found = graded(changed(flight, dr=lost))
-    assert found.grade == "D"
-    assert found.reasons[0].startswith("dr was lost")
+    # A broken wire reads nothing, or what no rudder can.
+    for broken in (lost, np.where(np.isnan(lost), 68.0 * DEGREE, lost)):
+        found = graded(changed(flight, dr=broken))
+        assert found.grade == "D"
+        assert found.reasons[0].startswith("dr was lost")
     never = graded(changed(flight, dr=np.nan))
     assert "was lost" not in str(never.reasons)
 

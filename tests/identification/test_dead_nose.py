@@ -55,8 +55,8 @@ def test_dead_instruments_are_left_out_and_told() -> None:
     assert not {"alpha", "beta", *AIRSPEED} & set(lost.block.channels)
     assert {"p", "q", "r", "ay", "da", "dr"} <= set(lost.block.channels)
     assert lost.remarks == (
-        "alpha, beta and airspeed were dead, at the end of the range throughout: taken as not "
-        "measured",
+        "alpha, beta and airspeed were dead, at the end of the range or beyond it throughout: "
+        "taken as not measured",
     )
     half = np.where(np.arange(100) < 80, 30.0 * DEGREE, 0.0)
     assert not dead_instruments(

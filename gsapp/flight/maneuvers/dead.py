@@ -13,6 +13,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
+from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities import FloatArray
 
 AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
@@ -20,6 +21,8 @@ AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 
 _SHARE: Final = 0.95
 """Share of a maneuver's samples at the end of the range from which an instrument is dead."""
+_BEYOND_TRAVEL: Final = 0.5
+"""Share of its travel that no surface ever goes beyond it: what reads more is a broken wire."""
 _NO_SPEED: Final = 0.3
 """An aircraft that answers to its surfaces flies faster than this share of its stall speed."""
 _FEWEST: Final = 20
@@ -47,10 +50,21 @@ def dead_instruments(
         values = _present(samples(name))
         if values.size >= _FEWEST and at_range_end(values, limits).mean() >= _SHARE:
             found[name] = (name,)
+    for name, (low, high) in _travels(aircraft).items():
+        values = _present(samples(name))
+        beyond = _BEYOND_TRAVEL * (high - low)
+        gone = (values < low - beyond) | (values > high + beyond)
+        if values.size >= _FEWEST and gone.mean() >= _SHARE:
+            found[name] = (name,)
     speed = _present(samples("V"))
     if speed.size >= _FEWEST and float(speed.max()) < _NO_SPEED * aircraft.limits.stall_speed:
         found["airspeed"] = AIRSPEED
     return found
+
+
+def _travels(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Return how far each surface goes, rad."""
+    return {name: getattr(aircraft.controls, name).travel for name in SURFACES}
 
 
 def dead_words(instruments: dict[str, tuple[str, ...]]) -> str:
@@ -60,8 +74,8 @@ def dead_words(instruments: dict[str, tuple[str, ...]]) -> str:
     *first, last = instruments
     listed = f"{', '.join(first)} and {last}" if first else last
     return (
-        f"{listed} {'were' if first else 'was'} dead, at the end of the range throughout: taken "
-        "as not measured"
+        f"{listed} {'were' if first else 'was'} dead, at the end of the range or beyond it "
+        "throughout: taken as not measured"
     )
 
 
