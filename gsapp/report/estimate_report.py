@@ -18,12 +18,6 @@ from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.summary import CampaignSummary
 from gsapp.report.document import Document, Paragraph, Part, Picture, Section, Table
-from gsapp.report.estimate_figures import (
-    fit_picture,
-    online_picture,
-    residual_picture,
-    values_pictures,
-)
 from gsapp.report.estimate_words import (
     DERIVATIVE_COLUMNS,
     METHODS,
@@ -37,7 +31,10 @@ from gsapp.report.estimate_words import (
     unknown_rows,
     wild_words,
 )
+from gsapp.report.fit_figures import fit_picture, residual_picture
+from gsapp.report.online_figures import online_picture
 from gsapp.report.provenance import Provenance, provenance_section
+from gsapp.report.value_figures import values_pictures
 
 Units = Literal["US", "SI"]
 
@@ -183,7 +180,7 @@ def _trust_section(reported: Reported, summary: CampaignSummary, units: Units) -
 def _values_section(reported: Reported, summary: CampaignSummary, units: Units) -> Section:
     over = [
         name
-        for name in ("V", "alpha")
+        for name in ("V", "alpha", "beta")
         if any(
             trend.condition == name for one in summary.derivatives.values() for trend in one.trends
         )
@@ -200,7 +197,7 @@ def _online_section(reported: Reported, summary: CampaignSummary) -> Section:
     for number, one in enumerate(reported.heard, start=1):
         histories = [one.histories[name] for name in wanted if name in one.histories]
         if histories:
-            parts.append(online_picture(histories, summary, one.flight, number))
+            parts.append(online_picture(histories, reported.result, summary, one.flight, number))
     return Section(title="As it formed in the air", parts=tuple(parts))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -39,6 +39,8 @@ class DerivativeSummary:
     honesty : Honesty or None
         Their scatter against their bounds; None for fewer than three.
     trends : tuple of Dependence
+    excluded : tuple of Point
+        Those left out by hand.
     """
 
     name: str
@@ -47,11 +49,13 @@ class DerivativeSummary:
     value: CampaignValue
     honesty: Honesty | None
     trends: tuple[Dependence, ...]
+    excluded: tuple[Point, ...] = ()
 
     @property
     def kept(self) -> tuple[Point, ...]:
         """Return the points that stand."""
         out = {one.point.maneuver for one in self.outliers}
+        out.update(one.maneuver for one in self.excluded)
         return tuple(one for one in self.points if one.maneuver not in out)
 
 
@@ -90,32 +94,44 @@ class CampaignSummary:
     bounds_ratio : float or None
         Scatter over bounds of all derivatives together: the median of their ratios. 1 if the
         bounds are honest; None where nothing was flown three times.
+    without : frozenset of str
+        Maneuvers left out by hand.
     """
 
     derivatives: Mapping[str, DerivativeSummary]
     wild: tuple[WildManeuver, ...]
     bounds_ratio: float | None
+    without: frozenset[str] = frozenset()
 
 
-def summarize_campaign(result: CampaignResult) -> CampaignSummary:
+def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ()) -> CampaignSummary:
     """Return means, honesty of bounds, outliers and trends of a campaign.
 
     Parameters
     ----------
     result : CampaignResult
+    without : collection of str
+        Maneuvers left out by hand: their points are kept in sight and count for nothing. A
+        derivative that no other maneuver gave is left out with them.
     """
     points = points_of(result)
     order = {name: place for place, name in enumerate(derivative_names())}
     names = sorted(points, key=lambda name: order.get(name, len(order)))
     count = sum(len(one) for one in points.values())
     by_id = {one.maneuver.id: one for one in result.results}
-    found = {name: _summarize(name, points[name], count, by_id) for name in names}
+    out = frozenset(without)
+    found = {
+        name: _summarize(name, points[name], count, by_id, out)
+        for name in names
+        if any(one.maneuver not in out for one in points[name])
+    }
     found = _with_proofs(found)
     ratios = [one.honesty.ratio for one in found.values() if one.honesty is not None]
     return CampaignSummary(
         derivatives=found,
         wild=_wild(found, by_id),
         bounds_ratio=float(np.median(ratios)) if ratios else None,
+        without=out & by_id.keys(),
     )
 
 
@@ -131,14 +147,19 @@ def _with_proofs(found: Mapping[str, DerivativeSummary]) -> dict[str, Derivative
 
 
 def _summarize(
-    name: str, points: tuple[Point, ...], count: int, results: Mapping[str, ManeuverResult]
+    name: str,
+    every: tuple[Point, ...],
+    count: int,
+    results: Mapping[str, ManeuverResult],
+    without: frozenset[str],
 ) -> DerivativeSummary:
+    points = tuple(one for one in every if one.maneuver not in without)
     off = far_off(points, count)
     kept = tuple(one for place, one in enumerate(points) if place not in off)
     values, stds = values_of(kept)
     return DerivativeSummary(
         name=name,
-        points=points,
+        points=every,
         outliers=tuple(
             Outlier(
                 point=points[place],
@@ -150,6 +171,7 @@ def _summarize(
         value=mean_of(values, stds),
         honesty=honesty(values, stds),
         trends=trends(kept),
+        excluded=tuple(one for one in every if one.maneuver in without),
     )
 
 

@@ -1,0 +1,213 @@
+"""One maneuver: what was moved, measured against computed responses, and what is left over.
+
+Measured is solid, computed is dashed, what another run computed is gray.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import FigureBase
+
+from gsapp.identification.campaign import ManeuverResult
+from gsapp.identification.results import ResponseHistory
+from gsapp.quantities import FloatArray
+from gsapp.report.document import TALLEST, Picture, Table, margins
+from gsapp.report.figure_parts import draw_trace, labeled, number_text, plain, shown_values
+from gsapp.report.palette import PAPER, Palette
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+_A_ROW = 0.82
+"""Height of one chart, inches."""
+
+
+def fit_picture(
+    result: ManeuverResult,
+    *,
+    units: str = "US",
+    palette: Palette = PAPER,
+    other: ManeuverResult | None = None,
+    other_name: str = "other run",
+) -> Picture | None:
+    """Return inputs, and measured against computed responses, of one maneuver.
+
+    Parameters
+    ----------
+    result : ManeuverResult
+    units : {"US", "SI"}
+    palette : Palette
+    other : ManeuverResult, optional
+        The same maneuver in another run, whose computed responses are drawn in gray.
+    other_name : str
+        Of that run, for the legend.
+
+    Returns
+    -------
+    Picture or None
+        None where the method computes no responses, or the fit failed.
+    """
+    history, maneuver = history_of(result), result.maneuver
+    if history is None:
+        return None
+    inputs = [name for name in ("de", "da", "dr") if name in maneuver.inputs]
+    rows = len(inputs) + len(history.channels)
+    beside = None if other is None else history_of(other)
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+        margins(container, left=0.95, top=0.32, bottom=0.42, hspace=0.16)
+        for chart, name in zip(charts, inputs, strict=False):
+            times, values = maneuver.block.times, maneuver.samples(name)
+            draw_trace(chart, name, times, values, units, palette.ink, palette)
+        for chart, response in zip(charts[len(inputs) :], history.channels, strict=True):
+            _draw_response(chart, response, history, beside, other_name, units, palette)
+        charts[-1].set_xlabel("flight time [s]", color=palette.ink)
+        charts[-1].set_xlim(float(history.times[0]), float(history.times[-1]))
+        container.legend(
+            *charts[len(inputs)].get_legend_handles_labels(), loc="upper right", ncols=3,
+            borderaxespad=0.1,
+        )  # fmt: skip
+
+    return Picture(
+        name=_named("fit", result),
+        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: what was moved, and measured "
+        "(solid) against computed (dashed) responses.",
+        height=min(TALLEST, 0.8 + _A_ROW * rows),
+        draw=draw,
+        numbers=lambda: _numbers(result, inputs, history, units),
+    )
+
+
+def history_of(result: ManeuverResult) -> ResponseHistory | None:
+    """Return what was measured and computed in one maneuver; None where nothing was computed."""
+    if result.estimate is None or not result.estimate.histories:
+        return None
+    return result.estimate.histories[0]
+
+
+def _named(what: str, result: ManeuverResult) -> str:
+    maneuver = result.maneuver
+    return f"{what}-{maneuver.flight}-{maneuver.id}".replace(":", "-").replace("/", "-")
+
+
+def _draw_response(
+    chart: Axes,
+    name: str,
+    history: ResponseHistory,
+    beside: ResponseHistory | None,
+    other_name: str,
+    units: str,
+    palette: Palette,
+) -> None:
+    column = history.channels.index(name)
+    draw_trace(
+        chart, name, history.times, history.measured[:, column], units, palette.measured, palette,
+        label="measured",
+    )  # fmt: skip
+    draw_trace(
+        chart, name, history.times, history.computed[:, column], units, palette.computed, palette,
+        label="computed", linestyle="--",
+    )  # fmt: skip
+    if beside is not None and name in beside.channels:
+        draw_trace(
+            chart, name, beside.times, beside.computed[:, beside.channels.index(name)], units,
+            palette.previous, palette, label=other_name, behind=True,
+        )  # fmt: skip
+
+
+def residual_picture(
+    result: ManeuverResult, *, units: str = "US", palette: Palette = PAPER
+) -> Picture | None:
+    """Return the residuals of one maneuver and how they repeat themselves; None without any.
+
+    Right of each residual stands its autocorrelation over a second, with the band that white noise
+    would keep within in 95 %.
+    """
+    history, maneuver = history_of(result), result.maneuver
+    if history is None:
+        return None
+    rows = len(history.channels)
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(rows, 2, squeeze=False, width_ratios=(2.2, 1.0), sharex="col")
+        margins(container, left=0.95, top=0.25, bottom=0.42, hspace=0.25, wspace=0.18)
+        residuals = history.measured - history.computed
+        dt = float(np.median(np.diff(history.times)))
+        for row, name in enumerate(history.channels):
+            left, right = charts[row]
+            times, values = history.times, residuals[:, row]
+            draw_trace(left, name, times, values, units, palette.measured, palette)
+            lags, repeated, band = autocorrelation(residuals[:, row], dt)
+            right.axhspan(-band, band, color=palette.band, linewidth=0)
+            right.plot(lags, repeated, color=palette.measured)
+            right.set_ylim(-1.05, 1.05)
+            plain(right, palette)
+        charts[0, 1].set_title("autocorrelation", loc="left", color=palette.ink, pad=3.0)
+        charts[-1, 0].set_xlabel("flight time [s]", color=palette.ink)
+        charts[-1, 1].set_xlabel("lag [s]", color=palette.ink)
+        charts[-1, 0].set_xlim(float(history.times[0]), float(history.times[-1]))
+
+    return Picture(
+        name=_named("residuals", result),
+        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: measured less computed, and the "
+        "autocorrelation; white noise stays within the band.",
+        height=min(TALLEST, 0.8 + _A_ROW * rows),
+        draw=draw,
+        numbers=lambda: _numbers(result, [], history, units),
+    )
+
+
+def autocorrelation(values: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, float]:
+    """Return how a residual repeats itself over a second.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        NaN where a sample did not count.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    lags : ndarray, shape (m,)
+        s.
+    autocorrelation : ndarray, shape (m,)
+        1 at lag zero.
+    band : float
+        Half the width of the band that white noise keeps within in 95 %.
+    """
+    good = np.isfinite(values)
+    centered = np.where(good, values - (values[good].mean() if good.any() else 0.0), 0.0)
+    most = min(max(2, round(1.0 / dt)), values.size - 1)
+    size = 2 ** int(np.ceil(np.log2(2 * values.size)))
+    power = np.abs(np.fft.rfft(centered, size)) ** 2
+    sums = np.fft.irfft(power, size)[: most + 1]
+    scale = sums[0] if sums[0] > 0.0 else 1.0
+    band = 1.96 / math.sqrt(max(int(good.sum()), 1))
+    lags = np.arange(most + 1, dtype=np.float64) * dt
+    return lags, np.asarray(sums / scale, dtype=np.float64), band
+
+
+def _numbers(
+    result: ManeuverResult, inputs: Sequence[str], history: ResponseHistory, units: str
+) -> Table:
+    maneuver = result.maneuver
+    at = [int(np.abs(maneuver.block.times - time).argmin()) for time in history.times]
+    columns = [history.times]
+    columns += [shown_values(name, maneuver.samples(name)[at], units) for name in inputs]
+    for column, name in enumerate(history.channels):
+        columns.append(shown_values(name, history.measured[:, column], units))
+        columns.append(shown_values(name, history.computed[:, column], units))
+    heads = [labeled(name, units) for name in inputs]
+    for name in history.channels:
+        heads += [f"{labeled(name, units)} measured", f"{labeled(name, units)} computed"]
+    return Table(
+        columns=("time [s]", *heads),
+        rows=tuple(tuple(map(number_text, row)) for row in np.column_stack(columns)),
+    )

@@ -1,0 +1,145 @@
+"""Natural motions of the linear models: poles in the complex plane, and a table of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from matplotlib.figure import FigureBase
+
+from gsapp.identification.summary.mode_spread import SpreadMode
+from gsapp.report.document import Picture, Table, margins
+from gsapp.report.figure_parts import SIGMAS, number_text, plain
+from gsapp.report.palette import PAPER, Palette, marker
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_DAMPING: Final = (0.2, 0.4, 0.6, 0.8)
+"""Damping ratios that have a line."""
+
+
+def modes_picture(
+    modes: Mapping[str, Sequence[SpreadMode]], *, palette: Palette = PAPER
+) -> Picture:
+    """Return the poles of the linear models, with lines of equal damping.
+
+    Parameters
+    ----------
+    modes : mapping of str to sequence of SpreadMode
+        By axis in words, ``longitudinal``.
+    palette : Palette
+    """
+
+    def draw(container: FigureBase) -> None:
+        charts = container.subplots(1, len(modes), squeeze=False)[0]
+        margins(container, left=0.6, right=0.2, top=0.32, bottom=0.45, wspace=0.25)
+        for chart, (axis, found) in zip(charts, modes.items(), strict=True):
+            _draw_plane(chart, found, palette)
+            chart.set_title(axis, loc="left", color=palette.ink)
+            chart.set_xlabel("real part [1/s]", color=palette.ink)
+        charts[0].set_ylabel("imaginary part [rad/s]", color=palette.ink)
+
+    return Picture(
+        name="modes",
+        caption="Poles of the linear models made from the means, with 95 % of what the bounds of "
+        "the derivatives leave open; the lines are of equal damping ratio. Right of zero a motion "
+        "grows.",
+        height=3.3,
+        draw=draw,
+        numbers=lambda: _numbers(modes),
+    )
+
+
+def _draw_plane(chart: Axes, found: Sequence[SpreadMode], palette: Palette) -> None:
+    poles = np.array([one.mode.pole for one in found])
+    left = 1.25 * min(float(poles.real.min()), -0.5)
+    right = max(1.25 * float(poles.real.max()), -0.12 * left)
+    top = 1.35 * max(float(poles.imag.max()), -0.4 * left)
+    chart.axvline(0.0, color=palette.ink, linewidth=0.8 * palette.weight)
+    for damping in _DAMPING:
+        slope = math.sqrt(1.0 - damping**2) / damping
+        reach = min(-left, top / slope)
+        chart.plot(
+            [0.0, -reach], [0.0, slope * reach], color=palette.previous,
+            linewidth=0.6 * palette.weight, linestyle=":",
+        )  # fmt: skip
+        chart.text(
+            -0.93 * reach, 0.93 * slope * reach, f"{damping:g}", fontsize=6.0, ha="center",
+            va="center", color=palette.quiet, bbox={"facecolor": palette.background, "pad": 1.0,
+                                                    "linewidth": 0.0},
+        )  # fmt: skip
+    for place, one in enumerate(found):
+        pole = one.mode.pole
+        chart.errorbar(
+            [pole.real], [pole.imag], xerr=_bar(one.real),
+            yerr=_bar(one.imaginary) if pole.imag else None, marker=marker(place),
+            markersize=6.0, color=palette.flight(place), linestyle="none",
+            elinewidth=1.0 * palette.weight,
+        )  # fmt: skip
+        inward = pole.real > 0.5 * left
+        chart.annotate(
+            one.mode.name, (pole.real, pole.imag), xytext=(-7 if inward else 7, 5),
+            textcoords="offset points", ha="right" if inward else "left", color=palette.ink,
+            fontsize=7.5,
+            bbox={"facecolor": palette.background, "pad": 0.8, "linewidth": 0.0, "alpha": 0.8},
+        )  # fmt: skip
+    plain(chart, palette)
+    chart.set_xlim(left, right)
+    chart.set_ylim(-0.05 * top, top)
+
+
+def _bar(std: float) -> float | None:
+    return SIGMAS * std if math.isfinite(std) else None
+
+
+def modes_table(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
+    """Return frequency, damping and time constant of all modes, with their bounds, to be read."""
+    return Table(
+        caption="Modes of the linear models made from the means, with their bounds",
+        columns=("axis", "mode", "frequency [rad/s]", "damping ratio", "time constant [s]"),
+        rows=tuple(
+            (
+                axis,
+                one.mode.name,
+                _with_bound(one.mode.frequency, one.frequency),
+                _with_bound(one.mode.damping, one.damping) if one.mode.pole.imag else "",
+                _with_bound(one.mode.time_constant, one.time_constant),
+            )
+            for axis, found in modes.items()
+            for one in found
+        ),
+        numeric=frozenset({2, 3, 4}),
+    )
+
+
+def _with_bound(value: float, std: float) -> str:
+    if not math.isfinite(value):
+        return ""
+    if not math.isfinite(std) or std <= 0.0:
+        return f"{value:.2f}"
+    digits = min(max(0, 1 - math.floor(math.log10(std))), 4)
+    return f"{value:.{digits}f} ± {std:.{digits}f}"
+
+
+def _numbers(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
+    return Table(
+        columns=("axis", "mode", "real [1/s]", "imaginary [rad/s]", "frequency [rad/s]",
+                 "frequency bound", "damping", "damping bound", "time constant [s]",
+                 "time constant bound"),
+        rows=tuple(
+            (
+                axis,
+                one.mode.name,
+                *map(
+                    number_text,
+                    (one.mode.pole.real, one.mode.pole.imag, one.mode.frequency, one.frequency,
+                     one.mode.damping, one.damping, one.mode.time_constant, one.time_constant),
+                ),
+            )
+            for axis, found in modes.items()
+            for one in found
+        ),
+    )  # fmt: skip

@@ -1,0 +1,163 @@
+"""Derivatives as they formed in the air, against what maximum likelihood found on the ground.
+
+Figures 8.2.x of the source: FTR over the flight, the point of each maneuver, and the mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+
+from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.ftr import EstimateHistory
+from gsapp.identification.summary import CampaignSummary, DerivativeSummary
+from gsapp.report.document import TALLEST, Picture, Table, margins
+from gsapp.report.figure_parts import (
+    DERIVATIVE,
+    SIGMAS,
+    grid_of,
+    name_points,
+    number_text,
+    plain,
+)
+from gsapp.report.palette import PAPER, Palette
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ACROSS: Final = 2
+"""Charts beside each other on paper."""
+_MOST: Final = 12
+"""Charts of a page."""
+_ROOM: Final = 6.0
+"""Bounds above and below the last value that a chart shows."""
+
+
+def online_picture(
+    histories: Sequence[EstimateHistory],
+    result: CampaignResult,
+    summary: CampaignSummary,
+    flight: str,
+    number: int,
+    *,
+    palette: Palette = PAPER,
+    across: int = ACROSS,
+) -> Picture:
+    """Return how FTR's values formed over a flight, with the points and means of the campaign.
+
+    Parameters
+    ----------
+    histories : sequence of EstimateHistory
+        Of the derivatives to be drawn.
+    result : CampaignResult
+        Whose maneuvers of this flight are drawn as points, where they ended.
+    summary : CampaignSummary
+        Whose means are the lines to be reached.
+    flight : str
+    number : int
+        Of the flight, for the name of the picture.
+    palette : Palette
+    across : int
+        Charts beside each other.
+    """
+    drawn = tuple(histories)[:_MOST]
+    rows = -(-len(drawn) // across)
+    ends = {
+        one.maneuver.id: one.maneuver.t_end
+        for one in result.results
+        if one.maneuver.flight == flight
+    }
+
+    def draw(container: FigureBase) -> None:
+        charts, lowest = grid_of(container, len(drawn), across, sharex=True)
+        margins(container, left=0.6, top=0.44, bottom=0.42, hspace=0.32, wspace=0.22)
+        for chart, one in zip(charts, drawn, strict=True):
+            _draw_history(chart, one, summary.derivatives.get(one.name), ends, palette)
+        for chart in lowest:
+            chart.tick_params(labelbottom=True)
+            chart.set_xlabel("flight time [s]", color=palette.ink)
+        container.legend(
+            handles=_handles(palette), loc="upper left", ncols=3, borderaxespad=0.1,
+            columnspacing=1.2,
+        )  # fmt: skip
+
+    return Picture(
+        name=f"online-{number}",
+        caption=f"Flight {flight}: derivatives as FTR formed them in the air (line, with 95 % of "
+        "its bound), what each maneuver gave on the ground (points, with 95 % of their bounds) "
+        "and the mean of the campaign (dashed, with its band). Nothing is drawn where too little "
+        "was excited.",
+        height=min(TALLEST, 0.8 + 1.45 * rows),
+        draw=draw,
+        numbers=lambda: _numbers(drawn),
+    )
+
+
+def _handles(palette: Palette) -> list[Line2D]:
+    return [
+        Line2D([], [], color=palette.measured, label="FTR in the air"),
+        Line2D(
+            [], [], color=palette.computed, linestyle="none", marker="s", markersize=3.5,
+            label="each maneuver on the ground",
+        ),
+        Line2D([], [], color=palette.ink, linestyle="--", label="mean of the campaign"),
+    ]  # fmt: skip
+
+
+def _draw_history(
+    chart: Axes,
+    one: EstimateHistory,
+    known: DerivativeSummary | None,
+    ends: dict[str, float],
+    palette: Palette,
+) -> None:
+    chart.set_gid(DERIVATIVE + one.name)
+    if known is not None:
+        half = SIGMAS * known.value.std
+        mean = known.value.mean
+        chart.axhspan(mean - half, mean + half, color=palette.band, linewidth=0)
+        chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.weight, linestyle="--")
+    low, high = one.values - SIGMAS * one.stds, one.values + SIGMAS * one.stds
+    chart.fill_between(one.times, low, high, color=palette.measured, alpha=0.18, linewidth=0)
+    chart.plot(one.times, one.values, color=palette.measured)
+    points = [] if known is None else [one for one in known.kept if one.maneuver in ends]
+    if points:
+        bars = chart.errorbar(
+            [ends[point.maneuver] for point in points],
+            [point.value for point in points],
+            yerr=[SIGMAS * point.std for point in points],
+            linestyle="none", marker="s", markersize=3.5, color=palette.computed,
+            elinewidth=0.7 * palette.weight, zorder=3,
+        )  # fmt: skip
+        name_points(bars.lines[0], [point.maneuver for point in points])
+    plain(chart, palette)
+    chart.set_title(one.name, loc="left", color=palette.ink)
+    chart.set_xlim(float(one.times[0]), float(one.times[-1]))
+    earned = np.isfinite(one.values)
+    if not earned.any():
+        chart.text(
+            0.5, 0.9, "unknown: too little excited", transform=chart.transAxes, ha="center",
+            va="top", color=palette.quiet,
+        )  # fmt: skip
+        return
+    # The first moments, with a bound many times the last one, must not flatten the rest.
+    last = float(one.values[earned][-1])
+    room = _ROOM * max(float(one.stds[earned][-1]), known.value.std if known else 0.0)
+    shown = [last, *([known.value.mean] if known else ()), *(point.value for point in points)]
+    reach = max(room, 1.2 * max(abs(value - last) for value in shown))
+    chart.set_ylim(last - reach, last + reach)
+
+
+def _numbers(histories: Sequence[EstimateHistory]) -> Table:
+    return Table(
+        columns=("derivative", "time [s]", "value", "bound"),
+        rows=tuple(
+            (one.name, number_text(time), number_text(value), number_text(std))
+            for one in histories
+            for time, value, std in zip(one.times, one.values, one.stds, strict=True)
+        ),
+    )

@@ -1,0 +1,271 @@
+"""Each derivative, maneuver by maneuver, against what it may depend on.
+
+Flights differ by color and marker, bars are 95 % of each value's own bound, the band is the mean
+with 95 % of its error. What does not count stays in sight, gray.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+
+from gsapp.identification.summary import CampaignSummary, DerivativeSummary, Point
+from gsapp.report.document import TALLEST, Picture, Table, margins
+from gsapp.report.figure_parts import (
+    DERIVATIVE,
+    SIGMAS,
+    grid_of,
+    labeled,
+    name_points,
+    number_text,
+    plain,
+    shown_values,
+)
+from gsapp.report.palette import PAPER, Palette, marker
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ACROSS: Final = 3
+"""Charts of derivatives beside each other on paper."""
+_DOWN: Final = 4
+"""Rows of them on a page."""
+_OUTLIER, _BY_HAND = "x", "+"
+_SMALL, _LARGE = 3.2, 5.5
+"""Markers in points: of small charts, and of one alone."""
+_FLIGHTS_A_ROW: Final = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Drawn:
+    """What all charts of a picture share."""
+
+    over: str
+    units: str
+    palette: Palette
+    flights: Mapping[str, int]
+    known: Mapping[str, float] = field(default_factory=dict)
+    size: float = _SMALL
+
+
+def values_pictures(
+    summary: CampaignSummary,
+    over: str,
+    *,
+    units: str = "US",
+    known: Mapping[str, float] | None = None,
+    palette: Palette = PAPER,
+) -> tuple[Picture, ...]:
+    """Return each derivative against a condition or the number of the maneuver, page by page.
+
+    Parameters
+    ----------
+    summary : CampaignSummary
+    over : str
+        ``V``, ``alpha``, ``beta`` or ``number``.
+    units : {"US", "SI"}
+    known : mapping of str to float, optional
+        Values known before, drawn as a dotted gray line.
+    palette : Palette
+
+    Returns
+    -------
+    tuple of Picture
+        As many pages as it takes; derivatives of bias (``_0``) are left to the table.
+    """
+    names = [name for name in summary.derivatives if not name.endswith("_0")]
+    page = ACROSS * _DOWN
+    return tuple(
+        values_picture(
+            summary, names[first : first + page], over, units=units, known=known, palette=palette,
+            number=first // page + 1,
+        )
+        for first in range(0, len(names), page)
+    )  # fmt: skip
+
+
+def values_picture(
+    summary: CampaignSummary,
+    names: Sequence[str],
+    over: str,
+    *,
+    units: str = "US",
+    known: Mapping[str, float] | None = None,
+    palette: Palette = PAPER,
+    across: int = ACROSS,
+    number: int = 1,
+) -> Picture:
+    """Return some derivatives against a condition or the number of the maneuver.
+
+    Parameters
+    ----------
+    summary : CampaignSummary
+    names : sequence of str
+        Derivatives; one alone is drawn large.
+    over, units, known, palette
+        As for `values_pictures`.
+    across : int
+        Charts beside each other.
+    number : int
+        Of the page, for the picture's name.
+    """
+    chosen = [summary.derivatives[name] for name in names]
+    across = min(across, len(chosen))
+    drawn = _Drawn(
+        over=over, units=units, palette=palette, flights=_flights(summary), known=known or {},
+        size=_LARGE if len(chosen) == 1 else _SMALL,
+    )  # fmt: skip
+    label = "maneuver" if over == "number" else labeled(over, units)
+
+    def draw(container: FigureBase) -> None:
+        charts, lowest = grid_of(container, len(chosen), across)
+        handles = _handles(chosen, drawn)
+        rows_of_legend = -(-len(handles) // _FLIGHTS_A_ROW)
+        margins(
+            container, left=0.6, top=0.27 + 0.15 * rows_of_legend, bottom=0.45, hspace=0.42,
+            wspace=0.3,
+        )  # fmt: skip
+        for chart, one in zip(charts, chosen, strict=True):
+            _draw_values(chart, one, drawn)
+        for chart in lowest:
+            chart.set_xlabel(label, color=palette.ink)
+        container.legend(
+            handles=handles, loc="upper left", ncols=_FLIGHTS_A_ROW, borderaxespad=0.1,
+            columnspacing=1.2, handletextpad=0.4,
+        )  # fmt: skip
+
+    rows = -(-len(chosen) // across)
+    told = "over the number of the maneuver" if over == "number" else f"over {label}"
+    subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
+    return Picture(
+        name=f"values-{over}-{number}",
+        caption=f"{subject} {told}: bars are 95 % of its own bound, the band is "
+        "the mean over all with 95 % of its error, the dotted line what was known before. Gray "
+        "marks were left out of the mean.",
+        height=min(TALLEST, 0.9 + 1.65 * rows) if len(chosen) > 1 else 3.6,
+        draw=draw,
+        numbers=lambda: _numbers(chosen, units),
+    )
+
+
+def _flights(summary: CampaignSummary) -> dict[str, int]:
+    """Return the flights in order of appearance, each with its number."""
+    names = dict.fromkeys(
+        point.flight for one in summary.derivatives.values() for point in one.points
+    )
+    return {name: place for place, name in enumerate(names)}
+
+
+def _place(point: Point, drawn: _Drawn) -> float:
+    if drawn.over == "number":
+        return float(point.number)
+    value = point.conditions.get(drawn.over, np.nan)
+    return float(shown_values(drawn.over, np.asarray(value), drawn.units))
+
+
+def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
+    palette = drawn.palette
+    chart.set_gid(DERIVATIVE + one.name)
+    half = SIGMAS * one.value.std
+    chart.axhspan(one.value.mean - half, one.value.mean + half, color=palette.band, linewidth=0)
+    chart.axhline(one.value.mean, color=palette.ink, linewidth=0.8 * palette.weight)
+    for flight, place in drawn.flights.items():
+        points = [point for point in one.kept if point.flight == flight]
+        if not points:
+            continue
+        bars = chart.errorbar(
+            [_place(point, drawn) for point in points],
+            [point.value for point in points],
+            yerr=[SIGMAS * point.std for point in points],
+            linestyle="none", marker=marker(place), markersize=drawn.size,
+            color=palette.flight(place), elinewidth=0.7 * palette.weight,
+        )  # fmt: skip
+        name_points(bars.lines[0], [point.maneuver for point in points])
+    plain(chart, palette)
+    chart.margins(x=0.08)
+    _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
+    _draw_left_out(chart, one.excluded, _BY_HAND, drawn)
+    if one.name in drawn.known:
+        chart.axhline(
+            drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.weight,
+            linestyle=":",
+        )  # fmt: skip
+    chart.set_title(one.name, loc="left", color=palette.ink)
+
+
+def _draw_left_out(chart: Axes, points: Sequence[Point], sign: str, drawn: _Drawn) -> None:
+    if not points:
+        return
+    low, high = chart.get_ylim()
+    (line,) = chart.plot(
+        [_place(point, drawn) for point in points],
+        # A wild value stays in sight at the edge and does not flatten the others.
+        [min(max(point.value, low), high) for point in points],
+        linestyle="none", marker=sign, color=drawn.palette.left_out, markersize=drawn.size + 1.8,
+        markeredgewidth=1.2 * drawn.palette.weight, clip_on=False,
+    )  # fmt: skip
+    name_points(line, [point.maneuver for point in points])
+    chart.set_ylim(low, high)
+
+
+def _handles(chosen: Sequence[DerivativeSummary], drawn: _Drawn) -> list[Line2D]:
+    """Return what the legend explains: flights, gray marks, the dotted line."""
+    palette = drawn.palette
+    handles = [
+        Line2D(
+            [], [], linestyle="none", marker=marker(place), markersize=4.0,
+            color=palette.flight(place), label=name,
+        )
+        for name, place in drawn.flights.items()
+    ]  # fmt: skip
+    gray = {
+        _OUTLIER: ("outlier", any(one.outliers for one in chosen)),
+        _BY_HAND: ("left out by hand", any(one.excluded for one in chosen)),
+    }
+    handles += [
+        Line2D([], [], linestyle="none", marker=sign, color=palette.left_out, label=words)
+        for sign, (words, there) in gray.items()
+        if there
+    ]
+    if any(one.name in drawn.known for one in chosen):
+        handles.append(Line2D([], [], color=palette.previous, linestyle=":", label="known before"))
+    return handles
+
+
+def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> Table:
+    conditions = ("V", "alpha", "beta")
+    rows = []
+    for one in chosen:
+        out = {outlier.point.maneuver for outlier in one.outliers}
+        by_hand = {point.maneuver for point in one.excluded}
+        for point in one.points:
+            kept = point.maneuver not in out | by_hand
+            rows.append(
+                (
+                    one.name,
+                    point.maneuver,
+                    point.flight,
+                    str(point.number),
+                    *(
+                        number_text(float(shown_values(name, np.asarray(value), units)))
+                        if (value := point.conditions.get(name)) is not None
+                        else ""
+                        for name in conditions
+                    ),
+                    number_text(point.value),
+                    number_text(point.std),
+                    "" if kept else "outlier" if point.maneuver in out else "by hand",
+                )
+            )
+    return Table(
+        columns=(
+            "derivative", "maneuver", "flight", "number",
+            *(labeled(name, units) for name in conditions), "value", "bound", "left out",
+        ),
+        rows=tuple(rows),
+    )  # fmt: skip
