@@ -6,11 +6,19 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
-from gsapp.flight.names import EVENTS_FILE
+from gsapp.flight.names import (
+    CACHE_FOLDER,
+    EVENTS_FILE,
+    LOCK_FILE,
+    LOG_FILE,
+    STATUS_FILE,
+    STOP_FILE,
+)
 
-_REBUILT = "cache"
-"""Folder of a flight that can always be made again and says nothing of its own."""
+NO_NUMBERS: Final = frozenset({EVENTS_FILE, STATUS_FILE, LOCK_FILE, STOP_FILE, LOG_FILE})
+"""Files of a flight folder from which no number of the record comes: notes, the recorder's own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +62,7 @@ def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
     if path.is_dir():
         for inner in sorted(path.rglob("*"), key=lambda one: one.relative_to(path).parts):
             inside = inner.relative_to(path)
-            if inner.is_file() and inside.parts[0] != _REBUILT:
+            if inner.is_file() and inside.parts[0] != CACHE_FOLDER:
                 parts[inside.as_posix()] = _sum(inner)
         digest = hashlib.sha256()
         for inside_name, found in parts.items():
@@ -66,7 +74,7 @@ def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
 def changed(before: InputFile, now: InputFile) -> tuple[str, ...]:
     """Return what changed of an input that can change numbers, by name; empty for nothing.
 
-    Marks, notes and edits of maneuvers (``events.jsonl``) are no part of the record.
+    Marks, notes and edits of maneuvers are no part of the record.
 
     Parameters
     ----------
@@ -76,7 +84,7 @@ def changed(before: InputFile, now: InputFile) -> tuple[str, ...]:
         return ()
     if not before.parts or not now.parts:
         return (now.name,)
-    names = sorted({*before.parts, *now.parts} - {EVENTS_FILE})
+    names = sorted({*before.parts, *now.parts} - NO_NUMBERS)
     return tuple(
         f"{now.name}/{name}" for name in names if before.parts.get(name) != now.parts.get(name)
     )

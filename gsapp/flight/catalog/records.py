@@ -81,6 +81,8 @@ class FlightEntry:
     maneuvers : tuple of FoundManeuver
     conditions : tuple of mapping of str to Condition
         Of each maneuver.
+    complete : bool
+        Whether these are all maneuvers that stand in the flight.
     """
 
     name: str
@@ -90,10 +92,15 @@ class FlightEntry:
     aircraft: str = ""
     maneuvers: tuple[FoundManeuver, ...] = ()
     conditions: tuple[Mapping[str, Condition], ...] = ()
+    complete: bool = True
 
     @staticmethod
     def of(
-        flight: Flight, maneuvers: Sequence[FoundManeuver] = (), *, aircraft: str = ""
+        flight: Flight,
+        maneuvers: Sequence[FoundManeuver] = (),
+        *,
+        aircraft: str = "",
+        complete: bool = True,
     ) -> FlightEntry:
         """Return the entry of a flight, its maneuvers with the conditions they were flown at."""
         info = flight.info
@@ -105,6 +112,7 @@ class FlightEntry:
             aircraft=aircraft or (info.aircraft if info else ""),
             maneuvers=tuple(maneuvers),
             conditions=tuple(conditions_of(flight, one) for one in maneuvers),
+            complete=complete,
         )
 
 

@@ -1,0 +1,161 @@
+"""The maneuvers of a run: those that stand in its flights, or exactly those that were named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from gsapp.flight.maneuvers import Assessor, FlightManeuvers, FoundManeuver, parse_windows
+from gsapp.foundation import FlightError
+from gsapp.identification.flights import OpenedFlight, flown_flight
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.runs.inputs import openings_of
+from gsapp.identification.runs.request import ChosenManeuver, RunRequest
+from gsapp.identification.runs.shelf import FlightShelf
+
+Doing = Callable[[str], object]
+"""Told what is being done, in words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlownManeuvers:
+    """The maneuvers of one flight of a run.
+
+    Attributes
+    ----------
+    cut : tuple of Maneuver
+        To be used.
+    found : tuple of FoundManeuver
+        The same, as they stand in the flight.
+    stored : tuple of FoundManeuver
+        What a catalog is told of: all of the flight, or those that were named.
+    remarks : tuple of str
+    """
+
+    cut: tuple[Maneuver, ...]
+    found: tuple[FoundManeuver, ...]
+    stored: tuple[FoundManeuver, ...]
+    remarks: tuple[str, ...]
+
+
+def flown_maneuvers(
+    request: RunRequest, flights: FlightShelf, *, doing: Doing | None = None
+) -> tuple[FlownManeuvers, ...]:
+    """Return the maneuvers of a run, flight by flight.
+
+    Parameters
+    ----------
+    request : RunRequest
+        With whole paths.
+    flights : FlightShelf
+    doing : callable, optional
+
+    Raises
+    ------
+    GroundStationError
+        If a flight cannot be read, a window cannot, or a maneuver is not where it should be.
+    """
+    if request.maneuvers:
+        return _named(request, flights, doing)
+    return _standing(request, flights, doing)
+
+
+def chosen_of(request: RunRequest, flown: Sequence[FlownManeuvers]) -> tuple[ChosenManeuver, ...]:
+    """Return the maneuvers of a run by name, with their edges."""
+    if request.maneuvers:
+        return request.maneuvers
+    return tuple(
+        ChosenManeuver(
+            flight=path,
+            id=one.id,
+            t_start=one.t_start,
+            t_end=one.t_end,
+            inputs=one.inputs,
+            kind=one.kind,
+        )
+        for path, own in zip(request.flights, flown, strict=True)
+        for one in own.found
+    )
+
+
+def _standing(
+    request: RunRequest,
+    shelf: FlightShelf,
+    doing: Doing | None,
+) -> tuple[FlownManeuvers, ...]:
+    """Return all maneuvers that stand in the flights, or those of the windows given."""
+    windows = parse_windows(request.given, len(request.flights))
+    flown = []
+    for number, opening in enumerate(openings_of(request), start=1):
+        named = tuple(
+            f"{window.start!r}:{window.stop!r}" for window in windows if window.flight == number
+        )
+        surveyed = shelf.surveyed(opening, windows=named, doing=doing)
+        every = request.every_grade or bool(named)
+        prefix = _prefix(request, number)
+        opened = shelf.open(opening).opened
+        own = flown_flight(opened, surveyed, prefix=prefix, every_grade=every)
+        ids = {one.id.removeprefix(prefix) for one in own.maneuvers}
+        flown.append(
+            FlownManeuvers(
+                found=tuple(found for found in surveyed.maneuvers if found.id in ids),
+                cut=own.maneuvers,
+                stored=surveyed.maneuvers,
+                remarks=own.remarks,
+            )
+        )
+    return tuple(flown)
+
+
+def _named(
+    request: RunRequest,
+    shelf: FlightShelf,
+    doing: Doing | None,
+) -> tuple[FlownManeuvers, ...]:
+    """Return the maneuvers that were named, with exactly their edges."""
+    strange = {one.flight for one in request.maneuvers} - set(request.flights)
+    if strange:
+        raise FlightError(
+            f"the maneuvers of {', '.join(sorted(map(str, strange)))} cannot be used: it is not "
+            "among the flights of this run; add it"
+        )
+    flown = []
+    for number, opening in enumerate(openings_of(request), start=1):
+        opened = shelf.open(opening, doing=doing).opened
+        named = [own for own in request.maneuvers if own.flight == request.flights[number - 1]]
+        cut = tuple(
+            opened.cut(
+                _prefix(request, number) + own.id, own.t_start, own.t_end, own.inputs, own.kind
+            )
+            for own in named
+        )
+        found: tuple[FoundManeuver, ...] = ()
+        if named:
+            surveyed = shelf.surveyed(opening, latest=False, doing=doing)
+            found = tuple(_found(own, surveyed, opened) for own in named)
+        flown.append(FlownManeuvers(found=found, cut=cut, stored=found, remarks=opened.remarks))
+    return tuple(flown)
+
+
+def _found(own: ChosenManeuver, surveyed: FlightManeuvers, opened: OpenedFlight) -> FoundManeuver:
+    """Return all that is known of a maneuver that was named."""
+    for one in surveyed.maneuvers:
+        if (one.id, one.t_start, one.t_end) == (own.id, own.t_start, own.t_end):
+            return one
+    assessor = Assessor(opened.flight, opened.aircraft, surveyed.noise)
+    seen = assessor.assess(own.id, own.t_start, own.t_end)
+    return replace(seen, inputs=own.inputs or seen.inputs, kind=own.kind or seen.kind)
+
+
+def in_order(request: RunRequest, flown: Sequence[FlownManeuvers]) -> list[Maneuver]:
+    """Return the maneuvers that were cut, in the order asked for."""
+    cut = [one for own in flown for one in own.cut]
+    if not request.maneuvers:
+        return cut
+    by_id = {one.id: one for one in cut}
+    numbers = {path: number for number, path in enumerate(request.flights, start=1)}
+    return [by_id[_prefix(request, numbers[one.flight]) + one.id] for one in request.maneuvers]
+
+
+def _prefix(request: RunRequest, number: int) -> str:
+    return f"{number}:" if len(request.flights) > 1 else ""

@@ -1,0 +1,96 @@
+"""A run: from flights with their maneuvers to an outcome."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gsapp.dynamics.model import load_model
+from gsapp.flight.catalog import FlightEntry
+from gsapp.identification.campaign import Step, run_campaign
+from gsapp.identification.runs.choosing import Doing, chosen_of, flown_maneuvers, in_order
+from gsapp.identification.runs.inputs import (
+    inputs_of,
+    openings_of,
+    run_versions,
+    weights_for,
+    with_whole_paths,
+)
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.runs.shelf import FlightShelf
+from gsapp.identification.summary import summarize_campaign
+from gsapp.identification.summary.linear import linear_models
+
+
+def run(
+    request: RunRequest,
+    *,
+    flights: FlightShelf | None = None,
+    doing: Doing | None = None,
+    progress: Step | None = None,
+) -> Outcome:
+    """Estimate as asked.
+
+    Parameters
+    ----------
+    request : RunRequest
+    flights : FlightShelf, optional
+        Flights that are open already; those of this run are open there afterwards.
+    doing : callable, optional
+        Told what is being done before the fits begin.
+    progress : callable, optional
+        Told of the fits; returning False stops.
+
+    Returns
+    -------
+    Outcome
+        Its request names every maneuver and weight that was used: run again, it gives the same
+        numbers to the last bit.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight or file cannot be read, a maneuver is not where it should be, or none of the
+        axis asked for is left.
+    CanceledError
+        If `progress` returned False.
+    """
+    shelf = FlightShelf() if flights is None else flights
+    request = with_whole_paths(request)
+    model = request.settings.model
+    if model is None and request.model:
+        model = load_model(request.model)
+    flown = flown_maneuvers(request, shelf, doing=doing)
+    shelved = [shelf.open(opening) for opening in openings_of(request)]
+    settings = replace(
+        request.settings,
+        weights=weights_for(request, shelved),
+        likelihood=replace(request.settings.likelihood, model=model),
+    )
+    result = run_campaign(in_order(request, flown), settings, progress=progress)
+    summary = summarize_campaign(result)
+    models, why_not = linear_models(result, summary)
+    read = [
+        f"{one.opened.flight.name}: {remark}"
+        for one, own in zip(shelved, flown, strict=True)
+        for remark in own.remarks
+    ]
+    return Outcome(
+        request=replace(request, maneuvers=chosen_of(request, flown), settings=settings),
+        aircraft=shelved[0].opened.aircraft.name,
+        result=result,
+        summary=summary,
+        models=models,
+        remarks=tuple(dict.fromkeys((*read, *why_not))),
+        inputs=inputs_of(request, shelved),
+        versions=run_versions(),
+        flights=tuple(
+            FlightEntry.of(
+                one.opened.flight,
+                own.stored,
+                aircraft=one.opened.aircraft.name,
+                complete=not (request.maneuvers or request.given),
+            )
+            for one, own in zip(shelved, flown, strict=True)
+        ),
+    )

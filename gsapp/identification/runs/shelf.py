@@ -1,0 +1,183 @@
+"""Flights kept open from one run to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from calibration import certificate_files
+from gsapp.aircraft.reading import SHIPPED as AIRCRAFT_FILES
+from gsapp.decoding.channel_map import SHIPPED as MAPS
+from gsapp.flight.events import events_path
+from gsapp.flight.maneuvers import FlightManeuvers, survey
+from gsapp.flight.names import CACHE_FOLDER
+from gsapp.flight.provenance import NO_NUMBERS, InputFile, input_file
+from gsapp.foundation import FlightError
+from gsapp.identification.flights import OpenedFlight, open_flight
+
+_MOST: Final = 40
+"""Flights kept open. Ten minutes of one take some 12 MB."""
+
+_IDLE: Final = NO_NUMBERS | {CACHE_FOLDER}
+"""Files and folders in a flight folder that say nothing of the record."""
+
+Stamps = tuple[tuple[str, int, int], ...]
+"""Name, time of change (ns) and size of files."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opening:
+    """What a flight is opened with; names or paths, empty where the flight says it itself."""
+
+    path: Path
+    aircraft: str = ""
+    channel_map: str = ""
+    calibration: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shelved:
+    """An open flight.
+
+    Attributes
+    ----------
+    opened : OpenedFlight
+    file : InputFile
+        With its sum when it was read.
+    """
+
+    opened: OpenedFlight
+    file: InputFile
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class _Entry:
+    stamps: Stamps
+    flight: Shelved
+    surveys: dict[tuple[str, ...], tuple[Stamps, FlightManeuvers]] = field(default_factory=dict)
+
+
+class FlightShelf:
+    """Keeps opened flights as long as their files stay as they are.
+
+    Not for several threads at once.
+    """
+
+    def __init__(self) -> None:
+        self._entries: dict[Opening, _Entry] = {}
+
+    def open(self, opening: Opening, *, doing: Callable[[str], object] | None = None) -> Shelved:
+        """Return a flight, read only if it was not before or has changed since.
+
+        Parameters
+        ----------
+        opening : Opening
+        doing : callable, optional
+            Told what is being done, in words.
+
+        Raises
+        ------
+        GroundStationError
+            If it cannot be read.
+        """
+        return self._entry(opening, doing).flight
+
+    def surveyed(
+        self,
+        opening: Opening,
+        *,
+        windows: tuple[str, ...] = (),
+        latest: bool = True,
+        doing: Callable[[str], object] | None = None,
+    ) -> FlightManeuvers:
+        """Return the maneuvers of a flight, with what was changed by hand.
+
+        Parameters
+        ----------
+        opening : Opening
+        windows : tuple of str
+            ``START:STOP`` in place of what would be found.
+        latest : bool
+            Whether changes by hand since the last call matter.
+        doing : callable, optional
+
+        Raises
+        ------
+        GroundStationError
+            If it cannot be read, or a window cannot.
+        """
+        entry = self._entry(opening, doing)
+        known = entry.surveys.get(windows)
+        stamps = _stamps((events_path(opening.path),))
+        if known is not None and (known[0] == stamps or not latest):
+            return known[1]
+        if doing is not None:
+            doing(f"looking for maneuvers in {opening.path.name}")
+        opened = entry.flight.opened
+        found = survey(opened.flight, opened.aircraft, given=windows)
+        entry.surveys[windows] = (stamps, found)
+        return found
+
+    def _entry(self, opening: Opening, doing: Callable[[str], object] | None) -> _Entry:
+        stamps = _stamps(_files(opening))
+        known = self._entries.pop(opening, None)
+        if known is None or known.stamps != stamps:
+            if doing is not None:
+                doing(f"reading {opening.path.name}")
+            known = _opened(opening, stamps)
+        # The last one used stands last.
+        self._entries[opening] = known
+        while len(self._entries) > _MOST:
+            del self._entries[next(iter(self._entries))]
+        return known
+
+
+def _opened(opening: Opening, stamps: Stamps) -> _Entry:
+    path = opening.path
+    opened = open_flight(
+        path,
+        aircraft=opening.aircraft or None,
+        channel_map=opening.channel_map or None,
+        calibration=opening.calibration or None,
+    )
+    try:
+        file = input_file("flight", path)
+    except OSError as error:
+        raise FlightError(
+            f"{path} cannot be read ({error.strerror or error}); check the path and permissions"
+        ) from error
+    return _Entry(stamps=stamps, flight=Shelved(opened=opened, file=file))
+
+
+def _files(opening: Opening) -> list[Path]:
+    """Return the files that shape the numbers of a flight and may change under way."""
+    found = _inside(opening.path)
+    for name, shipped in ((opening.aircraft, AIRCRAFT_FILES), (opening.channel_map, MAPS)):
+        if name and name not in shipped.names():
+            found.append(Path(name))
+    return found + list(certificate_files(opening.calibration) if opening.calibration else ())
+
+
+def _inside(path: Path) -> list[Path]:
+    """Return a file, or those of a folder but for what can be made again and notes."""
+    if not path.is_dir():
+        return [path]
+    return [
+        inner
+        for inner in sorted(path.rglob("*"))
+        if inner.relative_to(path).parts[0] not in _IDLE and inner.is_file()
+    ]
+
+
+def _stamps(files: list[Path] | tuple[Path, ...]) -> Stamps:
+    found = []
+    for file in files:
+        try:
+            state = file.stat()
+        except OSError:
+            # Not there: told by whatever reads it.
+            continue
+        found.append((str(file), state.st_mtime_ns, state.st_size))
+    return tuple(found)
