@@ -97,7 +97,7 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
 def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | None) -> list[Block]:
     from rich.console import Console
 
-    from gsapp.flight.onboard import align
+    from gsapp.flight.onboard.lags import align
     from gsapp.flight.processing import resample, shifted
     from gsapp.flight.uniform import typical_step
     from gsapp.foundation import FlightError

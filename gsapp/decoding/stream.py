@@ -22,10 +22,12 @@ from gsapp.decoding.conversions import CONVERSIONS, Conversion
 from gsapp.decoding.grid import Numbers, columns_at
 from gsapp.quantities import FloatArray, base_id, channel, to_si
 
-_CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
+CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
+"""Angles that begin anew after a turn: between two samples they take the short way."""
+STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
+"""Switches and counts: they keep the former value between two samples."""
 _RAIL = 1e-3
 _FEW_SAMPLES, _FEW_NUMBERS = 8, 200
-_STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
 Columns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]
 BoolArray = npt.NDArray[np.bool_]
 
@@ -269,8 +271,8 @@ class Stream:
         supply = [i for i, output in enumerate(outputs) if output.channel == "excitation"]
         self._supply = supply[0] if supply else None
         bases = [base_id(output.channel) for output in outputs]
-        self.circular = np.array([base in _CIRCULAR for base in bases], dtype=bool)
-        self.stepwise = np.array([base in _STEPWISE for base in bases], dtype=bool)
+        self.circular = np.array([base in CIRCULAR for base in bases], dtype=bool)
+        self.stepwise = np.array([base in STEPWISE for base in bases], dtype=bool)
         self.clipped: dict[str, int] = {}
         self._low = np.full(len(outputs), -np.inf)
         self._high = np.full(len(outputs), np.inf)

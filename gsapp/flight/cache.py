@@ -23,6 +23,7 @@ from gsapp.decoding.decoder import ChannelSource
 from gsapp.flight.events import Event
 from gsapp.flight.flight import FrameCounts
 from gsapp.flight.info import current_versions
+from gsapp.flight.onboard.record import OnboardLogState
 from gsapp.flight.replacing import replacing
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import Block
@@ -40,6 +41,7 @@ class Decoded:
     frames: FrameCounts | None = None
     said: tuple[Event, ...] = ()
     remarks: tuple[str, ...] = field(default=())
+    onboard: OnboardLogState | None = None
 
 
 def cache_key(files: Iterable[Path], settings: Mapping[str, Any]) -> str:
@@ -98,6 +100,9 @@ def load_cached(folder: Path, key: str) -> Decoded | None:
                 frames=FrameCounts(**content["frames"]) if content["frames"] else None,
                 said=tuple(Event.from_json(event) for event in content["said"]),
                 remarks=tuple(content["remarks"]),
+                onboard=OnboardLogState.from_json(content["onboard"])
+                if content["onboard"]
+                else None,
             )
     except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
         return None
@@ -112,6 +117,7 @@ def store_cached(folder: Path, key: str, decoded: Decoded) -> None:
         "frames": asdict(decoded.frames) if decoded.frames else None,
         "said": [event.to_json() for event in decoded.said],
         "remarks": decoded.remarks,
+        "onboard": decoded.onboard.to_json() if decoded.onboard else None,
     }
     with (
         contextlib.suppress(GroundStationError, OSError),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
 from gsapp.flight.events import Event
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.onboard.record import OnboardLogState
 from gsapp.flight.uniform import typical_step
 from gsapp.quantities import Block
 
@@ -64,6 +65,9 @@ class Flight:
         What was lost or left out on reading, and how it was read, in words.
     certificates : CertificatesUsed
         With which volts became engineering units.
+    onboard : OnboardLogState or None
+        What became of the on-board log; None where the flight has none, or only the live record
+        was read.
     """
 
     name: str
@@ -75,6 +79,7 @@ class Flight:
     events: tuple[Event, ...] = ()
     remarks: tuple[str, ...] = ()
     certificates: CertificatesUsed = field(default_factory=CertificatesUsed)
+    onboard: OnboardLogState | None = None
 
     @property
     def uncalibrated(self) -> tuple[str, ...]:

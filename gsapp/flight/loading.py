@@ -150,6 +150,7 @@ def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
             *decoded.remarks,
         ),
         certificates=used,
+        onboard=decoded.onboard,
     )
 
 
@@ -193,7 +194,8 @@ def _decode_folder(folder: FlightFolder, setting: Setting) -> Decoded:
 
 def _with_log(live: Decoded, onboard: Path, setting: Setting) -> Decoded:
     """Let the on-board log replace the live record, if it can be read."""
-    from gsapp.flight.onboard import with_onboard_log  # SciPy's transforms, a third of a second
+    # SciPy's transforms take a third of a second.
+    from gsapp.flight.onboard.placing import with_onboard_log, without_log
 
     channel_map = setting.channel_map
     ending = onboard.suffix.casefold()
@@ -206,8 +208,8 @@ def _with_log(live: Decoded, onboard: Path, setting: Setting) -> Decoded:
     try:
         log = _decode_file(onboard, setting)
     except GroundStationError as error:
-        return replace(live, remarks=(*live.remarks, f"the on-board log is left out: {error}"))
-    return with_onboard_log(live, log, setting.grid_rate)
+        return without_log(live, onboard.name, str(error))
+    return with_onboard_log(live, log, setting.grid_rate, onboard.name)
 
 
 def _key(files: list[Path], setting: Setting) -> str:

@@ -33,9 +33,11 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
     dict
         ``{"duration", "channels": {id: {"count", "rate", "min", "max", "mean", "gaps", "source",
         "measured", "calibrated"}}, "calibration": {"certificates": {id: {"stamp", "who"}},
-        "given", "instead_of_own", "uncalibrated"}, "frames": {"good", "damaged", "unknown",
-        "lost"}, "events", "cues", "maneuvers"}``. SI units; None where there is nothing to tell:
-        `calibrated` of what needs no certificate, `given` where the flight's own were used.
+        "given", "instead_of_own", "uncalibrated"}, "onboard": {"file", "in_place", "why",
+        "channels", "clock": {"offset", "offset_std", "drift", "drift_std", ...}}, "frames":
+        {"good", "damaged", "unknown", "lost"}, "events", "cues", "maneuvers"}``. SI units; None
+        where there is nothing to tell: `calibrated` of what needs no certificate, `given` where
+        the flight's own were used.
     """
     frames = flight.frames
     return {
@@ -49,6 +51,7 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
             for name in flight.block.channels
         },
         "calibration": flight.calibration_json(),
+        "onboard": flight.onboard.to_json() if flight.onboard else None,
         "frames": {
             "good": frames.good if frames else None,
             "damaged": frames.damaged if frames else None,

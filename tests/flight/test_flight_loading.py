@@ -66,7 +66,7 @@ def test_folder_is_decoded_calibrated_and_summed_up(box_folder):
     summary = summarize(flight)
     assert json.loads(json.dumps(summary, allow_nan=False)) == summary
     assert set(summary) == {
-        "duration", "channels", "calibration", "frames", "events", "cues", "maneuvers",
+        "duration", "channels", "calibration", "onboard", "frames", "events", "cues", "maneuvers",
     }  # fmt: skip
     q = summary["channels"]["q"]
     assert set(q) == {
@@ -297,7 +297,9 @@ def test_onboard_log_replaces_the_live_record(tmp_path, clock_s):
     assert np.isnan(thin.block["q"]).any()
     assert (~np.isnan(flight.block.between(10.0, 11.9)["q"])).all()
     assert flight.sources["q"].source.startswith("on-board log: ")
-    assert any("clock differs by -37.00 s" in remark for remark in flight.remarks) == bool(clock_s)
+    assert any("clock differs by -37.000 s" in remark for remark in flight.remarks) == bool(clock_s)
+    assert flight.onboard.in_place
+    assert flight.onboard.clock.offset == pytest.approx(-clock_s, abs=1e-3)
 
 
 def test_onboard_log_of_another_flight_is_left_out(tmp_path):
