@@ -17,7 +17,7 @@ from gsapp.flight.catalog.places import (
 from gsapp.flight.catalog.records import Condition, FlightEntry
 from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers.found import GRADES, FoundManeuver
+from gsapp.flight.maneuvers.found import CREW, GRADES, FoundManeuver
 from gsapp.foundation import FlightError
 
 
@@ -49,7 +49,8 @@ def store_maneuvers(
     aircraft : str
         Name of the aircraft.
     graded_by : str
-        Who gave the grades. A grade that a person gave by `store_grade` is not overruled.
+        Who gave the grades that the crew did not give. A grade that a person gave by
+        `store_grade` is not overruled by these.
     """
     store_entry(catalog, FlightEntry.of(flight, maneuvers, aircraft=aircraft), graded_by=graded_by)
 
@@ -63,13 +64,14 @@ def store_entry(catalog: Catalog, entry: FlightEntry, *, graded_by: str = "progr
             place = _maneuver(connection, number, maneuver)
             _conditions(connection, place, conditions)
             latest = _latest_grade(connection, place)
-            same = latest is not None and (latest["grade"], latest["reasons"]) == (
-                maneuver.grade,
-                as_json(maneuver.reasons),
-            )
-            by_person = latest is not None and latest["given_by"] != graded_by
-            if not (same or by_person):
-                _grade(connection, place, maneuver.grade, maneuver.reasons, graded_by)
+            by = CREW if maneuver.graded_by == CREW else graded_by
+            same = latest is not None and (
+                latest["grade"], latest["reasons"], latest["given_by"]
+            ) == (maneuver.grade, as_json(maneuver.reasons), by)  # fmt: skip
+            # The crew's own grade stands among the flight's events, and falls with its change.
+            by_person = latest is not None and latest["given_by"] not in (graded_by, CREW)
+            if not same and (by == CREW or not by_person):
+                _grade(connection, place, maneuver.grade, maneuver.reasons, by)
 
 
 def add_entry(catalog: Catalog, entry: FlightEntry) -> tuple[str, ...]:

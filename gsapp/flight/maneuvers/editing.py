@@ -182,9 +182,10 @@ class ManeuverBook:
         new = assess(given, *_in_order(t_start, t_end))
         return self.apply(Edit(words=f"add {given} at {new.t_start:.2f} s", added=(new,)))
 
-    def remove(self, name: str) -> ManeuverBook:
-        """Take a maneuver out."""
-        return self.apply(Edit(words=f"remove {self[name].id}", removed=(name,)))
+    def remove(self, *names: str) -> ManeuverBook:
+        """Take maneuvers out, as one change."""
+        found = tuple(self[name].id for name in dict.fromkeys(names))
+        return self.apply(Edit(words=f"remove {', '.join(found)}", removed=found))
 
     def merge(self, names: Sequence[str], assess: Assess) -> ManeuverBook:
         """Make one of several, from the first start to the last end.

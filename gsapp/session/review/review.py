@@ -1,0 +1,151 @@
+"""The flights under review together: numbered, with all their maneuvers in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.flight.catalog import StoredVerdict
+from gsapp.flight.maneuvers import FoundManeuver
+from gsapp.session.review.flight import ReviewedFlight
+
+if TYPE_CHECKING:
+    # The window starts without the numerics behind an estimation.
+    from gsapp.identification.runs.request import ChosenManeuver
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManeuverRow:
+    """One maneuver of a campaign, for tables.
+
+    Attributes
+    ----------
+    id : str
+        In the campaign: ``2:M4``; with one flight ``M4``.
+    flight : str
+        Name of the flight.
+    number : int
+        Of the flight, from 1.
+    maneuver : FoundManeuver
+    in_use : bool
+        Whether it takes part in estimates.
+    by_hand : bool
+        Whether a person changed it or put it in.
+    verdict : StoredVerdict or None
+        What the pilot was told.
+    overlaps : tuple of str
+        Ids within the flight of others that share samples with it.
+    """
+
+    id: str
+    flight: str
+    number: int
+    maneuver: FoundManeuver
+    in_use: bool
+    by_hand: bool
+    verdict: StoredVerdict | None
+    overlaps: tuple[str, ...]
+
+
+class Review:
+    """The flights under review, in the order in which they are numbered.
+
+    Attributes
+    ----------
+    flights : tuple of ReviewedFlight
+    """
+
+    def __init__(self) -> None:
+        self.flights: tuple[ReviewedFlight, ...] = ()
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Return folders and files of the flights, in their order."""
+        return tuple(flight.path for flight in self.flights)
+
+    def add(self, flight: ReviewedFlight) -> None:
+        """Put a flight at the end, or in the place of the same one that was opened before."""
+        paths = [path.resolve() for path in self.paths]
+        path = flight.path.resolve()
+        if path in paths:
+            place = paths.index(path)
+            flight.use.update(self.flights[place].use)
+            self.flights = (*self.flights[:place], flight, *self.flights[place + 1 :])
+        else:
+            self.flights = (*self.flights, flight)
+
+    def remove(self, flight: ReviewedFlight) -> None:
+        """Take a flight out of the review; its files stay as they are."""
+        self.flights = tuple(one for one in self.flights if one is not flight)
+
+    def campaign_id(self, flight: ReviewedFlight, name: str) -> str:
+        """Return the id in the campaign of a flight's maneuver."""
+        if len(self.flights) < 2:
+            return name
+        return f"{self.flights.index(flight) + 1}:{name}"
+
+    def located(self, campaign_id: str) -> tuple[ReviewedFlight, FoundManeuver] | None:
+        """Return flight and maneuver of an id in the campaign; None if there is none."""
+        for flight in self.flights:
+            for maneuver in flight.maneuvers:
+                if self.campaign_id(flight, maneuver.id) == campaign_id:
+                    return flight, maneuver
+        return None
+
+    def rows(self) -> tuple[ManeuverRow, ...]:
+        """Return all maneuvers, by flight and time."""
+        return tuple(
+            ManeuverRow(
+                id=self.campaign_id(flight, maneuver.id),
+                flight=flight.name,
+                number=number,
+                maneuver=maneuver,
+                in_use=flight.in_use(maneuver),
+                by_hand=flight.by_hand(maneuver.id),
+                verdict=flight.verdict(maneuver),
+                overlaps=flight.overlapping(maneuver),
+            )
+            for number, flight in enumerate(self.flights, start=1)
+            for maneuver in flight.maneuvers
+        )
+
+    def use(self, campaign_id: str, wanted: bool) -> None:
+        """Let a maneuver take part in estimates, or not."""
+        place = self.located(campaign_id)
+        if place is not None:
+            flight, maneuver = place
+            flight.use[maneuver.id] = wanted
+
+    def chosen(self, ids: Collection[str] | None = None) -> tuple[ChosenManeuver, ...]:
+        """Return maneuvers for a run, with their edges as they stand.
+
+        Parameters
+        ----------
+        ids : collection of str, optional
+            In the campaign; by default those in use.
+        """
+        from gsapp.identification.runs.request import ChosenManeuver
+
+        return tuple(
+            ChosenManeuver(
+                flight=flight.path,
+                id=maneuver.id,
+                t_start=maneuver.t_start,
+                t_end=maneuver.t_end,
+                inputs=maneuver.inputs,
+                kind=maneuver.kind,
+            )
+            for flight in self.flights
+            for maneuver in flight.maneuvers
+            if (
+                flight.in_use(maneuver)
+                if ids is None
+                else self.campaign_id(flight, maneuver.id) in ids
+            )
+        )
+
+    def poll(self) -> tuple[ReviewedFlight, ...]:
+        """Take in what other windows changed; return the flights that it may have changed."""
+        return tuple(flight for flight in self.flights if flight.poll())

@@ -1,0 +1,178 @@
+"""Flights under review: what a person corrects stands everywhere, and is taken back everywhere."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from gsapp.cli.maneuvers import run
+from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store_debrief
+from gsapp.flight.writers import write_block
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.identification.flights import flown_flights
+from gsapp.session.review import Review, ReviewedFlight, keep_maneuvers, open_reviewed
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "flight"))
+from maneuver_kit import EVERYTHING, make_flight
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a flight of two minutes with five maneuvers, as a file."""
+    path = tmp_path_factory.mktemp("record") / "a.csv"
+    return write_block(path, make_flight(EVERYTHING, seconds=125.0, rate=50.0).block, "csv", "us")
+
+
+@pytest.fixture
+def flight(record: Path, tmp_path: Path) -> ReviewedFlight:
+    return open_reviewed(Path(shutil.copy(record, tmp_path / "a.csv")))
+
+
+def printed(path: Path, out: Path, **options: bool) -> list[dict[str, object]]:
+    """Return what ``gsapp maneuvers --json`` writes of a flight."""
+    run(flight=path, json=out, **options)
+    return list(json.loads(out.read_text()))
+
+
+def test_a_correction_stands_for_every_command(flight, tmp_path):
+    """Edges, names, notes and grades of a person are what `maneuvers` and `estimate` work on."""
+    first, second, third, *_ = flight.maneuvers
+    flight.move(first.id, first.t_start + 0.507, first.t_end - 1.0)
+    flight.rename(second.id, "aileron")
+    flight.regrade("aileron", "D", "a gust")
+    merged = flight.merge([third.id, "4"])
+    flight.remove("5")
+    put = flight.add(64.0, 67.0)
+    found = printed(flight.path, tmp_path / "m.json")
+    assert [one["id"] for one in found] == [first.id, put, "aileron", merged]
+    # Snapped to a sample, whatever was asked for.
+    assert found[0]["t_start"] == pytest.approx(first.t_start + 0.5)
+    assert (found[2]["grade"], found[2]["reasons"]) == ("D", ["a gust"])
+    assert (found[3]["t_start"], found[3]["inputs"]) == (third.t_start, ["da", "dr"])
+    (flown,) = flown_flights([flight.path], aircraft=None)
+    # What a person graded unfit stays out of a fit, as does what shows no input.
+    assert [one.id for one in flown.maneuvers] == [
+        one.id for one in flight.maneuvers if one.grade != "D"
+    ]
+    assert any("6 changes by hand" in remark for remark in flown.remarks)
+    assert len(printed(flight.path, tmp_path / "f.json", as_found=True)) == 5
+
+
+def test_changes_are_taken_back_in_their_order_by_whoever_looks(flight):
+    other = open_reviewed(flight.path)
+    before = flight.maneuvers
+    flight.annotate("1", "calm")
+    flight.remove("2", "3")
+    assert not flight.can_redo
+    assert other.poll()
+    assert other.maneuvers == flight.maneuvers
+    assert other.undo() == "remove 2, 3"
+    assert other.undo() == "note on 1"
+    assert other.undo() == ""
+    assert flight.poll()
+    assert flight.maneuvers == before
+    assert flight.redo() == "note on 1"
+    assert flight["1"].note == "calm"
+    assert flight.by_hand("1")
+    assert not flight.by_hand("2")
+
+
+def test_looking_at_other_edges_changes_nothing(flight):
+    one = flight.maneuvers[0]
+    shorter = flight.moved("1", one.t_start, one.t_input_end + 0.2)
+    assert shorter.grade > one.grade
+    assert flight.maneuvers[0] == one
+    assert not flight.can_undo
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (lambda flight: flight.move("1", 60.0, 60.2), "too short"),
+        (lambda flight: flight.move("1", 63.0, 60.0), "too short"),
+        (lambda flight: flight.rename("1", "2:M4"), "part flights"),
+        (lambda flight: flight.rename("1", "2"), "taken"),
+        (lambda flight: flight.merge(["1"]), "two maneuvers"),
+        (lambda flight: flight.remove("9"), "no maneuver '9'"),
+    ],
+)
+def test_what_cannot_be_is_said_and_changes_nothing(flight, wrong, words):
+    with pytest.raises((FlightError, UnknownNameError), match=words):
+        wrong(flight)
+    assert not flight.can_undo
+
+
+def test_edges_stop_at_the_ends_of_the_record(flight):
+    flight.move("5", 100.0, 900.0)
+    assert flight["5"].t_end == flight.span[1]
+    assert flight.overlapping(flight["5"]) == ("4",)
+
+
+def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_path):
+    review = Review()
+    review.add(flight)
+    assert [row.id for row in review.rows()] == ["1", "2", "3", "4", "5"]
+    second = open_reviewed(Path(shutil.copy(flight.path, tmp_path / "b.csv")))
+    review.add(second)
+    second.regrade("2", "D")
+    review.use("2:3", False)
+    rows = {row.id: row for row in review.rows()}
+    assert list(rows) == [f"{k}:{m}" for k in (1, 2) for m in range(1, 6)]
+    unused = [name for name, row in rows.items() if not row.in_use]
+    assert unused == ["2:2", "2:3"]
+    review.use("2:2", True)
+    chosen = review.chosen()
+    assert [(one.flight.stem, one.id) for one in chosen if one.id in "23"] == [
+        ("a", "2"), ("a", "3"), ("b", "2"),
+    ]  # fmt: skip
+    (one,) = review.chosen(["2:4"])
+    assert (one.inputs, one.t_start) == (("da", "dr"), second["4"].t_start)
+    # A decision stays with its maneuver under another name, and with the flight opened anew.
+    second.rename("3", "wild")
+    again = open_reviewed(second.path)
+    review.add(again)
+    assert len(review.flights) == 2
+    assert not again.in_use(again["wild"])
+    review.remove(flight)
+    assert [row.id for row in review.rows()][2] == "wild"
+    assert review.located("wild") == (again, again["wild"])
+    assert review.located("1:2") is None
+
+
+def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path):
+    """The crew's grade is kept there, and goes when it is taken back; another person's stays."""
+    catalog = tmp_path / "made" / "campaign.sqlite"
+
+    def kept() -> dict[str, tuple[str, str]]:
+        keep_maneuvers(catalog, flight.flight, flight.maneuvers, "B777")
+        with Catalog(catalog) as opened:
+            return {
+                one.maneuver.id: (one.maneuver.grade, one.graded_by)
+                for one in search_maneuvers(opened)
+            }
+
+    before = kept()
+    assert {by for _, by in before.values()} == {"program"}
+    flight.regrade("2", "D", "wind")
+    flight.remove("5")
+    assert kept() == {
+        name: ("D", "crew") if name == "2" else told for name, told in before.items() if name != "5"
+    }
+    flight.undo()
+    flight.undo()
+    assert kept() == before
+    told = StoredVerdict(
+        name="M1", t_input=60.0, t_end=63.0, surfaces=("de",), kind="doublet", V=30.0,
+        result="too-small", advice="half again",
+    )  # fmt: skip
+    with Catalog(catalog) as opened:
+        store_debrief(opened, flight.flight, [told])
+    again = open_reviewed(flight.path, catalog=catalog)
+    verdict = again.verdict(again["1"])
+    assert verdict is not None
+    assert verdict.advice == "half again"
+    assert again.verdict(again["2"]) is None
