@@ -14,11 +14,6 @@ _HONEST: Final = (0.7, 1.4)
 """Scatter over bounds between which bounds are called honest."""
 _WELL: Final = 10.0
 """Percent to which a derivative is well known."""
-METHODS: Final = {
-    "ml": "maximum likelihood",
-    "ee": "equation error",
-    "ftr": "Fourier transform regression",
-}
 
 
 def headline(summary: CampaignSummary, result: CampaignResult) -> str:
@@ -37,6 +32,22 @@ def headline(summary: CampaignSummary, result: CampaignResult) -> str:
             f"{'is' if len(summary.wild) == 1 else 'are'} wild and to be looked at."
         )
     return said
+
+
+def known_before(result: CampaignResult) -> dict[str, float]:
+    """Return the derivatives that were known before: those of the model, where one was given."""
+    model = result.settings.model
+    return {} if model is None else dict(model.derivatives)
+
+
+def excluded_words(summary: CampaignSummary) -> tuple[str, ...]:
+    """Return in a sentence what was left out by hand; empty for nothing."""
+    if not summary.without:
+        return ()
+    return (
+        f"Left out of all means by hand: {_count(len(summary.without), 'maneuver')} "
+        f"({', '.join(sorted(summary.without))}).",
+    )
 
 
 def _count(number: int, word: str) -> str:
@@ -67,7 +78,7 @@ def honesty_words(summary: CampaignSummary) -> str:
         return (
             f"Values scatter from maneuver to maneuver {ratio:.1f} times as much as their bounds "
             "promise: something that differs between maneuvers (air, speed, slop, clipped "
-            "sensors) is not in the bounds. Take the scatter, not the bound."
+            "sensors) is not in the bounds of single values. The bounds of the means hold it."
         )
     if ratio < low:
         return (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
@@ -35,7 +36,8 @@ class DerivativeSummary:
     outliers : tuple of Outlier
         Those left out of `value`.
     value : CampaignValue
-        Weighted mean of the points that stand.
+        Mean of the points that stand, each weighted by its own bound and what they scatter beyond
+        bounds from maneuver to maneuver (`Honesty.between`) together; so is its bound.
     honesty : Honesty or None
         Their scatter against their bounds; None for fewer than three.
     trends : tuple of Dependence
@@ -50,6 +52,15 @@ class DerivativeSummary:
     honesty: Honesty | None
     trends: tuple[Dependence, ...]
     excluded: tuple[Point, ...] = ()
+
+    @property
+    def between(self) -> float:
+        """Return the standard deviation from maneuver to maneuver beyond the bounds, per radian."""
+        return 0.0 if self.honesty is None else self.honesty.between
+
+    def bound(self, point: Point) -> float:
+        """Return the bound of a point with what differs between maneuvers in it, per radian."""
+        return math.hypot(point.std, self.between)
 
     @property
     def kept(self) -> tuple[Point, ...]:
@@ -157,6 +168,8 @@ def _summarize(
     off = far_off(points, count)
     kept = tuple(one for place, one in enumerate(points) if place not in off)
     values, stds = values_of(kept)
+    told = honesty(values, stds)
+    between = 0.0 if told is None else told.between
     return DerivativeSummary(
         name=name,
         points=every,
@@ -168,8 +181,8 @@ def _summarize(
             )
             for place, sigmas in off.items()
         ),
-        value=mean_of(values, stds),
-        honesty=honesty(values, stds),
+        value=mean_of(values, np.hypot(stds, between)),
+        honesty=told,
         trends=trends(kept),
         excluded=tuple(one for one in every if one.maneuver in without),
     )
