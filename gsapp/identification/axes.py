@@ -32,6 +32,17 @@ RESPONSES: dict[Axis, tuple[str, ...]] = {
     "both": ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "ax", "ay", "an"),
 }
 """Responses compared by default, as far as they were measured."""
+DEFAULT_BIASES: dict[Axis, tuple[str, ...]] = {
+    "lon": ("an",),
+    "lat": ("ay",),
+    "both": ("ax", "ay", "an"),
+}
+"""Responses with a free sensor bias by default.
+
+Where the force coefficients have a bias of their own (CN_0, CY_0), an accelerometer's bias is told
+from it by the flow angle's equation. A second bias in the same balance (q, r) cannot be told from
+the first, and those of alpha, beta, p and, without speed as a state, a_x not from the ``_0`` terms.
+"""
 SURFACES: dict[Axis, tuple[str, ...]] = {
     "lon": ("de",),
     "lat": ("da", "dr"),

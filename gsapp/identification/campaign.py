@@ -366,7 +366,8 @@ def _estimate_about_cg(
                 settings.likelihood,
                 axis=axis,
                 free=(*derivatives, *beside),
-                free_effects=tuple(name for name in free if name not in derivatives),
+                # Derivatives of the other axis are no effects of this one.
+                free_effects=tuple(name for name in free if name not in axis_derivatives("both")),
                 held=held,
                 joint_weights=weights,
                 stand_ins={**constants, **settings.likelihood.stand_ins},

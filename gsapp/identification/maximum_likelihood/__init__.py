@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gsapp.identification.axes import DEFAULT_BIASES
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.fitting import fit, simulate
 from gsapp.identification.maximum_likelihood.settings import (
-    DEFAULT_BIASES,
     Callback,
     MLSettings,
     Progress,

@@ -18,6 +18,7 @@ from gsapp.dynamics.terms import Term
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import (
     COEFFICIENTS,
+    DEFAULT_BIASES,
     RESPONSES,
     STATES,
     SURFACES,
@@ -37,7 +38,7 @@ from gsapp.identification.maximum_likelihood.problem import (
     Segment,
     path_names,
 )
-from gsapp.identification.maximum_likelihood.settings import DEFAULT_BIASES, MLSettings
+from gsapp.identification.maximum_likelihood.settings import MLSettings
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import runs, smoother
 from gsapp.quantities import BoolArray, FloatArray

@@ -12,18 +12,6 @@ from gsapp.dynamics.sensors import OUTPUTS
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import Axis
 
-DEFAULT_BIASES: Mapping[Axis, tuple[str, ...]] = {
-    "lon": ("an",),
-    "lat": ("ay",),
-    "both": ("ax", "ay", "an"),
-}
-"""Responses with a free sensor bias by default.
-
-Where the force coefficients have a bias of their own (CN_0, CY_0), an accelerometer's bias is told
-from it by the flow angle's equation. A second bias in the same balance (q, r) cannot be told from
-the first, and those of alpha, beta, p and, without speed as a state, a_x not from the ``_0`` terms.
-"""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MLSettings:
@@ -59,7 +47,8 @@ class MLSettings:
         A-priori value and its standard deviation (W2).
     integration : {"rk4", "euler"}
     biases : tuple of str, optional
-        Responses whose sensor bias is free in every maneuver; see `DEFAULT_BIASES`.
+        Responses whose sensor bias is free in every maneuver; by default those of
+        `gsapp.identification.axes.DEFAULT_BIASES`.
     scale_factors, time_shifts : tuple of str
         Responses whose scale factor (1: none), time shift (s, positive: late) is free.
     airspeed_cutoff : float, optional
