@@ -28,7 +28,6 @@ MEANT = {
     "a third less": 2 / 3,
     "a quarter less": 0.75,
     "a touch less": 0.9,
-    "the same": 1.0,
     "a touch more": 1.1,
     "a quarter more": 1.25,
     "a third more": 4 / 3,
@@ -107,15 +106,16 @@ def test_without_dual_rates_no_switch_is_named() -> None:
 @given(factor=st.floats(0.45, 3.4))
 def test_factors_are_named_by_the_nearest(factor: float) -> None:
     """What the words mean is within a quarter of the factor asked for, and never the other way."""
+    assume(abs(factor - 1.0) > 0.06)
     meant = MEANT[more_words(factor)]
     assert abs(meant / factor - 1.0) < 0.24
-    assert (meant - 1.0) * (factor - 1.0) >= 0.0 or abs(factor - 1.0) < 0.06
+    assert (meant - 1.0) * (factor - 1.0) > 0.0
 
 
 @pytest.mark.parametrize(
     ("factor", "words"),
     [(1.5, "half again"), (2.1, "twice"), (0.66, "a third less"), (0.5, "half of that"),
-     (9.0, "much more"), (0.1, "much less"), (1.0, "the same")],
+     (9.0, "much more"), (0.1, "much less"), (1.1, "a touch more"), (0.91, "a touch less")],
 )  # fmt: skip
 def test_factors_in_words(factor: float, words: str) -> None:
     """The factors that crews use."""

@@ -9,7 +9,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.doublets.measuring import Measured
 from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.stick_words import stick_words
+from gsapp.excitation.points.stick_words import stick_words_of
 from gsapp.excitation.points.wanted import Band, WantedInput
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards.card import SURFACES as SURFACE_WORDS
@@ -56,10 +56,15 @@ class Case:
         """Return the time between samples, s."""
         return float(np.median(np.diff(self.measured.passage.times)))
 
-    def stick(self, surface: str, amplitude: float) -> str:
-        """Return a deflection in the pilot's words."""
+    def stick(self, surface: str) -> str:
+        """Return the deflection wanted of a surface in the pilot's words.
+
+        One position of the rate switch serves all surfaces of the input.
+        """
+        asked = {one.surface: self.band(one.surface) for one in self.measured.inputs}
+        best = {name: band.best for name, band in asked.items() if band is not None}
         aircraft = self.aircraft if self.known_aircraft else None
-        return stick_words(aircraft, surface, amplitude, rate_switch=self.measured.rate_switch)
+        return stick_words_of(aircraft, best, rate_switch=self.measured.rate_switch)[surface]
 
     def name(self, one: SurfaceInput) -> str:
         """Return what an input is called: "rudder doublet"."""

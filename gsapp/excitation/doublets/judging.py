@@ -51,6 +51,9 @@ _UNREST: Final = 0.6
 grader calls it a large defect."""
 _SMALLER: Final = 0.75
 """Advice after an answer that was too large, where no band tells better."""
+_AT_LEAST: Final = 1.1
+"""A size that was wrong is to change by this factor at least: *the same* is no advice, even where
+the best size lies at the very end of the band that was left."""
 
 _CLIPPED: Final = {
     "p": "roll rate",
@@ -195,8 +198,8 @@ def _too_small(case: Case) -> list[Finding]:
         band = case.band(one.surface)
         if band is None or one.amplitude >= band.low:
             continue
-        factor = band.best / max(one.amplitude, 1e-9)
-        change = f"{more_words(factor)}, {case.stick(one.surface, band.best)}"
+        factor = max(band.best / max(one.amplitude, 1e-9), _AT_LEAST)
+        change = f"{more_words(factor)}, {case.stick(one.surface)}"
         words = f"{case.name(one)} too small: {change}"
         found.append(Finding(result="too-small", words=words, surface=one.surface, factor=factor))
     return found
@@ -290,7 +293,8 @@ def _too_large(case: Case, name: str, why: str) -> Finding:
         case.measured.inputs, key=lambda one: (name in ANSWERING[one.surface], one.amplitude)
     )
     band = case.band(main.surface)
-    factor = _SMALLER if band is None else min(band.best / max(main.amplitude, 1e-9), 0.9)
+    factor = _SMALLER if band is None else band.best / max(main.amplitude, 1e-9)
+    factor = min(factor, 1.0 / _AT_LEAST)
     words = f"{case.name(main)} too large: {why}, {more_words(factor)}"
     return Finding(
         result="too-large", words=words, surface=main.surface, factor=factor, channel=name
@@ -298,7 +302,7 @@ def _too_large(case: Case, name: str, why: str) -> Finding:
 
 
 def _larger_than(case: Case, one: SurfaceInput, band: Band) -> Finding:
-    factor = band.best / one.amplitude
-    change = f"{more_words(factor)}, {case.stick(one.surface, band.best)}"
+    factor = min(band.best / one.amplitude, 1.0 / _AT_LEAST)
+    change = f"{more_words(factor)}, {case.stick(one.surface)}"
     words = f"{case.name(one)} too large: {change}"
     return Finding(result="too-large", words=words, surface=one.surface, factor=factor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import replace
 from typing import Final
 
@@ -14,10 +15,15 @@ from gsapp.flight.maneuvers.detection import SETTLED
 from gsapp.flight.maneuvers.grading import Setting
 from gsapp.flight.maneuvers.moves import QuickMoves
 from gsapp.flight.maneuvers.noise import WINDOW, NoiseFloor, NoiseMeter
+from gsapp.flight.maneuvers.signals import COLUMN
 from gsapp.quantities import FloatArray
 
 _BEGAN_FLYING: Final = 1.5
 """A stretch that flies so soon after its beginning, s, did not take off in it."""
+_LOW: Final = 8.0
+"""Height above where it stood, m, below which the sticks are busy with the landing."""
+_STANDING: Final = 8
+"""Frames on the ground whose median altitude is that of the field."""
 
 
 class Surroundings:
@@ -52,6 +58,8 @@ class Surroundings:
         self._meter = NoiseMeter()
         self.setting = Setting(aircraft=self._aircraft, noise=NoiseFloor())
         self.quick = QuickMoves(self.setting, self._rate)
+        self._field: deque[float] = deque(maxlen=_STANDING)
+        self._low = False
         self._began = -math.inf
         self.interrupt(0.0)
 
@@ -66,10 +74,11 @@ class Surroundings:
         self._steering = True
 
     def flies(self, time: float) -> bool:
-        """Return whether the aircraft flies at a time (s), and take-off is over."""
+        """Return whether the aircraft flies at a time (s), neither taking off nor landing."""
         since = self._watch.since
         took_off = since > self._began + _BEGAN_FLYING
-        return self._watch.airborne and (not took_off or time - since > SETTLED)
+        settled = not took_off or time - since > SETTLED
+        return self._watch.airborne and settled and not self._low
 
     def take(
         self, number: int, time: float, rows: FloatArray, peaks: FloatArray, *, steering: bool
@@ -103,12 +112,23 @@ class Surroundings:
         """Forget the moves of an input: they say nothing about steering."""
         self._held = []
 
+    def _look_down(self, altitude: float) -> None:
+        """Learn the altitude of the field, m, and tell whether the aircraft is close to it."""
+        if not math.isfinite(altitude):
+            return
+        if self._watch.airborne:
+            # A record that begins in the air does not know its field.
+            self._low = bool(self._field) and altitude - float(np.median(self._field)) < _LOW
+        else:
+            self._field.append(altitude)
+
     def _end_frame(self, time: float) -> None:
         rows = np.concatenate(self._rows)
         there = np.isfinite(rows)
         present = there.sum(axis=0)
         means = np.where(there, rows, 0.0).sum(axis=0) / np.where(present > 0, present, np.nan)
         self._watch.add(time - (len(rows) - 1) / self._rate, means)
+        self._look_down(float(means[COLUMN["altitude"]]))
         if self._watch.airborne:
             furthest = np.array(self._peaks).max(axis=0)
             if self._steering:

@@ -26,11 +26,14 @@ from gsapp.flight.maneuvers.moves import CLEAR, deliberate, taken_over
 from gsapp.flight.maneuvers.shape import SurfaceInput
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, GRAVITY
 
 _GOES_ON = 1.0
 """Seconds for which the sticks may go on moving after an input that was expected and whole."""
 _BUSY = 4.0
 """Seconds after a verdict in which the pilot recovers, and only unmistakable inputs are any."""
+_IN_TURN = 32.0 * DEGREE
+"""Bank in which nobody begins an input: what moves the sticks there rolls out of a turn."""
 
 WantedFor = Callable[[tuple[str, ...], str, float | None], WantedInput | None]
 """What is wanted of these surfaces, in this shape, at this airspeed (m/s)."""
@@ -242,7 +245,7 @@ class DoubletWatch:
             return
         if found is None:
             return
-        if not found:
+        if not found or self._in_turn(found):
             self._dismiss()
             return
         moving.asked, found = self._held_against(moving, found)
@@ -250,6 +253,17 @@ class DoubletWatch:
         moving.t_end = max(one.t_end for one in found)
         wanted = moving.asked.wanted
         moving.hands_off = HANDS_OFF_WANTED if wanted is None else wanted.hands_off
+
+    def _in_turn(self, found: Sequence[SurfaceInput]) -> bool:
+        """Return whether the aircraft turned when the sticks began to move."""
+        begun = min(one.t_start for one in found)
+        attitude = self._history.beside("phi", begun - 1.0, begun)
+        if np.isfinite(attitude).any():
+            return abs(float(np.nanmean(attitude))) > _IN_TURN
+        # In a level turn r V = g sin(bank).
+        _, rows = self._history.stretch(begun - 1.0, begun)
+        drawn = rows[:, COLUMN["r"]] * rows[:, COLUMN["V"]]
+        return bool(np.abs(np.nan_to_num(drawn).mean()) > GRAVITY * math.sin(_IN_TURN))
 
     def _held_against(
         self, moving: Moving, found: list[SurfaceInput]
@@ -277,7 +291,7 @@ class DoubletWatch:
 
     def _speed_before(self, time: float) -> float | None:
         _, rows = self._history.stretch(time - 1.0, time)
-        speed = rows[:, SIGNALS.index("V")]
+        speed = rows[:, COLUMN["V"]]
         return float(np.nanmean(speed)) if np.isfinite(speed).any() else None
 
     def _dismiss(self) -> None:

@@ -37,7 +37,6 @@ _FACTORS: Final = {
     "a third less": 2.0 / 3.0,
     "a quarter less": 0.75,
     "a touch less": 0.9,
-    "the same": 1.0,
     "a touch more": 1.1,
     "a quarter more": 1.25,
     "a third more": 4.0 / 3.0,
@@ -150,7 +149,7 @@ def more_words(factor: float) -> str:
     Parameters
     ----------
     factor : float
-        New over old, greater than zero.
+        New over old, greater than zero; a tenth more or less is the least that has words.
     """
     if not factor > 0.0 or factor > _MOST:
         return "much more"
