@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.identification.campaign import CampaignResult, CampaignValue
-    from gsapp.identification.flights import FlownFlight
     from gsapp.identification.results import Estimate
+    from gsapp.identification.runs.outcome import Outcome
 
 _FIXED, _EACH = 44, 17
 """Characters that the means take, and each maneuver with a column of its own."""
@@ -41,9 +41,11 @@ def run(
     model: str | None = None,
     maneuver: Sequence[str] = (),
     every_grade: bool = False,
+    as_found: bool = False,
     channel_map: str | None = None,
     calibration: str | None = None,
     catalog: Path | None = None,
+    label: str = "",
     json: Path | None = None,
 ) -> None:
     """Estimate derivatives.
@@ -82,8 +84,12 @@ def run(
         ``START:STOP`` or ``K:START:STOP``.
     every_grade : bool
         Keep maneuvers that were graded unfit.
+    as_found : bool
+        Leave out what was changed by hand.
     catalog : Path, optional
-        Where runs are stored.
+        Where the run is kept.
+    label : str
+        What it is called there.
     json : Path, optional
         Where the result for programs goes.
 
@@ -93,25 +99,26 @@ def run(
         If a file or name is wrong, or no maneuver gives anything.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._flight_text import calibration_list, check_catalog
-    from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._running import with_bar
     from gsapp.dynamics.model import load_model
-    from gsapp.flight.catalog import Catalog, store_maneuvers
+    from gsapp.flight.catalog import Catalog
     from gsapp.foundation import FlightError
-    from gsapp.identification.campaign import CampaignSettings, run_campaign
+    from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.estimate_json import campaign_json
     from gsapp.identification.maximum_likelihood import MLSettings
-    from gsapp.identification.storing import store_campaign
-    from gsapp.identification.weights import load_weights
+    from gsapp.identification.runs.inputs import openings_of
+    from gsapp.identification.runs.keeping import keep
+    from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.runs.running import run as run_request
+    from gsapp.identification.runs.shelf import FlightShelf
 
     console = Console(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     known = None if model is None else load_model(model)
-    loaded_weights = None if weights is None else load_weights(weights)
     likelihood = MLSettings(
         axis="lon",
         states=_names(states),
@@ -127,52 +134,54 @@ def run(
     )
     held = _values(hold, "--hold")
     _check_derivatives((*held, *(_names(free) or ()), *likelihood.priors), known)
-    flown = flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, every_grade=every_grade, console=console,
-    )  # fmt: skip
-    settings = CampaignSettings(
-        method=method,
-        axis=axis,
-        six_degrees=six_degrees,
-        free=_names(free),
-        held=held,
-        weights=None
-        if loaded_weights is None
-        else {one.flight.name: loaded_weights.for_flight(one.flight.name) for one in flown},
-        likelihood=likelihood,
-        joint=joint,
+    request = RunRequest(
+        flights=tuple(flights),
+        settings=CampaignSettings(
+            method=method,
+            axis=axis,
+            six_degrees=six_degrees,
+            free=_names(free),
+            held=held,
+            likelihood=likelihood,
+            joint=joint,
+        ),
+        aircraft=aircraft or "",
+        calibration=calibration or "",
+        channel_map=channel_map or "",
+        label=label,
+        given=tuple(maneuver),
+        every_grade=every_grade,
+        as_found=as_found,
+        weights=weights or "",
+        model=model or "",
     )
-    for number, one in enumerate(flown):
-        if one.aircraft not in [before.aircraft for before in flown[:number]]:
+    shelf = FlightShelf()
+    outcome = with_bar(
+        console,
+        lambda doing, step: run_request(request, flights=shelf, doing=doing, progress=step),
+    )
+    result = outcome.result
+    opened = [shelf.open(one).opened for one in openings_of(outcome.request)]
+    for number, one in enumerate(opened):
+        if one.aircraft not in [before.aircraft for before in opened[:number]]:
             warn_of_aircraft(console, one.aircraft)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("estimating", total=None)
-
-        def step(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=what or "done")
-
-        result = run_campaign(
-            [one for flight in flown for one in flight.maneuvers], settings, progress=step
-        )
+    kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:
-            for one in flown:
-                store_maneuvers(store, one.flight, one.surveyed, aircraft=one.aircraft.name)
-            store_campaign(store, result)
+            kept = f"kept as run {keep(store, outcome)} in {catalog}"
     if json is not None:
         content = campaign_json(result)
-        content["calibration"] = calibration_list(one.flight for one in flown)
+        content["calibration"] = calibration_list(one.flight for one in opened)
         text = json_module.dumps(content, indent=1, allow_nan=False)
         write_result(json, text + "\n")
-    _describe(console, flown, result)
+    _describe(console, outcome)
     failures = [one.failure for one in result.results if one.estimate is None]
     if len(failures) == len(result.results):
         raise FlightError(f"no maneuver could be fitted: {failures[0]}")
-    for path in (json, catalog):
-        if path is not None and not on_screen(path):
-            console.print(f"written to {path}", highlight=False, soft_wrap=True)
+    if json is not None and not on_screen(json):
+        console.print(f"written to {json}", highlight=False, soft_wrap=True)
+    if kept:
+        console.print(kept, highlight=False, markup=False, soft_wrap=True)
 
 
 # --- what is typed ------------------------------------------------------------------------------
@@ -236,11 +245,12 @@ def _check_derivatives(names: Sequence[str], model: object) -> None:
 # --- the screen ---------------------------------------------------------------------------------
 
 
-def _describe(console: Console, flown: Sequence[FlownFlight], result: CampaignResult) -> None:
+def _describe(console: Console, outcome: Outcome) -> None:
     from rich import box
     from rich.markup import escape
     from rich.table import Table
 
+    result = outcome.result
     results = result.results
     wide = _FIXED + _EACH * len(results) <= console.width
     table = Table(
@@ -284,7 +294,7 @@ def _describe(console: Console, flown: Sequence[FlownFlight], result: CampaignRe
             ),
         )
     console.print(fits)
-    for sentence in _sentences(flown, result):
+    for sentence in _sentences(outcome):
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
 
 
@@ -321,10 +331,10 @@ def _cell(estimate: Estimate | None, name: str) -> str:
     return f"{one.value:.3f} ±{one.std:.3f}"
 
 
-def _sentences(flown: Sequence[FlownFlight], result: CampaignResult) -> list[str]:
+def _sentences(outcome: Outcome) -> list[str]:
     """Return what is to be said, each sentence once, with the maneuvers it is about."""
     said: dict[str, list[str]] = {}
-    for one in result.results:
+    for one in outcome.result.results:
         told = (one.failure,) if one.estimate is None else one.estimate.warnings
         why: tuple[str, ...] = ()
         if one.estimate is not None:
@@ -335,8 +345,7 @@ def _sentences(flown: Sequence[FlownFlight], result: CampaignResult) -> list[str
             )
         for sentence in (*told, *why):
             said.setdefault(sentence, []).append(one.maneuver.id)
-    of_flights = (f"{one.flight.name}: {remark}" for one in flown for remark in one.remarks)
-    remarks = dict.fromkeys((*of_flights, *result.remarks))
+    remarks = dict.fromkeys((*outcome.remarks, *outcome.result.remarks))
     return [
         *remarks,
         *(

@@ -1,65 +1,71 @@
-"""Runs of a campaign kept in the catalog, with the settings to repeat them."""
+"""The fits of a campaign as a catalog holds them."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from gsapp.flight.catalog import Catalog, Run, StoredEstimate, StoredModel, store_model, store_run
-from gsapp.foundation.toml import toml_text
+from gsapp.flight.catalog import Run, StoredEstimate
 from gsapp.identification.campaign import CampaignResult, CampaignSettings
 from gsapp.identification.results import Estimate
 
 
-def store_campaign(catalog: Catalog, result: CampaignResult) -> tuple[int, ...]:
-    """Store every estimate of a campaign; return the numbers of the runs.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredPlace:
+    """Where a maneuver of a campaign stands in a catalog.
 
-    The maneuvers must be in the catalog.
+    Attributes
+    ----------
+    flight, name : str
+    edges : tuple of float
+        First and last sample of the fit, s.
+    """
+
+    flight: str
+    name: str
+    edges: tuple[float, float]
+
+
+def fits_of(
+    result: CampaignResult, places: Mapping[str, StoredPlace], *, kept: int | None = None
+) -> tuple[Run, ...]:
+    """Return every fit of a campaign, those of single maneuvers first.
 
     Parameters
     ----------
-    catalog : Catalog
     result : CampaignResult
+    places : mapping of str to StoredPlace
+        By the id of the maneuver in this campaign.
+    kept : int, optional
+        Number of the run that they belong to.
     """
-    model = result.settings.model
-    if model is not None:
-        text = toml_text(model.model_dump(exclude_none=True))
-        store_model(catalog, StoredModel(name=model.name, content=text))
     settings = settings_json(result.settings)
-    places = {
-        one.maneuver.id: (one.maneuver.flight, one.maneuver.id.rpartition(":")[2])
-        for one in result.results
-    }
+    model = result.settings.model
     estimates = [one.estimate for one in result.results if one.estimate is not None]
     return tuple(
-        store_run(
-            catalog,
-            Run(
-                method=one.method,
-                axis=one.axis,
-                maneuvers=tuple(places[name] for name in one.maneuvers),
-                estimates=_stored(one),
-                settings=settings,
-                fit={name: asdict(found) for name, found in one.fit.items()},
-                model=None if model is None else model.name,
-                converged=one.converged,
-                iterations=one.iterations,
-                warnings=one.warnings,
-                message=one.message,
-            ),
+        Run(
+            method=one.method,
+            axis=one.axis,
+            maneuvers=tuple((places[id_].flight, places[id_].name) for id_ in one.maneuvers),
+            edges=tuple(places[id_].edges for id_ in one.maneuvers),
+            estimates=stored_estimates(one),
+            settings=settings,
+            fit={name: _finite(asdict(found)) for name, found in one.fit.items()},
+            model=None if model is None else model.name,
+            converged=one.converged,
+            iterations=one.iterations,
+            warnings=one.warnings,
+            message=one.message,
+            kept=kept,
         )
         for one in (*estimates, *result.joint)
     )
 
 
-def settings_json(settings: CampaignSettings) -> dict[str, Any]:
-    """Return settings as JSON can hold them; the model by its name."""
-    content = asdict(replace(settings, likelihood=replace(settings.likelihood, model=None)))
-    content["model"] = None if settings.model is None else settings.model.name
-    return content
-
-
-def _stored(estimate: Estimate) -> dict[str, StoredEstimate]:
+def stored_estimates(estimate: Estimate) -> dict[str, StoredEstimate]:
+    """Return the derivatives of a fit as a catalog holds them."""
     return {
         name: StoredEstimate(
             value=one.value,
@@ -71,3 +77,15 @@ def _stored(estimate: Estimate) -> dict[str, StoredEstimate]:
         )
         for name, one in estimate.derivatives.items()
     }
+
+
+def _finite(figures: Mapping[str, float]) -> dict[str, float | None]:
+    """Return figures with None for those that do not exist, as of a response that stood still."""
+    return {name: one if math.isfinite(one) else None for name, one in figures.items()}
+
+
+def settings_json(settings: CampaignSettings) -> dict[str, Any]:
+    """Return settings as JSON can hold them; the model by its name."""
+    content = asdict(replace(settings, likelihood=replace(settings.likelihood, model=None)))
+    content["model"] = None if settings.model is None else settings.model.name
+    return content

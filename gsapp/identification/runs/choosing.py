@@ -90,7 +90,7 @@ def _standing(
         named = tuple(
             f"{window.start!r}:{window.stop!r}" for window in windows if window.flight == number
         )
-        surveyed = shelf.surveyed(opening, windows=named, doing=doing)
+        surveyed = shelf.surveyed(opening, windows=named, as_found=request.as_found, doing=doing)
         every = request.every_grade or bool(named)
         prefix = _prefix(request, number)
         opened = shelf.open(opening).opened

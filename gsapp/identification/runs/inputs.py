@@ -19,7 +19,7 @@ from gsapp.identification.flights import USUAL_AIRCRAFT
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.shelf import Opening, Shelved
 from gsapp.identification.weights import SHIPPED as WEIGHTS
-from gsapp.identification.weights import load_weights
+from gsapp.identification.weights import Weights, load_weights
 
 
 def openings_of(request: RunRequest) -> tuple[Opening, ...]:
@@ -67,18 +67,11 @@ def _whole(name: str) -> str:
     return str(Path(name).absolute()) if name and Path(name).exists() else name
 
 
-def weights_for(
-    request: RunRequest, shelved: Sequence[Shelved]
-) -> dict[str, dict[str, float]] | None:
-    """Return the weights of the responses by name of the flight; None for the residuals' own."""
-    weights = request.settings.weights
-    if weights is not None:
-        return {flight: dict(own) for flight, own in weights.items()}
-    if not request.weights:
+def weights_file(request: RunRequest) -> Weights | None:
+    """Return the weights file of a run; None where its settings hold weights, or there is none."""
+    if request.settings.weights is not None or not request.weights:
         return None
-    file = load_weights(request.weights)
-    names = [one.opened.flight.name for one in shelved]
-    return {name: file.for_flight(name) for name in names}
+    return load_weights(request.weights)
 
 
 def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFile, ...]:

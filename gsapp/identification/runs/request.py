@@ -57,6 +57,8 @@ class RunRequest:
         `maneuvers` are named, they only tell where those came from.
     every_grade : bool
         Whether maneuvers graded unfit stay in; likewise.
+    as_found : bool
+        Whether to leave out what was changed by hand; likewise.
     weights, model : str
         Names or paths of files. They are read where `settings` hold none; else they only tell
         where those came from.
@@ -71,5 +73,6 @@ class RunRequest:
     label: str = ""
     given: tuple[str, ...] = ()
     every_grade: bool = False
+    as_found: bool = False
     weights: str = ""
     model: str = ""

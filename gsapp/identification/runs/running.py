@@ -12,7 +12,7 @@ from gsapp.identification.runs.inputs import (
     inputs_of,
     openings_of,
     run_versions,
-    weights_for,
+    weights_file,
     with_whole_paths,
 )
 from gsapp.identification.runs.outcome import Outcome
@@ -60,11 +60,14 @@ def run(
     model = request.settings.model
     if model is None and request.model:
         model = load_model(request.model)
+    file = weights_file(request)
     flown = flown_maneuvers(request, shelf, doing=doing)
     shelved = [shelf.open(opening) for opening in openings_of(request)]
     settings = replace(
         request.settings,
-        weights=weights_for(request, shelved),
+        weights=request.settings.weights
+        if file is None
+        else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
         likelihood=replace(request.settings.likelihood, model=model),
     )
     result = run_campaign(in_order(request, flown), settings, progress=progress)

@@ -26,6 +26,9 @@ _IDLE: Final = NO_NUMBERS | {CACHE_FOLDER}
 Stamps = tuple[tuple[str, int, int], ...]
 """Name, time of change (ns) and size of files."""
 
+_Asked = tuple[tuple[str, ...], bool]
+"""Windows, and whether changes by hand are left out."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opening:
@@ -56,7 +59,9 @@ class Shelved:
 class _Entry:
     stamps: Stamps
     flight: Shelved
-    surveys: dict[tuple[str, ...], tuple[Stamps, FlightManeuvers]] = field(default_factory=dict)
+    surveys: dict[tuple[tuple[str, ...], bool], tuple[Stamps, FlightManeuvers]] = field(
+        default_factory=dict
+    )
 
 
 class FlightShelf:
@@ -89,16 +94,19 @@ class FlightShelf:
         opening: Opening,
         *,
         windows: tuple[str, ...] = (),
+        as_found: bool = False,
         latest: bool = True,
         doing: Callable[[str], object] | None = None,
     ) -> FlightManeuvers:
-        """Return the maneuvers of a flight, with what was changed by hand.
+        """Return the maneuvers of a flight.
 
         Parameters
         ----------
         opening : Opening
         windows : tuple of str
             ``START:STOP`` in place of what would be found.
+        as_found : bool
+            Whether to leave out what was changed by hand.
         latest : bool
             Whether changes by hand since the last call matter.
         doing : callable, optional
@@ -109,15 +117,16 @@ class FlightShelf:
             If it cannot be read, or a window cannot.
         """
         entry = self._entry(opening, doing)
-        known = entry.surveys.get(windows)
+        asked = (windows, as_found)
+        known = entry.surveys.get(asked)
         stamps = _stamps((events_path(opening.path),))
         if known is not None and (known[0] == stamps or not latest):
             return known[1]
         if doing is not None:
             doing(f"looking for maneuvers in {opening.path.name}")
         opened = entry.flight.opened
-        found = survey(opened.flight, opened.aircraft, given=windows)
-        entry.surveys[windows] = (stamps, found)
+        found = survey(opened.flight, opened.aircraft, given=windows, as_found=as_found)
+        entry.surveys[asked] = (stamps, found)
         return found
 
     def _entry(self, opening: Opening, doing: Callable[[str], object] | None) -> _Entry:

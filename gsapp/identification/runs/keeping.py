@@ -1,0 +1,271 @@
+"""Runs kept in the catalog: what it takes to do them again, with what came of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from gsapp.flight.catalog import (
+    Catalog,
+    KeptRecord,
+    StoredModel,
+    add_entry,
+    change_label,
+    forget_record,
+    kept_record,
+    kept_records,
+    recall_record,
+    store_entry,
+    store_kept,
+    store_model,
+    store_run,
+)
+from gsapp.flight.provenance import InputFile
+from gsapp.foundation import FlightError
+from gsapp.foundation.toml import toml_text
+from gsapp.identification.campaign import CampaignValue
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.runs.saving import request_from_json, request_json
+from gsapp.identification.runs.words import settings_words
+from gsapp.identification.storing import StoredPlace, fits_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptRun:
+    """A run in the catalog.
+
+    Attributes
+    ----------
+    number : int
+    label : str
+        What the user calls it; may be empty.
+    when : datetime
+    method : {"ml", "ee", "ftr"}
+    axis : {"lon", "lat", "both"}
+    aircraft : str
+    flights : tuple of str
+        Names.
+    maneuver_count : int
+        Of the maneuvers that were fitted, well or not.
+    settings : mapping of str to str
+        All of them in words.
+    values : mapping of str to CampaignValue
+        Means as in the report: values that lie far off are left out.
+    failures : mapping of str to str
+        Why, by id of the maneuver that gave nothing.
+    wild : tuple of str
+        Maneuvers whose values lie far off in several derivatives.
+    bounds_ratio : float or None
+        Scatter over bounds, 1 if they are honest; None where nothing was flown three times.
+    remarks : tuple of str
+    inputs : tuple of InputFile
+    versions : mapping of str to str
+    content : mapping
+        Its request as the catalog holds it.
+    folder : Path
+        Of the catalog.
+    """
+
+    number: int
+    label: str
+    when: datetime
+    method: str
+    axis: str
+    aircraft: str
+    flights: tuple[str, ...]
+    maneuver_count: int
+    settings: Mapping[str, str]
+    values: Mapping[str, CampaignValue]
+    failures: Mapping[str, str]
+    wild: tuple[str, ...]
+    bounds_ratio: float | None
+    remarks: tuple[str, ...]
+    inputs: tuple[InputFile, ...]
+    versions: Mapping[str, str]
+    content: Mapping[str, Any]
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """Return how to call it: its label, else its number."""
+        return self.label or f"run {self.number}"
+
+    @property
+    def request(self) -> RunRequest:
+        """Return what it was asked for: every maneuver with its edges, every setting.
+
+        Raises
+        ------
+        FlightError
+            If this program cannot read all of it.
+        """
+        return replace(request_from_json(self.content, self.folder), label=self.label)
+
+
+def keep(catalog: Catalog, outcome: Outcome) -> int:
+    """Keep a run, whole or not at all; return its number.
+
+    Its flights and maneuvers are stored with it. Where the run used all that stands in a flight,
+    these are then the maneuvers of that flight; otherwise those that the catalog has stay as they
+    are.
+
+    Parameters
+    ----------
+    catalog : Catalog
+    outcome : Outcome
+
+    Raises
+    ------
+    FlightError
+        If the catalog cannot be written, or the run was made with other certificates than the
+        flights' own.
+    """
+    request, result = outcome.request, outcome.result
+    check_keeping(catalog.path, request.calibration)
+    record = KeptRecord(
+        label=request.label,
+        method=request.settings.method,
+        axis=request.settings.axis,
+        aircraft=outcome.aircraft,
+        flights=tuple(one.name for one in outcome.flights),
+        request=request_json(request, catalog.path.absolute().parent),
+        settings=settings_words(request),
+        inputs=outcome.inputs,
+        versions=outcome.versions,
+        result=_result_json(outcome),
+    )
+    model = request.settings.model
+    with catalog.writing():
+        places = _places(catalog, outcome)
+        if model is not None:
+            text = toml_text(model.model_dump(exclude_none=True))
+            store_model(
+                catalog,
+                StoredModel(
+                    name=model.name, content=text, parent=model.parent, evidence=model.evidence
+                ),
+            )
+        number = store_kept(catalog, record)
+        for fit in fits_of(result, places, kept=number):
+            store_run(catalog, fit)
+    return number
+
+
+def check_keeping(catalog: Path, calibration: str) -> None:
+    """Raise `FlightError` where results with other certificates would go into a catalog.
+
+    A catalog keeps one set of maneuvers and estimates of a flight: those of its own certificates.
+    """
+    if calibration:
+        raise FlightError(
+            f"{catalog} keeps what the flights' own certificates give; leave out the catalog, or "
+            f"the certificates of '{calibration}'"
+        )
+
+
+def kept_runs(catalog: Catalog) -> tuple[KeptRun, ...]:
+    """Return the runs that were not forgotten, the oldest first."""
+    return tuple(_kept(catalog, one) for one in kept_records(catalog))
+
+
+def kept(catalog: Catalog, number: int) -> KeptRun:
+    """Return one run.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none of that number, or it was forgotten.
+    """
+    return _kept(catalog, kept_record(catalog, number))
+
+
+def rename(catalog: Catalog, number: int, label: str) -> None:
+    """Call a run something else; see `kept`."""
+    change_label(catalog, number, label.strip())
+
+
+def forget(catalog: Catalog, number: int) -> None:
+    """Leave a run and its fits out of everything; `recall` brings it back. See `kept`."""
+    forget_record(catalog, number)
+
+
+def recall(catalog: Catalog, number: int) -> None:
+    """Bring back a run that was forgotten.
+
+    Raises
+    ------
+    UnknownNameError
+        If there never was one of that number.
+    """
+    recall_record(catalog, number)
+
+
+def _places(catalog: Catalog, outcome: Outcome) -> dict[str, StoredPlace]:
+    """Store the flights with their maneuvers; return where each maneuver of the run stands."""
+    names: dict[tuple[int, str], str] = {}
+    for number, entry in enumerate(outcome.flights):
+        if entry.complete:
+            store_entry(catalog, entry)
+            called = tuple(one.id for one in entry.maneuvers)
+        else:
+            called = add_entry(catalog, entry)
+        names |= {(number, one.id): name for one, name in zip(entry.maneuvers, called, strict=True)}
+    request = outcome.request
+    numbers = {path: number for number, path in enumerate(request.flights)}
+    found = {}
+    for one in request.maneuvers:
+        number = numbers[one.flight]
+        id_ = f"{number + 1}:{one.id}" if len(request.flights) > 1 else one.id
+        found[id_] = StoredPlace(
+            flight=outcome.flights[number].name,
+            name=names[number, one.id],
+            edges=(one.t_start, one.t_end),
+        )
+    return found
+
+
+def _result_json(outcome: Outcome) -> dict[str, Any]:
+    summary = outcome.summary
+    return {
+        "maneuvers": len(outcome.result.results),
+        "values": {name: asdict(one.value) for name, one in summary.derivatives.items()},
+        "failures": {
+            one.maneuver.id: one.failure for one in outcome.result.results if one.estimate is None
+        },
+        "wild": [one.maneuver for one in summary.wild],
+        "bounds_ratio": summary.bounds_ratio,
+        "remarks": [*outcome.remarks, *outcome.result.remarks],
+    }
+
+
+def _kept(catalog: Catalog, record: KeptRecord) -> KeptRun:
+    try:
+        return KeptRun(
+            number=record.number or 0,
+            label=record.label,
+            when=datetime.fromisoformat(record.made_at),
+            method=record.method,
+            axis=record.axis,
+            aircraft=record.aircraft,
+            flights=record.flights,
+            maneuver_count=int(record.result["maneuvers"]),
+            settings=record.settings,
+            values={name: CampaignValue(**one) for name, one in record.result["values"].items()},
+            failures=record.result["failures"],
+            wild=tuple(record.result["wild"]),
+            bounds_ratio=record.result["bounds_ratio"],
+            remarks=tuple(record.result["remarks"]),
+            inputs=record.inputs,
+            versions=record.versions,
+            content=record.request,
+            folder=catalog.path.absolute().parent,
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise FlightError(
+            f"the run {record.number} in the catalog {catalog.path} cannot be read ({error}); "
+            "bring back a copy of the catalog"
+        ) from error
