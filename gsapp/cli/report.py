@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignResult
-    from gsapp.identification.flights import FlownFlight
-    from gsapp.report.estimate_report import Heard
 
-_AXES = {"lon": "longitudinal", "lat": "lateral"}
-_MOST_HEARD = 4
-"""Flights that FTR listens to for the report: one picture each."""
 _FILES = frozenset({".csv", ".tlog", ".mat", ".parquet"})
 """Flights that are one file and need no map to be read."""
 
@@ -34,6 +29,7 @@ def run(
     dated: bool = True,
     channel_map: str | None = None,
     calibration: str | None = None,
+    validate: Sequence[Path] = (),
 ) -> None:
     """Estimate, and write the report.
 
@@ -55,6 +51,8 @@ def run(
         Of pictures and tables.
     dated : bool
         Whether the report says when it was written.
+    validate : sequence of Path
+        Flights among them that linear models are judged on, and not fitted on.
 
     Raises
     ------
@@ -64,74 +62,55 @@ def run(
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from gsapp.cli._maneuvers import flown_flights
-    from gsapp.dynamics.model import load_model
     from gsapp.flight.info import now
-    from gsapp.identification.campaign import CampaignSettings, run_campaign
-    from gsapp.identification.maximum_likelihood import MLSettings
-    from gsapp.identification.summary import summarize_campaign
-    from gsapp.identification.summary.linear import linear_models
-    from gsapp.identification.weights import load_weights
-    from gsapp.report.estimate_files import write_files
-    from gsapp.report.estimate_inputs import campaign_provenance
-    from gsapp.report.estimate_report import Reported, estimate_document
+    from gsapp.identification.campaign import CampaignSettings
+    from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.runs.running import run as estimate
+    from gsapp.identification.runs.shelf import FlightShelf
+    from gsapp.report.campaign_writing import write_campaign_report
     from gsapp.report.estimate_words import headline, wild_words
-    from gsapp.report.writing import check_place, write_document
+    from gsapp.report.linear_report import compare_linear_models, kept_out_numbers
+    from gsapp.report.writing import check_place
 
     check_place(out)
     console = Console()
     paths = flights_in(flights)
-    known = None if model is None else load_model(model)
-    loaded = None if weights is None else load_weights(weights)
-    flown = flown_flights(
-        paths, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, every_grade=every_grade, console=console,
-    )  # fmt: skip
-    settings = CampaignSettings(
-        method=method,
-        axis=axis,
-        weights=None
-        if loaded is None
-        else {one.flight.name: loaded.for_flight(one.flight.name) for one in flown},
-        likelihood=MLSettings(axis="lon", model=known),
-        joint=joint,
+    kept_out_numbers(paths, validate)
+    request = RunRequest(
+        flights=paths,
+        settings=CampaignSettings(method=method, axis=axis, joint=joint),
+        aircraft=aircraft or "",
+        calibration=calibration or "",
+        channel_map=channel_map or "",
+        given=tuple(maneuver),
+        every_grade=every_grade,
+        weights=weights or "",
+        model=model or "",
     )
+    shelf = FlightShelf()
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("estimating", total=None)
+        task = bar.add_task("reading", total=None)
 
         def step(done: int, total: int, what: str) -> None:
             bar.update(task, completed=done, total=total, description=what or "done")
 
-        result = run_campaign(
-            [one for flight in flown for one in flight.maneuvers], settings, progress=step
+        outcome = estimate(
+            request,
+            flights=shelf,
+            doing=lambda words: bar.update(task, total=None, description=words),
+            progress=step,
         )
-    _check(result)
-    summary = summarize_campaign(result)
-    models, why_not = linear_models(result, summary)
-    with console.status("listening to whole flights") as status:
-        heard, unheard = _heard(flown)
-        status.update("drawing")
-        reported = Reported(
-            aircraft=flown[0].aircraft.name,
-            result=result,
-            summary=summary,
-            known={} if known is None else known.derivatives,
-            heard=heard,
-            modes={_AXES[name]: one.modes() for name, one in models.items()},
-            remarks=(*_read(flown), *why_not, *unheard),
-            provenance=campaign_provenance(
-                paths, settings, aircraft=aircraft, model=model, weights=weights,
-                channel_map=channel_map, calibration=calibration, maneuvers=maneuver,
-                every_grade=every_grade,
-            ),
+        _check(outcome.result)
+        linear = None
+        if validate:
+            linear = compare_linear_models(outcome, validate, progress=step)
+        written = write_campaign_report(
+            outcome, out, units=units, written=now() if dated else None, linear=linear,
+            flights=shelf, progress=step,
         )  # fmt: skip
-        document = estimate_document(reported, units=units, written=now() if dated else None)
-        written = write_document(document, out)
-        if out.is_dir():
-            written += write_files(out, result, summary, models, aircraft=reported.aircraft)
-    console.print(headline(summary, result), highlight=False, soft_wrap=True)
-    for sentence in wild_words(summary):
+    console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
+    for sentence in wild_words(outcome.summary):
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
     place = out if out.is_dir() else written[0]
     console.print(f"written to {place}", highlight=False, markup=False, soft_wrap=True)
@@ -167,38 +146,9 @@ def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def _read(flown: Sequence[FlownFlight]) -> tuple[str, ...]:
-    """Return what reading the flights had to say, each sentence once."""
-    return tuple(
-        dict.fromkeys(f"{one.flight.name}: {remark}" for one in flown for remark in one.remarks)
-    )
-
-
 def _check(result: CampaignResult) -> None:
     from gsapp.foundation import FlightError
 
     failures = [one.failure for one in result.results if one.estimate is None]
     if len(failures) == len(result.results):
         raise FlightError(f"no maneuver could be fitted: {failures[0]}")
-
-
-def _heard(flown: Sequence[FlownFlight]) -> tuple[tuple[Heard, ...], tuple[str, ...]]:
-    """Return what FTR would have formed in the air, and why not where it would not."""
-    from gsapp.foundation import FlightError
-    from gsapp.identification.ftr.whole import listen_to
-    from gsapp.report.estimate_report import Heard
-
-    found, remarks = [], []
-    for one in flown[:_MOST_HEARD]:
-        try:
-            ftr = listen_to(one.flight, one.aircraft)
-        except FlightError as error:
-            remarks.append(f"{one.flight.name}: FTR did not listen: {error}")
-            continue
-        found.append(
-            Heard(
-                flight=one.flight.name,
-                histories={name: ftr.history(name) for name in ftr.names},
-            )
-        )
-    return tuple(found), tuple(remarks)

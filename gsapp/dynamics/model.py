@@ -187,12 +187,17 @@ def load_model(name_or_path: str | Path) -> Model:
 
 def save_model(model: Model, path: str | Path) -> Path:
     """Write a model file, atomically."""
+    return write_atomically(path, model_text(model))
+
+
+def model_text(model: Model) -> str:
+    """Return the content of a model file."""
     content = {
         key: value
         for key, value in model.model_dump(mode="json").items()
         if value not in (None, "", {}, [])
     }
-    return write_atomically(path, toml_text(content))
+    return toml_text(content)
 
 
 def _parameter_problems(index: int, effect: Effect) -> list[FileProblem]:

@@ -114,6 +114,9 @@ class Picture:
 
 Part = Paragraph | Table | Picture
 
+Tell = Callable[[float, str], None]
+"""Told how far one is (0 to 1) and what comes next, in words; raises to stop."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Section:

@@ -12,68 +12,68 @@ from typing import Any
 import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
-from gsapp.dynamics.model import Model, save_model
+from gsapp.dynamics.model import Model, model_text
 from gsapp.foundation import write_atomically
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.estimate_json import campaign_json
-from gsapp.identification.linear_models.files import save_linear_model
+from gsapp.identification.linear_models.files import linear_model_text
 from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.quantities import channel
+from gsapp.report.linear_report import LinearComparison, comparison_json
 
 
-def write_files(
-    folder: Path,
-    result: CampaignResult,
-    summary: CampaignSummary,
-    models: Mapping[LinearAxis, LinearModel],
-    *,
-    aircraft: str,
-) -> tuple[Path, ...]:
-    """Write everything that other programs may want of a campaign.
+def campaign_files(outcome: Outcome, linear: LinearComparison) -> dict[str, bytes]:
+    """Return everything that other programs may want of a campaign, as files by name.
 
     Parameters
     ----------
-    folder : Path
-        ``derivatives.csv`` (a row for each derivative), ``values.csv`` (a row for each value of
-        each maneuver), ``derivatives.mat``, ``campaign.json``, ``model.toml``, ``linear-*.toml``.
-    result : CampaignResult
-    summary : CampaignSummary
-    models : mapping of str to LinearModel
-        By axis.
-    aircraft : str
+    outcome : Outcome
+    linear : LinearComparison
 
     Returns
     -------
-    tuple of Path
-        The files written; each whole or not at all.
+    dict of str to bytes
+        ``derivatives.csv`` (a row for each derivative), ``values.csv`` (a row for each value of
+        each maneuver), ``derivatives.mat``, ``campaign.json``, ``model.toml``, ``linear-*.toml``,
+        and ``linear-models.json`` with the comparison of linear models.
+    """
+    result, summary, models = outcome.result, outcome.summary, outcome.models
+    flights = ", ".join(dict.fromkeys(one.maneuver.flight for one in result.results))
+    found = {
+        "derivatives.csv": _derivatives_csv(summary).encode(),
+        "values.csv": _values_csv(summary).encode(),
+        "derivatives.mat": _mat(summary, models),
+        "campaign.json": _json(campaign_json(result)),
+        "linear-models.json": _json(comparison_json(linear)),
+    }
+    if summary.derivatives:
+        model = _model(result, summary, outcome.aircraft, flights)
+        found["model.toml"] = model_text(model).encode()
+    for axis, linear_model in models.items():
+        found[f"linear-{axis}.toml"] = linear_model_text(
+            linear_model, name=f"{outcome.aircraft}, {axis}", source=f"means over {flights}"
+        ).encode()
+    return found
+
+
+def write_files(folder: Path, outcome: Outcome, linear: LinearComparison) -> tuple[Path, ...]:
+    """Write these files into a folder; each whole or not at all.
 
     Raises
     ------
     OSError
         If the disk refuses.
     """
-    flights = ", ".join(dict.fromkeys(one.maneuver.flight for one in result.results))
-    written = [
-        write_atomically(folder / "derivatives.csv", _derivatives_csv(summary)),
-        write_atomically(folder / "values.csv", _values_csv(summary)),
-        write_atomically(folder / "derivatives.mat", _mat(summary, models)),
-        write_atomically(
-            folder / "campaign.json", json.dumps(campaign_json(result), indent=1) + "\n"
-        ),
-    ]
-    if summary.derivatives:
-        written.append(
-            save_model(_model(result, summary, aircraft, flights), folder / "model.toml")
-        )
-    for axis, model in models.items():
-        written.append(
-            save_linear_model(
-                model, folder / f"linear-{axis}.toml", name=f"{aircraft}, {axis}",
-                source=f"means over {flights}",
-            )
-        )  # fmt: skip
-    return tuple(written)
+    return tuple(
+        write_atomically(folder / name, content)
+        for name, content in campaign_files(outcome, linear).items()
+    )
+
+
+def _json(content: Mapping[str, Any]) -> bytes:
+    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
 def _derivatives_csv(summary: CampaignSummary) -> str:

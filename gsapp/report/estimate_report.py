@@ -7,23 +7,29 @@ for the line that says when they were written.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Final, Literal
 
 import numpy as np
 
-from gsapp.dynamics.linearization import Mode
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import Axis
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
-from gsapp.identification.ftr import EstimateHistory
-from gsapp.identification.summary import CampaignSummary
+from gsapp.identification.results import Estimate
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.words import METHODS
+from gsapp.identification.summary import CONDITIONS, CampaignSummary
+from gsapp.identification.summary.mode_spread import SpreadMode, mode_spread
 from gsapp.report.document import Document, Paragraph, Part, Picture, Section, Table
+from gsapp.report.estimate_inputs import campaign_provenance
 from gsapp.report.estimate_words import (
     DERIVATIVE_COLUMNS,
-    METHODS,
     derivative_rows,
+    excluded_words,
     headline,
     honesty_words,
+    known_before,
     maneuver_columns,
     maneuver_rows,
     outlier_rows,
@@ -32,16 +38,26 @@ from gsapp.report.estimate_words import (
     wild_words,
 )
 from gsapp.report.fit_figures import fit_picture, residual_picture
+from gsapp.report.hearing import MOST_HEARD, Heard
+from gsapp.report.linear_report import AXIS_TITLES, LinearComparison, linear_section
+from gsapp.report.mode_figures import modes_picture, modes_table
 from gsapp.report.online_figures import online_picture
-from gsapp.report.provenance import Provenance, provenance_section
+from gsapp.report.provenance import provenance_section
+from gsapp.report.residual_words import RESIDUAL_COLUMNS, residual_rows, residual_words
+from gsapp.report.trust_figures import CLOSE, bounds_picture, correlation_picture, strong_pairs
 from gsapp.report.value_figures import values_pictures
 
 Units = Literal["US", "SI"]
 
 _MOST_FITS: Final = 12
 """Maneuvers whose responses are drawn in full, the worst fitted first; the table lists all."""
-_CLOSE: Final = 0.9
-"""Correlation of two derivatives from which they are named."""
+_HALF_A_PAGE: Final = 4.5
+"""Height of a picture of which two fit on a page with their captions, inches."""
+_AXIS_WORDS: Final[Mapping[Axis, str]] = {
+    "lon": "longitudinal",
+    "lat": "lateral",
+    "both": "six degrees of freedom",
+}
 _ONLINE: Final = {
     "lon": ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha"),
     "lat": ("Cl_p", "Cl_da", "Cn_beta", "Cn_r", "Cn_dr", "Cl_beta"),
@@ -50,42 +66,31 @@ _ONLINE: Final = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Heard:
-    """What FTR formed over one flight."""
-
-    flight: str
-    histories: Mapping[str, EstimateHistory]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reported:
     """All that a report on a campaign is made from.
 
     Attributes
     ----------
-    aircraft : str
-        Name of the one that flew.
-    result : CampaignResult
-    summary : CampaignSummary
-    known : mapping of str to float
-        Derivatives known before: drawn, and listed.
+    outcome : Outcome
     heard : tuple of Heard
         FTR over the flights; may be empty.
-    modes : mapping of str to tuple of Mode
-        Of the linear models with the means, by axis in words; may be empty.
-    remarks : tuple of str
-        Of reading the flights.
-    provenance : Provenance or None
+    linear : LinearComparison
+        Linear models against flight; may be empty.
     """
 
-    aircraft: str
-    result: CampaignResult
-    summary: CampaignSummary
-    known: Mapping[str, float] = field(default_factory=dict)
+    outcome: Outcome
     heard: tuple[Heard, ...] = ()
-    modes: Mapping[str, tuple[Mode, ...]] = field(default_factory=dict)
-    remarks: tuple[str, ...] = ()
-    provenance: Provenance | None = None
+    linear: LinearComparison
+
+    @property
+    def result(self) -> CampaignResult:
+        """Return what each maneuver gave."""
+        return self.outcome.result
+
+    @property
+    def summary(self) -> CampaignSummary:
+        """Return what all of them gave together."""
+        return self.outcome.summary
 
 
 def estimate_document(
@@ -99,33 +104,42 @@ def estimate_document(
     units : {"US", "SI"}
         Of pictures and tables.
     written : datetime, optional
-        Stands in the line of the date; without it there is no such line.
+        Stands in the line of the date, with the number of the run where it is kept in a catalog;
+        without it there is no such line.
     """
-    result, summary = reported.result, reported.summary
-    sections = [
-        _results_section(reported, summary),
-        _trust_section(reported, summary, units),
-        _values_section(reported, summary, units),
-        _online_section(reported, summary),
-        _maneuvers_section(result, units),
+    outcome = reported.outcome
+    flights = list(dict.fromkeys(one.maneuver.flight for one in outcome.result.results))
+    sections = (
+        _results_section(reported),
+        _trust_section(reported, units),
+        _values_section(reported, units),
+        _online_section(reported),
+        linear_section(reported.linear, units=units),
+        _modes_section(reported),
+        _maneuvers_section(outcome.result, units),
         _together_section(reported),
-    ]
-    if reported.provenance is not None:
-        sections.append(provenance_section(reported.provenance))
-    flights = list(dict.fromkeys(one.maneuver.flight for one in result.results))
+        provenance_section(campaign_provenance(outcome)),
+    )
     return Document(
-        title=f"Derivatives of the {reported.aircraft}",
-        written="" if written is None else f"{written:%Y-%m-%d %H:%M}",
+        title=f"Derivatives of the {outcome.aircraft}",
+        written="" if written is None else _written(written, outcome.number),
         facts=(
             ("Flights", ", ".join(flights)),
-            ("Maneuvers", str(len(result.results))),
-            ("Method", METHODS[result.settings.method]),
+            ("Maneuvers", str(len(outcome.result.results))),
+            ("Method", METHODS[outcome.result.settings.method]),
         ),
         sections=tuple(one for one in sections if one.parts),
     )
 
 
-def _results_section(reported: Reported, summary: CampaignSummary) -> Section:
+def _written(when: datetime, number: int | None) -> str:
+    """Return the line of the date: it alone differs between two reports on the same."""
+    run = "" if number is None else f"; run {number} of the catalog"
+    return f"{when:%Y-%m-%d %H:%M}{run}"
+
+
+def _results_section(reported: Reported) -> Section:
+    summary = reported.summary
     parts: list[Part] = [Paragraph(text=headline(summary, reported.result), kind="lead")]
     if summary.derivatives:
         parts.append(
@@ -133,7 +147,7 @@ def _results_section(reported: Reported, summary: CampaignSummary) -> Section:
                 caption="Derivatives per radian, rates as q c/2V, p b/2V, r b/2V, about the CG of "
                 "the aircraft file; means weighted by the bounds of each maneuver",
                 columns=DERIVATIVE_COLUMNS,
-                rows=tuple(derivative_rows(summary, reported.known)),
+                rows=tuple(derivative_rows(summary, known_before(reported.result))),
                 numeric=frozenset(range(1, len(DERIVATIVE_COLUMNS))),
             )
         )
@@ -145,10 +159,13 @@ def _results_section(reported: Reported, summary: CampaignSummary) -> Section:
     return Section(title="What came out", parts=tuple(parts))
 
 
-def _trust_section(reported: Reported, summary: CampaignSummary, units: Units) -> Section:
+def _trust_section(reported: Reported, units: Units) -> Section:
+    summary = reported.summary
     parts: list[Part] = []
     if summary.derivatives:
         parts.append(Paragraph(text=honesty_words(summary)))
+    parts += [Paragraph(text=text) for text in residual_words(reported.result)]
+    parts += [Paragraph(text=text) for text in excluded_words(summary)]
     parts += [Paragraph(text=text) for text in wild_words(summary)]
     rows = outlier_rows(summary)
     if rows:
@@ -172,33 +189,48 @@ def _trust_section(reported: Reported, summary: CampaignSummary, units: Units) -
                 text="No derivative changes provably with speed, angle of attack or sideslip."
             )
         )
-    said = dict.fromkeys((*reported.remarks, *reported.result.remarks))
+    unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.heard if one.why)
+    said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
     return Section(title="Can it be believed?", parts=tuple(parts))
 
 
-def _values_section(reported: Reported, summary: CampaignSummary, units: Units) -> Section:
+def _values_section(reported: Reported, units: Units) -> Section:
+    summary, known = reported.summary, known_before(reported.result)
     over = [
         name
-        for name in ("V", "alpha", "beta")
+        for name in CONDITIONS
         if any(
             trend.condition == name for one in summary.derivatives.values() for trend in one.trends
         )
     ]
     parts: list[Part] = []
     for name in (*over, "number"):
-        parts += values_pictures(summary, name, units=units, known=reported.known)
+        parts += values_pictures(summary, name, units=units, known=known)
     return Section(title="Each value, maneuver by maneuver", parts=tuple(parts))
 
 
-def _online_section(reported: Reported, summary: CampaignSummary) -> Section:
+def _online_section(reported: Reported) -> Section:
+    result, summary = reported.result, reported.summary
     wanted = [name for names in _ONLINE.values() for name in names]
     parts = []
-    for number, one in enumerate(reported.heard, start=1):
+    for number, one in enumerate(reported.heard[:MOST_HEARD], start=1):
         histories = [one.histories[name] for name in wanted if name in one.histories]
         if histories:
-            parts.append(online_picture(histories, reported.result, summary, one.flight, number))
+            parts.append(online_picture(histories, result, summary, one.flight, number))
     return Section(title="As it formed in the air", parts=tuple(parts))
+
+
+def _modes_section(reported: Reported) -> Section:
+    modes: dict[str, tuple[SpreadMode, ...]] = {}
+    for axis in reported.outcome.models:
+        try:
+            modes[AXIS_TITLES[axis]] = mode_spread(reported.result, reported.summary, axis)
+        except FlightError:
+            # Said among the remarks by whatever made the models.
+            continue
+    parts: tuple[Part, ...] = (modes_table(modes), modes_picture(modes)) if modes else ()
+    return Section(title="How the aircraft moves by itself", parts=parts)
 
 
 def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
@@ -214,7 +246,9 @@ def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
     drawn = sorted(result.results, key=_worst_fit)[:_MOST_FITS]
     pictures: list[Picture | None] = [fit_picture(one, units=units) for one in drawn]
     pictures += [residual_picture(one, units=units) for one in drawn[:2]]
-    parts += [one for one in pictures if one is not None]
+    parts += [
+        replace(one, height=min(one.height, _HALF_A_PAGE)) for one in pictures if one is not None
+    ]
     return Section(title="Maneuvers", parts=tuple(parts))
 
 
@@ -225,35 +259,62 @@ def _worst_fit(result: ManeuverResult) -> float:
 
 def _together_section(reported: Reported) -> Section:
     parts: list[Part] = []
+    residuals = residual_rows(reported.result)
+    if residuals:
+        parts.append(
+            Table(
+                caption="Residuals: in how many fits they may be white noise, and the share of "
+                "their power where the aircraft moves (median over the fits)",
+                columns=RESIDUAL_COLUMNS,
+                rows=residuals,
+                numeric=frozenset(range(1, len(RESIDUAL_COLUMNS))),
+            )
+        )
     rows = _correlated(reported.result)
     if rows:
         parts.append(
             Table(
                 caption="Derivatives that a single maneuver can hardly tell apart: correlations "
-                f"beyond {_CLOSE} in size",
+                f"beyond {CLOSE} in size",
                 columns=("one", "other", "in how many fits", "correlation there"),
                 rows=rows,
                 numeric=frozenset({2, 3}),
             )
         )
-    for axis, modes in reported.modes.items():
-        parts.append(
-            Table(
-                caption=f"Modes of the linear {axis} model made from the means",
-                columns=("mode", "frequency [rad/s]", "damping ratio", "time constant [s]"),
-                rows=tuple(
-                    (
-                        one.name,
-                        f"{one.frequency:.2f}",
-                        f"{one.damping:.2f}",
-                        f"{one.time_constant:.2f}",
-                    )
-                    for one in modes
-                ),
-                numeric=frozenset({1, 2, 3}),
-            )
-        )
-    return Section(title="Correlations and modes", parts=tuple(parts))
+    for estimate, subject in _typical_fits(reported.result):
+        pictures = (bounds_picture(estimate, subject), correlation_picture(estimate, subject))
+        parts += [
+            replace(one, name=f"{one.name}-{estimate.axis}") for one in pictures if one is not None
+        ]
+    return Section(title="Residuals, bounds and correlations", parts=tuple(parts))
+
+
+def _typical_fits(result: CampaignResult) -> list[tuple[Estimate, str]]:
+    """Return the fit of all maneuvers together, or the best single one, of each axis."""
+    if result.joint:
+        return [
+            (one, f"{len(one.maneuvers)} maneuvers together ({_AXIS_WORDS[one.axis]})")
+            for one in result.joint
+        ]
+    best: dict[str, tuple[float, Estimate, str]] = {}
+    for one in result.results:
+        estimate = one.estimate
+        if estimate is None or not estimate.converged or len(estimate.free) < 2:
+            continue
+        subject = f"maneuver {one.maneuver.id} of {one.maneuver.flight}"
+        found = (_median_bound(estimate), estimate, subject)
+        best[estimate.axis] = min(best.get(estimate.axis, found), found, key=lambda fit: fit[0])
+    return [(estimate, subject) for _, estimate, subject in best.values()]
+
+
+def _median_bound(estimate: Estimate) -> float:
+    """Return the median bound over value of a fit; the fewer it earned, the less it is worth."""
+    shares = [
+        abs(one.std / one.value)
+        for one in estimate.derivatives.values()
+        if one.status == "estimated" and one.value and one.std
+    ]
+    return float(np.median(shares)) / len(shares) if shares else np.inf
 
 
 def _correlated(result: CampaignResult) -> tuple[tuple[str, str, str, str], ...]:
@@ -261,12 +322,8 @@ def _correlated(result: CampaignResult) -> tuple[tuple[str, str, str, str], ...]
     every = [one.estimate for one in result.results if one.estimate is not None]
     close: dict[tuple[str, str], list[float]] = {}
     for estimate in (*result.joint, *every):
-        matrix = estimate.correlation
-        for row, one in enumerate(estimate.free):
-            for column, other in enumerate(estimate.free[:row]):
-                value = float(matrix[row, column])
-                if abs(value) > _CLOSE and not (one + other).count("_0"):
-                    close.setdefault((other, one), []).append(value)
+        for one, other, value in strong_pairs(estimate):
+            close.setdefault((one, other), []).append(value)
     ordered = sorted(close.items(), key=lambda pair: (-len(pair[1]), pair[0]))
     return tuple(
         (one, other, str(len(values)), f"{float(np.median(values)):+.3f}")

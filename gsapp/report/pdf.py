@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -20,6 +20,7 @@ from gsapp.report.document import (
     Paragraph,
     Picture,
     Table,
+    Tell,
     drawing,
 )
 from gsapp.report.strip_figure import FAINT, INK
@@ -30,6 +31,8 @@ _TOP, _BOTTOM = 0.75, 0.85
 _POINT = 1.0 / 72.0
 _QUIET = "#4a525d"
 _LEADING = 1.38
+_SET = 0.4
+"""Share of the time that it takes to set all pages; printing them takes the rest."""
 _UNDER_HEADING = 0.95
 """Inches that a heading and the first lines of a caption take."""
 _GUTTER, _BETWEEN = 0.16, 0.03
@@ -59,13 +62,16 @@ _NOTE = _Type(size=7.8, color=_QUIET)
 _KINDS = {"plain": _BODY, "lead": _Type(size=10.5, bold=True), "note": _NOTE}
 
 
-def pdf_pages(document: Document) -> bytes:
+def pdf_pages(document: Document, *, tell: Tell | None = None) -> bytes:
     """Return a document as PDF.
 
     Parameters
     ----------
     document : Document
+    tell : callable, optional
+        Told how far one is, before each section and each page.
     """
+    said = tell or (lambda _share, _words: None)
     with drawing():
         flow = _Flow()
         flow.text(document.title, _TITLE)
@@ -74,7 +80,8 @@ def pdf_pages(document: Document) -> bytes:
         flow.space(0.08)
         for label, value in document.facts:
             flow.text(f"{label}: {value}", _BODY)
-        for section in document.sections:
+        for number, section in enumerate(document.sections):
+            said(_SET * number / len(document.sections), "setting the pages")
             first = section.parts[0] if section.parts else None
             flow.heading(section.title, before=first.height if isinstance(first, Picture) else 0.0)
             for part in section.parts:
@@ -85,7 +92,9 @@ def pdf_pages(document: Document) -> bytes:
                     flow.table(part)
                 else:
                     flow.picture(part)
-        return flow.finish(document.title)
+        return flow.finish(
+            document.title, lambda share: said(_SET + (1.0 - _SET) * share, "printing the pages")
+        )
 
 
 class _Flow:
@@ -161,11 +170,12 @@ class _Flow:
             self._y += _NOTE.line
         self._y += 0.14
 
-    def finish(self, title: str) -> bytes:
-        """Write all pages, with numbers."""
+    def finish(self, title: str, tell: Callable[[float], None]) -> bytes:
+        """Write all pages, with numbers; `tell` hears how far one is."""
         content = io.BytesIO()
         with PdfPages(content, metadata={"Title": title, "CreationDate": None}) as pages:
             for number, page in enumerate(self._pages, start=1):
+                tell((number - 1) / len(self._pages))
                 foot = 0.45 / _PAGE_HEIGHT
                 left, right = _SIDE / _PAGE_WIDTH, 1.0 - _SIDE / _PAGE_WIDTH
                 page.text(left, foot, title, fontsize=7.0, color=_QUIET)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError, write_atomically
-from gsapp.report.document import Document, picture_png
+from gsapp.report.document import Document, Tell, picture_png
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
 
@@ -25,8 +26,21 @@ def check_place(out: Path) -> None:
         )
 
 
-def write_document(document: Document, out: Path) -> tuple[Path, ...]:
+def is_folder(out: Path) -> bool:
+    """Return whether a report there is a folder of files."""
+    return out.is_dir() or not out.suffix
+
+
+def write_document(
+    document: Document,
+    out: Path,
+    *,
+    beside: Mapping[str, bytes] | None = None,
+    tell: Tell | None = None,
+) -> tuple[Path, ...]:
     """Write a document; each file whole or not at all.
+
+    Everything is drawn before the first file is written: what is stopped leaves nothing behind.
 
     Parameters
     ----------
@@ -34,11 +48,14 @@ def write_document(document: Document, out: Path) -> tuple[Path, ...]:
     out : Path
         A folder for ``report.html``, ``report.pdf`` and ``figures/*.png``; or one file that ends in
         ``.html`` or ``.pdf``.
+    beside : mapping of str to bytes, optional
+        Further files of a folder, by name.
+    tell : callable, optional
 
     Returns
     -------
     tuple of Path
-        The files written.
+        The files written; in a folder the page comes last, so that where it is, all is.
 
     Raises
     ------
@@ -48,16 +65,32 @@ def write_document(document: Document, out: Path) -> tuple[Path, ...]:
         If the disk refuses.
     """
     check_place(out)
+    contents = _rendered(document, out, beside or {}, tell or (lambda _share, _words: None))
+    return tuple(write_atomically(path, content) for path, content in contents.items())
+
+
+def _rendered(
+    document: Document, out: Path, beside: Mapping[str, bytes], tell: Tell
+) -> dict[Path, bytes | str]:
     if out.suffix == ".pdf":
-        return (write_atomically(out, pdf_pages(document)),)
-    images = {one.name: picture_png(one) for one in document.pictures}
-    if out.suffix == ".html":
-        return (write_atomically(out, html_page(document, images)),)
-    return (
-        write_atomically(out / "report.html", html_page(document, images)),
-        write_atomically(out / "report.pdf", pdf_pages(document)),
-        *(
-            write_atomically(out / "figures" / f"{number:02d}-{name}.png", png)
-            for number, (name, png) in enumerate(images.items(), start=1)
-        ),
-    )
+        return {out: pdf_pages(document, tell=tell)}
+    folder = is_folder(out)
+    # Pictures and pages of paper take about as long as each other.
+    half = 0.5 if folder else 1.0
+    images = {}
+    for number, one in enumerate(document.pictures):
+        tell(half * number / len(document.pictures), "drawing the figures")
+        images[one.name] = picture_png(one)
+    if not folder:
+        return {out: html_page(document, images)}
+    figures = {
+        out / "figures" / f"{number:02d}-{name}.png": png
+        for number, (name, png) in enumerate(images.items(), start=1)
+    }
+    paper = pdf_pages(document, tell=lambda share, words: tell(half + share * (1.0 - half), words))
+    return {
+        **{out / name: content for name, content in beside.items()},
+        **figures,
+        out / "report.pdf": paper,
+        out / "report.html": html_page(document, images),
+    }

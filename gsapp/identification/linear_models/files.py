@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.flight.readers.columns import parse_name
-from gsapp.foundation import StrictModel, read_toml, write_toml
+from gsapp.foundation import StrictModel, read_toml, toml_text, write_atomically
 from gsapp.foundation.shipped import Shipped
 from gsapp.quantities import FloatArray, channel
 from gsapp.quantities.fields import Speed
@@ -88,6 +88,11 @@ def load_linear_model(name_or_path: str | Path) -> LinearModelFile:
 
 def save_linear_model(model: LinearModel, path: Path, *, name: str, source: str = "") -> Path:
     """Write a linear model in SI."""
+    return write_atomically(path, linear_model_text(model, name=name, source=source))
+
+
+def linear_model_text(model: LinearModel, *, name: str, source: str = "") -> str:
+    """Return the content of a file of a linear model, SI."""
 
     def labels(ids: Sequence[str]) -> list[str]:
         return [f"{one} [{channel(one).unit}]" for one in ids]
@@ -100,7 +105,7 @@ def save_linear_model(model: LinearModel, path: Path, *, name: str, source: str 
         "outputs": labels(model.outputs),
         **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
     }
-    return write_toml(path, content)
+    return toml_text(content)
 
 
 class PublishedErrors(StrictModel):
