@@ -153,7 +153,8 @@ def send(
             )
             if log is not None:
                 console.print(
-                    f"The full record is in {place} and can be fetched over the link; Ctrl-C ends.",
+                    f"The full record is in {place} and can be fetched over the link with "
+                    "'gsapp onboard FLIGHT --link LINK'; Ctrl-C ends.",
                     soft_wrap=True,
                 )
                 transmitter.stay(_STAY)

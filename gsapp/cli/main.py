@@ -317,6 +317,63 @@ def import_(
 
 
 @app.command()
+def onboard(
+    flight: Annotated[Path, typer.Argument(metavar="FLIGHT", readable=False, help="Its folder")],
+    log: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(
+            readable=False,
+            metavar="FILE",
+            help="Put this log in force: .tlog, .bin, .ulg, .csv, .mat or .parquet",
+        ),
+    ] = None,
+    link: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="LINK", help="Fetch the log from the autopilot, landed and disarmed"),
+    ] = None,
+    fetch: Annotated[
+        bool, typer.Option("--fetch", help="The same, over the link that records into FLIGHT")
+    ] = False,
+    number: Annotated[
+        Optional[int],  # noqa: UP045
+        typer.Option(metavar="N", help="Of the autopilot's logs; by default the flight's, by date"),
+    ] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,
+    use: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="NAME|none", help="Put a log of the folder in force, or take it out"),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Let the on-board log take the place of what came over the radio; or tell how it stands.
+
+    The log is aligned with the live record by what both show, offset and drift of its clock, and
+    refused where they do not match. Flight time stays, and with it marks, grades and edges of
+    maneuvers. A fetch that was broken off goes on where it was. The former log stays in the
+    folder.
+
+    Examples
+    --------
+    gsapp onboard flights/2026-05-12-a --log /media/card/00000017.BIN
+
+    gsapp onboard flights/2026-05-12-a --link serial:/dev/ttyACM0:115200
+
+    gsapp onboard flights/2026-05-12-a --use none
+    """
+    chosen = [log is not None, link is not None or fetch, use is not None]
+    if sum(chosen) > 1:
+        raise typer.BadParameter("give one of --log, --link or --fetch, --use")
+    if (number is not None or list_) and not chosen[1]:
+        raise typer.BadParameter("--number and --list go with --link or --fetch")
+    from gsapp.cli import onboard as command
+
+    if chosen[1]:
+        command.fetch(flight=flight, link=link or "", number=number, listing=list_, json=json)
+    else:
+        command.run(flight=flight, log=log, use=use, json=json)
+
+
+@app.command()
 def export(
     flight: FlightPath,
     to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],

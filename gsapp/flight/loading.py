@@ -41,6 +41,8 @@ _USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
 _LOG_MAPS = {".bin": "ardupilot-log", ".ulg": "px4-log"}
 _MAPPED = (".tlog", *_LOG_MAPS)
 _TABLES = (".csv", ".txt", ".mat", ".parquet")
+LOG_ENDINGS = (".tlog", *_LOG_MAPS, ".csv", ".mat", ".parquet")
+"""Of files that may be the on-board log of a flight."""
 _FORMATS = {
     ".tlog": "mavlink",
     ".bin": "ardupilot-log",
@@ -126,7 +128,30 @@ def load_flight(
     )
 
 
-def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
+def load_with_log(folder: FlightFolder, log: Path) -> Flight:
+    """Open a flight as it would be with another on-board log.
+
+    Parameters
+    ----------
+    folder : FlightFolder
+        The flight.
+    log : Path
+        Anywhere; `Flight.onboard` says whether it fits.
+
+    Returns
+    -------
+    Flight
+        If the log is put into the folder under its name, the flight opens at once.
+
+    Raises
+    ------
+    FlightError
+        If nothing can be read.
+    """
+    return _load_folder(folder, Setting.find(folder.path), log)
+
+
+def _load_folder(folder: FlightFolder, setting: Setting, log: Path | None = None) -> Flight:
     record = read_events(folder.path / EVENTS_FILE)
     remarks: tuple[str, ...] = ()
     if record.damaged:
@@ -134,7 +159,7 @@ def _load_folder(folder: FlightFolder, setting: Setting) -> Flight:
     if folder.records and setting.channel_map is None:
         first = RawTail(folder.path).poll(_RECORDS_AT_ONCE)
         setting = replace(setting, channel_map=guess_map(first, folder.path))
-    decoded = _decode_folder(folder, setting)
+    decoded = _decode_folder(folder, setting, log)
     used = setting.used_with(setting.channel_map)
     return Flight(
         name=folder.name,
@@ -160,12 +185,12 @@ def damaged_events(count: int) -> str:
     return f"{EVENTS_FILE}: {lines} of marks and notes could not be read and were left out."
 
 
-def _decode_folder(folder: FlightFolder, setting: Setting) -> Decoded:
-    """Decode raw files and on-board log; from the cache where it still holds."""
+def _decode_folder(folder: FlightFolder, setting: Setting, log: Path | None) -> Decoded:
+    """Decode raw files and on-board log, or another; from the cache where it still holds."""
     raw = folder.records
     missing = ""
     try:
-        onboard = folder.onboard_log()
+        onboard = folder.onboard_log() if log is None else log
     except FlightError as error:
         if not raw:
             raise
@@ -186,8 +211,9 @@ def _decode_folder(folder: FlightFolder, setting: Setting) -> Decoded:
                 decoded = _with_log(decoded, onboard, setting)
         else:
             decoded = _decode_file(files[0], setting)
-        if not setting.given:
-            # Trying other certificates does not cost the flight the cache of its own.
+        fits = log is None or (decoded.onboard is not None and decoded.onboard.in_place)
+        if fits and not setting.given:
+            # Trying other certificates or logs does not cost the flight the cache of its own.
             store_cached(folder.cache_folder, key, decoded)
     return replace(decoded, remarks=(missing, *decoded.remarks)) if missing else decoded
 

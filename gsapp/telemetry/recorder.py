@@ -24,6 +24,7 @@ from gsapp.flight.names import STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.heartbeat import GroundHeartbeat
+from gsapp.telemetry.outbox import Outbox
 from gsapp.telemetry.sources import Chunk, Source
 from gsapp.telemetry.status import RecorderStatus, write_status
 
@@ -154,6 +155,7 @@ class Recorder:
         reading = threading.Thread(target=self._read, name="reading", daemon=True)
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
         stop_file = self.writer.folder / STOP_FILE
+        outbox = Outbox(self.writer.folder)
         with contextlib.suppress(OSError):
             stop_file.unlink()
         reading.start()
@@ -168,6 +170,8 @@ class Recorder:
             self._tend(now)
             if now >= next_look:
                 next_look = now + _LOOK_SECONDS
+                for frame in outbox.take():
+                    self.source.write(frame)
                 if stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
                     break
         self._ended.set()
@@ -178,6 +182,7 @@ class Recorder:
                 self.take(self._arrived.get_nowait())
         keeping.join(timeout=5.0)
         self.finish()
+        outbox.close()
         with contextlib.suppress(OSError):
             stop_file.unlink()
 

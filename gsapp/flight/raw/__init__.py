@@ -16,7 +16,7 @@ growing folder yields the very sequence that a reader of the finished one gets.
 """
 
 from gsapp.flight.names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
-from gsapp.flight.raw.files import RawDamage
+from gsapp.flight.raw.files import STAMP, FrameFile, RawDamage
 from gsapp.flight.raw.reading import RawPosition, RawTail, read_tlog
 from gsapp.flight.raw.writing import RawWriter, WriterState
 
@@ -25,6 +25,8 @@ __all__ = [
     "LINES_FILE",
     "RAW_FILES",
     "RESIDUE_FILE",
+    "STAMP",
+    "FrameFile",
     "RawDamage",
     "RawPosition",
     "RawTail",

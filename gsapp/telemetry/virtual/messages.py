@@ -191,7 +191,15 @@ def sys_status(tick: Tick) -> Message:
 
 def heartbeat(tick: Tick) -> Message:
     """Pack the sign of life; flown by hand."""
-    flying = tick.values["armed"] > 0.5
+    return _heartbeat(flying=tick.values["armed"] > 0.5)
+
+
+def on_the_ground() -> Message:
+    """Pack the sign of life after the flight."""
+    return _heartbeat(flying=False)
+
+
+def _heartbeat(*, flying: bool) -> Message:
     mode = dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
     if flying:
         mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED

@@ -15,7 +15,7 @@ from gsapp.decoding.frames import Frame
 from gsapp.decoding.framing import Framer
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.virtual.log_download import LogServer
-from gsapp.telemetry.virtual.messages import TICK_RATE, Message, dialect
+from gsapp.telemetry.virtual.messages import TICK_RATE, Message, dialect, on_the_ground
 from gsapp.telemetry.virtual.onboard import OnboardLog
 from gsapp.telemetry.virtual.packet import Packet
 
@@ -24,6 +24,7 @@ THIN_BYTES_PER_SECOND = 4600
 FULL_BYTES_PER_SECOND = 100_000
 _AHEAD, _FAR_AHEAD = 4, 10
 _ROOM_FOR_BURST = 3.0
+_HEARTBEAT = 1.0
 
 
 class Line(Protocol):
@@ -96,7 +97,7 @@ class Transmitter:
         self._line = line
         self._clock = clock
         self._speed = speed
-        self._rate = THIN_BYTES_PER_SECOND if thin else FULL_BYTES_PER_SECOND
+        self._rate: float = THIN_BYTES_PER_SECOND if thin else FULL_BYTES_PER_SECOND
         self._log = log
         self._server = server
         self._framer = Framer()
@@ -129,12 +130,24 @@ class Transmitter:
             self._log.flush()
 
     def stay(self, seconds: float) -> None:
-        """Answer the ground after the flight until `seconds` have passed without a request."""
+        """Answer the ground after the flight until `seconds` have passed without a request.
+
+        The crew stands beside the aircraft by then, with a cable: answers come at the rate of the
+        full link, times the speed of the flight.
+        """
+        if math.isfinite(self._speed):
+            self._rate = FULL_BYTES_PER_SECOND * max(self._speed, 1.0)
         end = self._clock.monotonic() + seconds
+        sign = self._clock.monotonic()
         while (left := end - self._clock.monotonic()) > 0.0:
+            if self._clock.monotonic() >= sign:
+                sign += _HEARTBEAT
+                self._line.send(self._stream.answer(on_the_ground()))
             if self._hear(self._line.receive(min(left, 1.0 / TICK_RATE))):
                 end = self._clock.monotonic() + seconds
-            self._credit += self._rate / TICK_RATE
+            share = self._rate / TICK_RATE
+            # What was not asked for in a while does not come all at once later.
+            self._credit = min(self._credit + share, 2.0 * share)
             if self._answer():
                 end = self._clock.monotonic() + seconds
 

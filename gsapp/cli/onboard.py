@@ -1,0 +1,200 @@
+"""``gsapp onboard``: the on-board log in the place of the live record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.flight.flight import Flight
+    from gsapp.telemetry.log_download import DownloadState, LogEntry
+
+_NO_LOG = "This flight has no on-board log; give one with --log or fetch it with --link."
+
+
+def run(
+    *, flight: Path, log: Path | None = None, use: str | None = None, json: Path | None = None
+) -> None:
+    """Put a log in force, take it out, or tell how it stands.
+
+    Parameters
+    ----------
+    flight : Path
+        A flight folder.
+    log : Path, optional
+        Put this file in force.
+    use : str, optional
+        Put a log of the folder in force; ``none`` takes it out.
+    json : Path, optional
+        Where to write for programs; ``-`` for the screen.
+
+    Raises
+    ------
+    GroundStationError
+        If the log does not belong to the flight, or something cannot be read or written.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._results import on_screen
+    from gsapp.flight.folder import FlightFolder
+    from gsapp.flight.loading import load_flight
+    from gsapp.flight.onboard.keeping import place_log, use_log
+
+    console = Console(stderr=on_screen(json))
+    former, remark = None, ""
+    with console.status(f"reading {flight}"):
+        if log is not None:
+            placed = place_log(flight, log)
+            opened, former, remark = placed.flight, placed.former, placed.remark
+        elif use is not None:
+            opened = use_log(flight, "" if use == "none" else use)
+        else:
+            opened = load_flight(FlightFolder.open(flight).path)
+    _tell(console, opened, former, remark, json)
+
+
+def fetch(
+    *, flight: Path, link: str, number: int | None, listing: bool, json: Path | None = None
+) -> None:
+    """Fetch the log from the autopilot and put it in force.
+
+    Parameters
+    ----------
+    flight : Path
+        A flight folder.
+    link : str
+        The LINK; empty for the one that records into the flight.
+    number : int, optional
+        Of the log; by default the one begun nearest the flight.
+    listing : bool
+        Whether to list the logs only.
+    json : Path, optional
+        As for `run`.
+
+    Raises
+    ------
+    GroundStationError
+        If nothing answers, what came is no log of the flight, or it cannot be kept.
+    KeyboardInterrupt
+        If it was broken off; what came is kept for the next time.
+    """
+    import threading
+
+    from rich.console import Console
+
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.flight.onboard.keeping import place_log
+    from gsapp.telemetry.log_download import LogFetcher
+
+    console = Console(stderr=on_screen(json))
+    stop = threading.Event()
+    with _shown(console) as tell, LogFetcher(flight, link, stop=stop, tell=tell) as fetcher:
+        if listing:
+            entries = fetcher.list()
+            fetched = None
+        else:
+            entry = fetcher.choose(number)
+            fetched = fetcher.fetch(entry) if entry is not None else None
+    if listing:
+        _list(console, entries)
+        if json is not None:
+            write_result(json, result_text([_entry_json(entry) for entry in entries]))
+        return
+    if fetched is None:
+        return
+    with console.status("comparing it with the live record"):
+        placed = place_log(flight, fetched.path, begun=fetched.begun)
+    fetched.path.unlink(missing_ok=True)
+    _tell(console, placed.flight, placed.former, placed.remark, json)
+
+
+def _shown(console: Console) -> Any:
+    import contextlib
+
+    from rich.progress import (
+        BarColumn,
+        DownloadColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+        TransferSpeedColumn,
+    )
+
+    @contextlib.contextmanager
+    def shown() -> Any:
+        with Progress(
+            TextColumn("{task.description}"), BarColumn(), DownloadColumn(),
+            TransferSpeedColumn(), TimeRemainingColumn(), console=console, transient=True,
+        ) as bar:  # fmt: skip
+            task = bar.add_task("listening", total=None)
+
+            def tell(state: DownloadState) -> None:
+                bar.update(
+                    task,
+                    description=state.phase,
+                    total=state.size or None,
+                    completed=state.got,
+                )
+
+            yield tell
+
+    return shown()
+
+
+def _tell(
+    console: Console, flight: Flight, former: str | None, remark: str, json: Path | None
+) -> None:
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.flight.folder import FlightFolder
+    from gsapp.flight.onboard.keeping import logs_in
+
+    def say(words: str) -> None:
+        console.print(words, highlight=False, markup=False, soft_wrap=True)
+
+    logs = logs_in(FlightFolder.open(flight.path))
+    state = flight.onboard
+    if not on_screen(json):
+        said = state.remark() if state is not None else _NO_LOG
+        say(f"{flight.name}: {said}")
+        if remark:
+            say(remark)
+        if former is not None:
+            say(f"To go back: gsapp onboard {flight.path} --use {former or 'none'}")
+        others = [name for name in logs if state is None or name != state.file]
+        if others and former is None:
+            say(f"Also in the folder, not in force: {', '.join(others)}")
+    if json is not None:
+        write_result(
+            json,
+            result_text(
+                {
+                    "flight": str(flight.path),
+                    "onboard": state.to_json() if state is not None else None,
+                    "former": former,
+                    "logs": list(logs),
+                    "remark": remark,
+                }
+            ),
+        )
+
+
+def _list(console: Console, entries: tuple[LogEntry, ...]) -> None:
+    from datetime import UTC, datetime
+
+    for entry in entries:
+        begun = (
+            f"{datetime.fromtimestamp(entry.begun, UTC):%Y-%m-%d %H:%M} UTC"
+            if entry.begun
+            else "at an unknown time"
+        )
+        console.print(
+            f"log {entry.number}: {entry.size / 1e6:.2f} MB, begun {begun}", highlight=False
+        )
+    if not entries:
+        console.print("The autopilot holds no log.")
+
+
+def _entry_json(entry: LogEntry) -> dict[str, Any]:
+    return {"number": entry.number, "size": entry.size, "begun": entry.begun or None}

@@ -1,0 +1,189 @@
+"""Putting an on-board log into a flight folder, whole or not at all, and taking it out again.
+
+A log is tried before it is kept: only one that moves as the live record does becomes the log in
+force. What was in force before stays in the folder, so that everything can be undone; what changes
+is one line of ``flight.toml``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import filecmp
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from gsapp.flight.flight import Flight
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.loading import LOG_ENDINGS, load_flight, load_with_log
+from gsapp.flight.names import FRAMES_FILE
+from gsapp.flight.raw import read_tlog
+from gsapp.flight.replacing import copy_atomically
+from gsapp.foundation import FlightError
+
+_INCOMING = "incoming"
+_SAME_DAY = 12 * 3600.0
+"""Seconds; clocks set to the wrong zone are no other flight."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedLog:
+    """An on-board log that has been put in force.
+
+    Attributes
+    ----------
+    flight : Flight
+        As it opens now.
+    former : str
+        Name of the log that was in force before; empty for none.
+    remark : str
+        What is odd about it, in words; empty where nothing is.
+    """
+
+    flight: Flight
+    former: str
+    remark: str = ""
+
+
+def place_log(flight: Path | str, log: Path | str, *, begun: datetime | None = None) -> PlacedLog:
+    """Put an on-board log into a flight folder and in force.
+
+    Parameters
+    ----------
+    flight : Path or str
+        A flight folder with a live record.
+    log : Path or str
+        ``.tlog``, ``.bin``, ``.ulg``, ``.csv``, ``.mat`` or ``.parquet``.
+    begun : datetime, optional
+        When it was begun, by the box; with its time zone. A ``.tlog`` says so itself.
+
+    Returns
+    -------
+    PlacedLog
+        With the former one, to be given to `use_log` if this is to be undone.
+
+    Raises
+    ------
+    FlightError
+        If it is not the log of this flight, cannot be read or cannot be kept. The folder then
+        stands as it stood.
+    """
+    folder, source = FlightFolder.open(flight), Path(log)
+    _must_be_a_log(source)
+    if not folder.records:
+        raise FlightError(
+            f"{folder.path} holds no live record that a log could be compared with; make a flight "
+            f"of the log by itself: gsapp import {source} --out NEW"
+        )
+    name = _free_name(folder, source)
+    kept = folder.path / name
+    if kept.is_file():
+        return _in_force(folder, kept, begun)
+    incoming = folder.cache_folder / _INCOMING / name
+    try:
+        copy_atomically(source, incoming)
+        return _in_force(folder, incoming, begun)
+    finally:
+        with contextlib.suppress(OSError):
+            incoming.unlink(missing_ok=True)
+            incoming.parent.rmdir()
+
+
+def use_log(flight: Path | str, name: str) -> Flight:
+    """Put a log that lies in the flight folder in force; without a name, none.
+
+    Raises
+    ------
+    FlightError
+        If there is no such log, or it is not one of this flight.
+    """
+    folder = FlightFolder.open(flight)
+    if not name:
+        if not folder.records:
+            raise FlightError(f"{folder.path} holds nothing but its on-board log; leave it in")
+        folder.update_info(onboard_log=None)
+        return load_flight(folder.path)
+    if name not in logs_in(folder):
+        there = ", ".join(logs_in(folder)) or "none"
+        raise FlightError(f"{folder.path} holds no on-board log '{name}'; there are: {there}")
+    return _in_force(folder, folder.path / name, None).flight
+
+
+def logs_in(folder: FlightFolder) -> tuple[str, ...]:
+    """Return the names of the logs in a flight folder, in force or not."""
+    return tuple(
+        sorted(
+            path.name
+            for path in folder.path.iterdir()
+            if path.suffix.casefold() in LOG_ENDINGS
+            and path.is_file()
+            and path.name != FRAMES_FILE
+            and not path.name.startswith(".")
+        )
+    )
+
+
+def begun_by_box(log: Path) -> datetime | None:
+    """Return when a log was begun by its own stamps; None where it does not say."""
+    if log.suffix.casefold() != ".tlog":
+        return None
+    first = next(iter(read_tlog(log)), None)
+    return None if first is None else datetime.fromtimestamp(first.stamp_us * 1e-6, UTC)
+
+
+def _in_force(folder: FlightFolder, log: Path, begun: datetime | None) -> PlacedLog:
+    """Put a log in force if it is one of this flight."""
+    info = folder.info()
+    former = info.onboard_log if info is not None else ""
+    with_log = load_with_log(folder, log)
+    state = with_log.onboard
+    apart = _days_apart(folder, begun or begun_by_box(log))
+    if state is None or not state.in_place:
+        why = state.why if state is not None else "nothing could be read from it"
+        beside = f" ({apart})" if apart else ""
+        raise FlightError(f"{log.name} is not taken as the on-board log: {why}{beside}")
+    kept = folder.path / log.name
+    if kept != log:
+        try:
+            log.replace(kept)
+        except OSError as error:
+            raise FlightError(
+                f"{kept} cannot be written ({error.strerror or error}); check the permissions"
+            ) from error
+    folder.update_info(onboard_log=kept.name)
+    remark = f"it moves as this flight does, although {apart}" if apart else ""
+    return PlacedLog(flight=load_flight(folder.path), former=former, remark=remark)
+
+
+def _must_be_a_log(source: Path) -> None:
+    if source.is_dir():
+        raise FlightError(f"{source} is a folder; name the log file")
+    if not source.is_file():
+        raise FlightError(f"there is no log {source}; check the path")
+    if source.suffix.casefold() not in LOG_ENDINGS:
+        raise FlightError(
+            f"{source.name} has an ending that is not known; on-board logs are "
+            f"{', '.join(LOG_ENDINGS)}"
+        )
+
+
+def _free_name(folder: FlightFolder, source: Path) -> str:
+    """Return the name that a log gets: its own, or another where that is taken by other bytes."""
+    stem = "onboard" if source.name == FRAMES_FILE else source.stem.lstrip(".") or "onboard"
+    for number in range(1, 1000):
+        name = f"{stem}{f'-{number}' if number > 1 else ''}{source.suffix}"
+        taken = folder.path / name
+        if not taken.exists() or (taken.is_file() and filecmp.cmp(taken, source, shallow=False)):
+            return name
+    raise FlightError(f"{folder.path} holds a thousand logs called {source.name}; tidy up")
+
+
+def _days_apart(folder: FlightFolder, begun: datetime | None) -> str:
+    """Return in words that a log was begun on another day; empty where it was not."""
+    first = next(iter(read_tlog(folder.tlog_file)), None) if folder.tlog_file.is_file() else None
+    if first is None or begun is None:
+        return ""
+    flown = datetime.fromtimestamp(first.stamp_us * 1e-6, UTC)
+    if abs((begun - flown).total_seconds()) < _SAME_DAY:
+        return ""
+    return f"it says it was begun on {begun:%Y-%m-%d}, and the flight was on {flown:%Y-%m-%d}"

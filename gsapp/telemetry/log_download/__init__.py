@@ -1,0 +1,10 @@
+"""Fetching the on-board log from the autopilot over the link, after landing.
+
+The recorder alone owns the link: it records what comes, and sends on what it is asked to. A
+download follows its record and asks for what is missing, until every byte is there.
+"""
+
+from gsapp.telemetry.log_download.fetching import Fetched, LogFetcher
+from gsapp.telemetry.log_download.protocol import DownloadState, LogEntry
+
+__all__ = ["DownloadState", "Fetched", "LogEntry", "LogFetcher"]

@@ -1,0 +1,125 @@
+"""The link as a download needs it: through the recorder, which alone owns it."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from pathlib import Path
+
+from gsapp.flight.names import FRAMES_FILE
+from gsapp.flight.raw import FrameFile
+from gsapp.foundation import FlightError, LinkError
+from gsapp.telemetry.outbox import ask_recorder
+from gsapp.telemetry.recorder_control import (
+    RecorderHandle,
+    find_recorder,
+    find_recorders,
+    start_recorder,
+)
+
+
+class RecorderLine:
+    """Hear what a recorder records from now on, and ask it to send.
+
+    Parameters
+    ----------
+    handle : RecorderHandle
+        It runs.
+    own : bool
+        Whether it was started for this alone: it is then stopped, and its record thrown away.
+    """
+
+    def __init__(self, handle: RecorderHandle, *, own: bool) -> None:
+        self._handle = handle
+        self._own = own
+        self._file = FrameFile(handle.folder / FRAMES_FILE)
+        size = self._file.size()
+        self._file.seek_end(size)
+        self._file.read(size)
+        self._file.records.clear()
+
+    def hear(self) -> list[bytes]:
+        """Return the frames that have come since the last call.
+
+        Raises
+        ------
+        LinkError
+            If the recorder has ended.
+        """
+        size = self._file.size()
+        if size > self._file.position:
+            self._file.read(size)
+        frames = [record.data for record in self._file.records]
+        self._file.records.clear()
+        if not frames and not self._handle.alive():
+            raise LinkError(
+                f"the recorder in {self._handle.folder} has ended; begin again: what came is kept"
+            )
+        return frames
+
+    def send(self, frame: bytes) -> None:
+        """Have a frame sent.
+
+        Raises
+        ------
+        LinkError
+            If the recorder cannot be asked.
+        """
+        try:
+            ask_recorder(self._handle.folder, frame)
+        except OSError as error:
+            raise LinkError(
+                f"the recorder in {self._handle.folder} cannot be asked to send "
+                f"({error.strerror or error}); check the permissions and the space on the disk"
+            ) from error
+
+    def words(self) -> str:
+        """Return how the link fares."""
+        status = self._handle.status()
+        return status.source_state if status is not None else ""
+
+    def close(self) -> None:
+        """Leave a recorder of others running; end one's own and take its record away."""
+        if self._own:
+            self._own = False
+            if self._handle.stop():
+                shutil.rmtree(self._handle.folder, ignore_errors=True)
+
+
+def open_line(link: str, flight: Path, scratch: Path) -> RecorderLine:
+    """Find the recorder that owns a link, or start one for as long as it is needed.
+
+    Parameters
+    ----------
+    link : str
+        The LINK; empty for that of the recorder at work on the flight.
+    flight : Path
+        The flight folder.
+    scratch : Path
+        Where a recorder that is started for this records to.
+
+    Raises
+    ------
+    FlightError
+        If no link is given and nothing records into the flight.
+    LinkError
+        If the link cannot be opened.
+    """
+    at_work = find_recorder(flight)
+    if at_work is not None:
+        status = at_work.status()
+        if not link or (status is not None and status.link == link):
+            return RecorderLine(at_work, own=False)
+    if not link:
+        raise FlightError(
+            f"nothing records into {flight}, so that the link is not known; name it, as "
+            "serial:/dev/ttyACM0:115200"
+        )
+    for handle in find_recorders():
+        status = handle.status()
+        if status is not None and status.link == link:
+            return RecorderLine(handle, own=False)
+    with contextlib.suppress(OSError):
+        shutil.rmtree(scratch)
+    # Many autopilots speak only to who gives a sign of life.
+    return RecorderLine(start_recorder(link, scratch, heartbeat=True), own=True)
