@@ -598,9 +598,13 @@ def estimate(
     every_grade: Annotated[
         bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
     ] = False,
+    as_found: AsFound = False,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     catalog: CatalogFile = None,
+    label: Annotated[
+        str, typer.Option(metavar="TEXT", help="What the run is called in the catalog")
+    ] = "",
     json: JsonFile = None,
 ) -> None:
     """Estimate stability and control derivatives with honest bounds.
@@ -611,6 +615,8 @@ def estimate(
 
     gsapp estimate flights/a --method ml --axis lon --weights table-6.2.7 --hold CN_q=5
 
+    gsapp estimate flights/a --catalog campaign.sqlite --label "weights of the source"
+
     gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
     """
     from gsapp.cli import estimate as command
@@ -620,9 +626,8 @@ def estimate(
         weights=weights, hold=hold or (), free=free, prior=prior or (), stand_in=stand_in or (),
         states=states, responses=responses, biases=biases, scales=scales, shifts=shifts,
         euler=euler, bound_factor=bound_factor, joint=joint, model=model,
-        maneuver=maneuver or (), every_grade=every_grade, channel_map=channel_map,
-        calibration=calibration,
-        catalog=catalog, json=json,
+        maneuver=maneuver or (), every_grade=every_grade, as_found=as_found,
+        channel_map=channel_map, calibration=calibration, catalog=catalog, label=label, json=json,
     )  # fmt: skip
 
 
@@ -670,6 +675,13 @@ def report(
     every_grade: Annotated[
         bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
     ] = False,
+    validate: Annotated[
+        Optional[list[Path]],  # noqa: UP045
+        typer.Option(
+            metavar="FLIGHT",
+            help="One of the flights, to judge linear models on; repeatable; by default the last",
+        ),
+    ] = None,
     units: Annotated[Literal["US", "SI"], typer.Option(help="Of pictures and tables")] = "US",
     dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
     channel_map: MapName = None,
@@ -688,7 +700,7 @@ def report(
     command.run(
         flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
         model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade, units=units,
-        dated=dated, channel_map=channel_map, calibration=calibration,
+        dated=dated, channel_map=channel_map, calibration=calibration, validate=validate or (),
     )  # fmt: skip
 
 
@@ -769,6 +781,43 @@ def catalog(
         catalog=file, flight=flight, inputs=inputs, kind=kind, worst_grade=worst_grade,
         where=where or (), note=note, derivative=derivative, csv=csv, json=json,
     )  # fmt: skip
+
+
+@app.command()
+def runs(
+    catalog: Annotated[
+        Path, typer.Argument(metavar="CATALOG", readable=False, help="File of the campaign")
+    ],
+    what: Annotated[
+        Literal["list", "show", "compare", "repeat", "forget", "recall", "rename"],
+        typer.Argument(help="What to do with the runs in it"),
+    ] = "list",
+    rest: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Argument(metavar="[N] [M|LABEL]", help="Numbers of runs; a label"),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """List the runs kept in a catalog; show, compare, repeat, rename or forget them.
+
+    A run that is repeated uses the same maneuvers with the same edges and settings; it gives the
+    same numbers to the last bit, or you are told what has changed.
+
+    Examples
+    --------
+    gsapp runs campaign.sqlite
+
+    gsapp runs campaign.sqlite compare 3 5
+
+    gsapp runs campaign.sqlite repeat 3
+    """
+    from gsapp.cli import runs as command
+
+    try:
+        command.check(what, rest or ())
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    command.run(catalog=catalog, what=what, rest=rest or (), json=json)
 
 
 @app.command("linear-models")

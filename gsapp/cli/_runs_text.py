@@ -1,0 +1,129 @@
+"""Kept runs on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from gsapp.identification.campaign import CampaignValue
+    from gsapp.identification.runs.comparing import Comparison
+    from gsapp.identification.runs.keeping import KeptRun
+    from gsapp.identification.runs.repeating import Repeated
+
+_SHOWN = ("Cm_alpha", "Cm_q", "Cl_p", "Cn_beta")
+"""Derivatives that a list of runs is told apart by, where the line has room for them."""
+_WIDE = 110
+"""Characters of a line that has."""
+
+
+def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
+    """Print a line for each run."""
+    from rich.markup import escape
+
+    table = _table(f"{len(runs)} run{'' if len(runs) == 1 else 's'}")
+    for heading in ("run", "when", "method", "axis"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("flights", "maneuvers"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    wide = console.width >= _WIDE
+    shown = [name for name in _SHOWN if wide and any(name in one.values for one in runs)]
+    for name in shown:
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("label", overflow="ellipsis", no_wrap=True)
+    for one in runs:
+        table.add_row(
+            str(one.number),
+            f"{one.when.astimezone():%Y-%m-%d %H:%M}",
+            one.method,
+            one.axis,
+            str(len(one.flights)),
+            str(one.maneuver_count),
+            *(_value(one.values, name) for name in shown),
+            escape(one.label),
+        )
+    console.print(table)
+
+
+def tell_run(console: Console, one: KeptRun) -> None:
+    """Print all of a run: settings, values, files, versions, remarks."""
+    from rich.markup import escape
+
+    table = _table(escape(f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}"))
+    for heading in ("", "mean", "std", "scatter", "n"):
+        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
+    for name, value in one.values.items():
+        scatter = "" if value.scatter is None else f"{value.scatter:.4f}"
+        table.add_row(name, f"{value.mean:.4f}", f"{value.std:.4f}", scatter, str(value.n))
+    console.print(table)
+    for heading, rows in (
+        ("settings", [(name, words) for name, words in one.settings.items()]),
+        ("files", [(f"{file.role} {file.name}", file.sha256) for file in one.inputs]),
+        ("versions", [(name, version) for name, version in one.versions.items()]),
+    ):
+        listed = _table("")
+        listed.add_column(heading, overflow="fold")
+        listed.add_column("", overflow="fold")
+        for name, words in rows:
+            listed.add_row(escape(name), escape(words))
+        console.print(listed)
+    said = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
+    for sentence in (*said, *one.remarks):
+        console.print(sentence, style="yellow", markup=False, soft_wrap=True)
+
+
+def tell_comparison(console: Console, found: Comparison) -> None:
+    """Print what differs between two runs, and their values beside each other."""
+    from rich.markup import escape
+
+    asked = _table("what was asked for")
+    for heading in ("", found.one, found.other):
+        asked.add_column(escape(heading), overflow="fold")
+    for setting in found.settings:
+        asked.add_row(escape(setting.name), escape(setting.one), escape(setting.other))
+    console.print(asked if found.settings else "nothing differs in what was asked for")
+    for sentence in found.versions:
+        console.print(sentence, style="yellow", markup=False, soft_wrap=True)
+    table = _table("per radian; difference in joint bounds")
+    for heading in ("", found.one, found.other, "difference", "in bounds", ""):
+        table.add_column(escape(heading), justify="right" if heading else "left", no_wrap=True)
+    for one in found.values:
+        table.add_row(
+            one.name,
+            _bounded(one.one),
+            _bounded(one.other),
+            "" if one.difference is None else f"{one.difference:+.2g}",
+            "one only" if one.in_bounds is None else f"{one.in_bounds:+.2f}",
+            "differs" if one.in_bounds is not None and one.differs else "",
+        )
+    console.print(table)
+
+
+def tell_repeated(console: Console, number: int, found: Repeated) -> None:
+    """Print whether a run gave the same again, and what differs."""
+    console.print(
+        f"run {number} gives the same to the last bit"
+        if found.same
+        else f"run {number} gives other values than then",
+        style="" if found.same else "bold",
+    )
+    for sentence in found.differences:
+        console.print(sentence, style="yellow", markup=False, soft_wrap=True)
+
+
+def _table(title: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    return Table(title=title or None, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+
+
+def _value(values: Mapping[str, CampaignValue], name: str) -> str:
+    return f"{values[name].mean:.4g}" if name in values else ""
+
+
+def _bounded(value: CampaignValue | None) -> str:
+    return "unknown" if value is None else f"{value.mean:.4g} ±{value.std:.2g}"
