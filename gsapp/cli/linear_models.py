@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.dynamics.linearization import Mode
     from gsapp.identification.flights import FlownFlight
     from gsapp.identification.linear_models.comparison import JudgedModel
     from gsapp.identification.linear_models.files import PublishedErrors
@@ -173,34 +172,18 @@ def _order(text: str) -> int | None:
 
 
 def _json(judged: JudgedModel) -> dict[str, Any]:
-    model = judged.model
+    from gsapp.report.linear_words import linear_model_json, number_or_none
+
     return {
-        **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
-        "states": list(model.states),
-        "inputs": list(model.inputs),
-        "outputs": list(model.outputs),
-        "modes": [_mode(mode) for mode in model.modes()],
+        **linear_model_json(judged.model),
         "rms_over_range_pct": {
-            name: _number(value) for name, value in judged.rms_over_range_pct.items()
+            name: number_or_none(value) for name, value in judged.rms_over_range_pct.items()
         },
-        "by_maneuver_pct": {name: _number(value) for name, value in judged.by_maneuver_pct.items()},
+        "by_maneuver_pct": {
+            name: number_or_none(value) for name, value in judged.by_maneuver_pct.items()
+        },
         "remarks": list(judged.remarks),
     }
-
-
-def _mode(mode: Mode) -> dict[str, Any]:
-    return {
-        "name": mode.name,
-        "real": mode.pole.real,
-        "imag": mode.pole.imag,
-        "frequency": mode.frequency,
-        "damping": _number(mode.damping),
-        "time_constant": _number(mode.time_constant),
-    }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _describe(

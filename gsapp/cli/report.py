@@ -69,7 +69,7 @@ def run(
     from gsapp.identification.runs.shelf import FlightShelf
     from gsapp.report.campaign_writing import write_campaign_report
     from gsapp.report.estimate_words import headline, wild_words
-    from gsapp.report.linear_report import compare_linear_models, kept_out_numbers
+    from gsapp.report.linear_words import compare_linear_models, kept_out_numbers
     from gsapp.report.writing import check_place
 
     check_place(out)

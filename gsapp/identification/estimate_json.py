@@ -15,7 +15,7 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
         "method": result.settings.method,
         "axis": result.settings.axis,
         "maneuvers": [_maneuver(one) for one in result.results],
-        "campaign": {name: _value(one) for name, one in result.values.items()},
+        "campaign": {name: value_json(one) for name, one in result.values.items()},
         "joint": _joint(result) if result.settings.joint else None,
         "remarks": list(result.remarks),
     }
@@ -95,7 +95,8 @@ def _derivative(one: DerivativeEstimate) -> dict[str, Any]:
     }
 
 
-def _value(one: CampaignValue) -> dict[str, Any]:
+def value_json(one: CampaignValue) -> dict[str, Any]:
+    """Return a mean with its standard error, scatter and count."""
     return {"mean": one.mean, "std": one.std, "scatter": _number(one.scatter), "n": one.n}
 
 

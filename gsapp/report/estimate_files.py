@@ -6,70 +6,112 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model, model_text
-from gsapp.foundation import write_atomically
 from gsapp.identification.campaign import CampaignResult
-from gsapp.identification.estimate_json import campaign_json
+from gsapp.identification.estimate_json import campaign_json, value_json
 from gsapp.identification.linear_models.files import linear_model_text
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
+from gsapp.identification.summary.linear_comparison import LinearComparison
 from gsapp.quantities import channel
-from gsapp.report.linear_report import LinearComparison, comparison_json
+from gsapp.report.linear_words import AXIS_TITLES, comparison_json
+
+FILE_TITLES: Final[Mapping[str, str]] = {
+    "derivatives.csv": "Derivatives: mean, bound, scatter (CSV)",
+    "values.csv": "Every value of every maneuver (CSV)",
+    "derivatives.mat": "Derivatives and linear models (MATLAB)",
+    "campaign.json": "All results (JSON)",
+    "model.toml": "Model with the means (TOML)",
+    "linear-lon.toml": "Longitudinal linear model (TOML)",
+    "linear-lat.toml": "Lateral linear model (TOML)",
+    "linear-models.json": "Comparison of linear models with flight (JSON)",
+}
+"""What can be written of a campaign, by name of the file, in words."""
 
 
-def campaign_files(outcome: Outcome, linear: LinearComparison) -> dict[str, bytes]:
-    """Return everything that other programs may want of a campaign, as files by name.
+def file_names(outcome: Outcome, linear: LinearComparison | None = None) -> tuple[str, ...]:
+    """Return the names of the files that a campaign can give.
 
     Parameters
     ----------
     outcome : Outcome
-    linear : LinearComparison
+    linear : LinearComparison, optional
+        Without it there is no file of it.
+    """
+    lacking = {f"linear-{axis}.toml" for axis in AXIS_TITLES if axis not in outcome.models}
+    if not outcome.summary.derivatives:
+        lacking.add("model.toml")
+    if linear is None:
+        lacking.add("linear-models.json")
+    return tuple(name for name in FILE_TITLES if name not in lacking)
 
-    Returns
-    -------
-    dict of str to bytes
+
+def file_content(name: str, outcome: Outcome, linear: LinearComparison | None = None) -> bytes:
+    """Return the content of one of the files that `file_names` has.
+
+    Parameters
+    ----------
+    name : str
         ``derivatives.csv`` (a row for each derivative), ``values.csv`` (a row for each value of
-        each maneuver), ``derivatives.mat``, ``campaign.json``, ``model.toml``, ``linear-*.toml``,
-        and ``linear-models.json`` with the comparison of linear models.
+        each maneuver), ``derivatives.mat``, ``campaign.json``, ``model.toml``,
+        ``linear-lon.toml``, ``linear-lat.toml``, or ``linear-models.json`` with the comparison of
+        linear models.
+    outcome : Outcome
+    linear : LinearComparison, optional
     """
-    result, summary, models = outcome.result, outcome.summary, outcome.models
+    result, summary = outcome.result, outcome.summary
     flights = ", ".join(dict.fromkeys(one.maneuver.flight for one in result.results))
-    found = {
-        "derivatives.csv": _derivatives_csv(summary).encode(),
-        "values.csv": _values_csv(summary).encode(),
-        "derivatives.mat": _mat(summary, models),
-        "campaign.json": _json(campaign_json(result)),
-        "linear-models.json": _json(comparison_json(linear)),
+    match name:
+        case "derivatives.csv":
+            return _derivatives_csv(summary).encode()
+        case "values.csv":
+            return _values_csv(summary).encode()
+        case "derivatives.mat":
+            return _mat(summary, outcome.models)
+        case "campaign.json":
+            return _json(_campaign(result, summary))
+        case "model.toml":
+            return model_text(_model(result, summary, outcome.aircraft, flights)).encode()
+        case "linear-models.json":
+            return _json(comparison_json(linear or LinearComparison()))
+    axis: LinearAxis = "lon" if name == "linear-lon.toml" else "lat"
+    return linear_model_text(
+        outcome.models[axis],
+        name=f"{outcome.aircraft}, {axis}",
+        source=f"means over {flights}",
+    ).encode()
+
+
+def campaign_files(outcome: Outcome, linear: LinearComparison) -> dict[str, bytes]:
+    """Return everything that other programs may want of a campaign, as files by name."""
+    return {name: file_content(name, outcome, linear) for name in file_names(outcome, linear)}
+
+
+def _campaign(result: CampaignResult, summary: CampaignSummary) -> dict[str, Any]:
+    """Return the JSON of ``gsapp estimate``, its means without what was left out; that is named."""
+    left_out = [
+        {
+            "derivative": name,
+            "maneuver": outlier.point.maneuver,
+            "sigmas": outlier.sigmas,
+            "reasons": list(outlier.reasons),
+        }
+        for name, one in summary.derivatives.items()
+        for outlier in one.outliers
+    ]
+    means = {name: value_json(one.value) for name, one in summary.derivatives.items()}
+    return {
+        **campaign_json(result),
+        "campaign": means,
+        "left_out": left_out,
+        "left_out_by_hand": sorted(summary.without),
     }
-    if summary.derivatives:
-        model = _model(result, summary, outcome.aircraft, flights)
-        found["model.toml"] = model_text(model).encode()
-    for axis, linear_model in models.items():
-        found[f"linear-{axis}.toml"] = linear_model_text(
-            linear_model, name=f"{outcome.aircraft}, {axis}", source=f"means over {flights}"
-        ).encode()
-    return found
-
-
-def write_files(folder: Path, outcome: Outcome, linear: LinearComparison) -> tuple[Path, ...]:
-    """Write these files into a folder; each whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses.
-    """
-    return tuple(
-        write_atomically(folder / name, content)
-        for name, content in campaign_files(outcome, linear).items()
-    )
 
 
 def _json(content: Mapping[str, Any]) -> bytes:
@@ -98,7 +140,7 @@ def _values_csv(summary: CampaignSummary) -> str:
     heads = ("derivative", "maneuver", "flight", "value", "std", "left_out", *conditions)
     rows: list[tuple[str, ...]] = [heads]
     for name, one in summary.derivatives.items():
-        out = {outlier.point.maneuver for outlier in one.outliers}
+        standing = {point.maneuver for point in one.kept}
         rows += [
             (
                 name,
@@ -106,7 +148,7 @@ def _values_csv(summary: CampaignSummary) -> str:
                 point.flight,
                 repr(point.value),
                 repr(point.std),
-                str(int(point.maneuver in out)),
+                str(int(point.maneuver not in standing)),
                 *(
                     repr(point.conditions[key]) if key in point.conditions else ""
                     for key in CONDITIONS

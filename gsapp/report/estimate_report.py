@@ -39,7 +39,8 @@ from gsapp.report.estimate_words import (
 )
 from gsapp.report.fit_figures import fit_picture, residual_picture
 from gsapp.report.hearing import MOST_HEARD, Heard
-from gsapp.report.linear_report import AXIS_TITLES, LinearComparison, linear_section
+from gsapp.report.linear_report import LinearComparison, linear_section
+from gsapp.report.linear_words import AXIS_TITLES
 from gsapp.report.mode_figures import modes_picture, modes_table
 from gsapp.report.online_figures import online_picture
 from gsapp.report.provenance import provenance_section

@@ -14,18 +14,14 @@ from matplotlib.lines import Line2D
 
 from gsapp.identification.summary.linear_comparison import AxisComparison, LinearTrace
 from gsapp.quantities import FloatArray
-from gsapp.report.document import TALLEST, Picture, margins
-from gsapp.report.figure_parts import MANEUVER, labeled, plain, shown_values
+from gsapp.report.document import TALLEST, Picture, Table, margins
+from gsapp.report.figure_parts import MANEUVER, labeled, number_text, plain, shown_values
+from gsapp.report.linear_words import MODEL_NAMES
 from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MODEL_NAMES: Final[Mapping[str, str]] = {
-    "bls": "batch least squares",
-    "subspace": "subspace + PEM",
-    "ml": "derivatives, appendix A",
-}
 _DASHES: Final[Mapping[str, tuple[float, ...]]] = {
     "bls": (4.0, 1.5),
     "subspace": (1.2, 1.2),
@@ -94,7 +90,28 @@ def linear_picture(
         "and each variable as measured (solid) and as computed from the inputs alone (dashed).",
         height=min(TALLEST, 1.1 + 0.86 * len(names)),
         draw=draw,
+        numbers=lambda: _numbers(one, drawn, units),
     )
+
+
+def _numbers(one: AxisComparison, traces: Sequence[LinearTrace], units: str) -> Table:
+    heads = ["maneuver", "time [s]", *(labeled(name, units) for name in one.inputs)]
+    for name in one.outputs:
+        heads += [f"{labeled(name, units)} {which}" for which in ("measured", *one.models)]
+    rows: list[tuple[str, ...]] = []
+    for trace in traces:
+        columns = [trace.times]
+        columns += [
+            shown_values(name, trace.inputs[:, place], units)
+            for place, name in enumerate(one.inputs)
+        ]
+        for place, name in enumerate(one.outputs):
+            every = (trace.measured, *(trace.computed[model] for model in one.models))
+            columns += [shown_values(name, values[:, place], units) for values in every]
+        rows += [
+            (trace.maneuver, *map(number_text, row)) for row in np.column_stack(columns).tolist()
+        ]
+    return Table(columns=tuple(heads), rows=tuple(rows))
 
 
 def _draw(

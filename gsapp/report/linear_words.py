@@ -1,0 +1,201 @@
+"""Linear models in words, rows and JSON: error tables 7.4.1 and 7.4.2 of the source, modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from gsapp.dynamics.linearization import LinearModel, Mode
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import Step
+from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.results import Method
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.summary.linear_comparison import (
+    AxisComparison,
+    LinearComparison,
+    compare_linear,
+)
+from gsapp.quantities import channel
+
+AXIS_TITLES: Final[Mapping[LinearAxis, str]] = {
+    "lon": "longitudinal",
+    "lat": "lateral-directional",
+}
+MODEL_NAMES: Final[Mapping[str, str]] = {
+    "bls": "batch least squares",
+    "subspace": "subspace + PEM",
+    "ml": "derivatives, appendix A",
+}
+"""The three models; what the derivatives are of, `model_name` says."""
+_DERIVATIVES: Final[Mapping[Method, str]] = {
+    "ml": "maximum likelihood, appendix A",
+    "ee": "equation error, appendix A",
+    "ftr": "FTR, appendix A",
+}
+MODE_COLUMNS: Final = (
+    "mode", "pole [1/s]", "frequency [rad/s]", "damping ratio", "time constant [s]",
+)  # fmt: skip
+
+
+def compare_linear_models(
+    outcome: Outcome, validate: Collection[Path] = (), *, progress: Step | None = None
+) -> LinearComparison:
+    """Compare three linear models on flights or maneuvers that were not used to fit them.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    validate : collection of Path
+        Flights of the outcome to judge on. Empty: for each axis the last flight that flew it;
+        where only one did, every other maneuver of each kind.
+    progress : callable, optional
+        As of `gsapp.identification.campaign.run_campaign`.
+
+    Raises
+    ------
+    FlightError
+        If a flight is not one of the outcome, or all of them are named.
+    CanceledError
+        If `progress` returned False.
+    """
+    numbers = kept_out_numbers(outcome.request.flights, validate)
+    return compare_linear(outcome.result, keep_out=numbers, progress=progress)
+
+
+def kept_out_numbers(flights: Sequence[Path], validate: Collection[Path]) -> tuple[str, ...]:
+    """Return the numbers of the flights to judge on among all.
+
+    Raises
+    ------
+    FlightError
+        If a flight is not among them, or all of them are named.
+    """
+    known = [path.absolute() for path in flights]
+    wanted = {path.absolute() for path in validate}
+    unknown = [path.name for path in validate if path.absolute() not in known]
+    if unknown:
+        raise FlightError(
+            f"linear models cannot be judged on {', '.join(unknown)}, which is not among the "
+            "flights of this report; name one of these"
+        )
+    if wanted and wanted == set(known):
+        raise FlightError(
+            "all flights are to judge the linear models and none is left to fit them on; name "
+            "fewer of them"
+        )
+    return tuple(str(number) for number, path in enumerate(known, start=1) if path in wanted)
+
+
+def model_name(name: str, method: Method) -> str:
+    """Return what a model is called: the third is made from derivatives of some method."""
+    return _DERIVATIVES[method] if name == "ml" else MODEL_NAMES[name]
+
+
+def kept_out_words(one: AxisComparison) -> str:
+    """Return in a sentence what the models of an axis were fitted on, and judged on."""
+    judged = (
+        f"flight {' and '.join(one.flights)}"
+        if one.flights
+        else "every other maneuver of each kind"
+    )
+    return (
+        f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted)} and judged on "
+        f"{_count(one.judged)} that none of them saw ({judged}): driven by the measured inputs "
+        "alone, each maneuver with a level and a start of its own."
+    )
+
+
+def _count(maneuvers: tuple[str, ...]) -> str:
+    number = len(maneuvers)
+    return f"{number} maneuver{'' if number == 1 else 's'}"
+
+
+def error_rows(one: AxisComparison) -> tuple[tuple[str, ...], ...]:
+    """Return RMS error over range in percent, a row for each variable, a column for each model.
+
+    The least of each row carries a star.
+    """
+    rows = []
+    for name in one.outputs:
+        errors = [one.errors[model][name] for model in one.models]
+        least = min(errors)
+        rows.append((channel(name).symbol, *(_error(value, least) for value in errors)))
+    return tuple(rows)
+
+
+def _error(value: float, least: float) -> str:
+    if not math.isfinite(value):
+        return "runs away"
+    return f"{value:.2f} *" if value == least else f"{value:.2f}"
+
+
+def mode_rows(model: LinearModel) -> tuple[tuple[str, ...], ...]:
+    """Return a row for each mode, as `MODE_COLUMNS` has them.
+
+    A real mode has a time constant alone, a pair frequency and damping too; what grows is said.
+    """
+    return tuple(
+        (
+            mode.name,
+            f"{mode.pole.real:+.3f}" + (f" ± {mode.pole.imag:.3f}i" if mode.pole.imag else ""),
+            f"{mode.frequency:.2f}" if mode.pole.imag else "",
+            f"{mode.damping:.2f}" if mode.pole.imag else "",
+            _time_constant(mode),
+        )
+        for mode in model.modes()
+    )
+
+
+def _time_constant(mode: Mode) -> str:
+    if not math.isfinite(mode.time_constant):
+        return "neutral"
+    return f"{abs(mode.time_constant):.2f}" + (" (grows)" if mode.time_constant < 0.0 else "")
+
+
+def comparison_json(comparison: LinearComparison) -> dict[str, Any]:
+    """Return a comparison for programs: the JSON of ``gsapp linear-models``, less whole flights."""
+    content: dict[str, Any] = {"lon": None, "lat": None}
+    for axis, one in comparison.axes.items():
+        content[axis] = {
+            name: {
+                **linear_model_json(fitted.model),
+                "by_maneuver_pct": {
+                    output: number_or_none(value) for output, value in one.errors[name].items()
+                },
+                "fitted_on": list(one.fitted),
+                "judged_on": list(one.judged),
+                "remarks": list(fitted.remarks),
+            }
+            for name, fitted in one.models.items()
+        }
+    content["remarks"] = list(comparison.remarks)
+    return content
+
+
+def linear_model_json(model: LinearModel) -> dict[str, Any]:
+    """Return matrices, names and modes of a linear model, SI."""
+    return {
+        **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
+        "states": list(model.states),
+        "inputs": list(model.inputs),
+        "outputs": list(model.outputs),
+        "modes": [
+            {
+                "name": mode.name,
+                "real": mode.pole.real,
+                "imag": mode.pole.imag,
+                "frequency": mode.frequency,
+                "damping": number_or_none(mode.damping),
+                "time_constant": number_or_none(mode.time_constant),
+            }
+            for mode in model.modes()
+        ],
+    }
+
+
+def number_or_none(value: float) -> float | None:
+    """Return a number as JSON has it: None for what is not finite."""
+    return float(value) if math.isfinite(value) else None
