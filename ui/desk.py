@@ -450,7 +450,9 @@ class Desk(QObject):
         hurries = self._hurries(session)
         if not (tells or hurries or (paints and (session.has_news or self._is_behind(session)))):
             return
-        behind = session.replaying is None and not session.feed.caught_up
+        # A replay that jumped back hears all before the playhead again; one that plays goes on.
+        replay = session.replaying
+        behind = not session.feed.caught_up and (replay is None or not replay.playing)
         session.update(_CATCH_UP_BUDGET if behind else _BUDGET)
         if paints and self._is_behind(session):
             self._seen = (session.now, session.history.revision)

@@ -97,6 +97,10 @@ class CueWatch:
         self._try(self.cueing.settle)
         self._follow()
 
+    def busy(self, time: float) -> bool:
+        """Return whether work is under way that must be done before a flight time, s."""
+        return not self.failure and self.cueing.busy(time)
+
     def finish(self) -> None:
         """Judge the very last rows: nothing more comes."""
         self._try(self.cueing.finish)

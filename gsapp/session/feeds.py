@@ -14,7 +14,7 @@ from __future__ import annotations
 import bisect
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
@@ -23,8 +23,11 @@ from gsapp.session.history import History
 MAX_SPEED = math.inf
 SLOWEST, FASTEST = 0.1, 50.0
 
-_ROWS = 512
-"""Rows of the grid given to consumers at a time: about a millisecond of work."""
+_MOST_ROWS = 512
+"""Rows of the grid given to consumers at a time where nothing holds them up."""
+_SHORTEST_STEP, _STEP = 0.25, 1.0
+"""Seconds of flight given at a time, as the consumers' time allows. What is due some seconds after
+something happened, such as a look ahead, is never due in the very step in which it happened."""
 
 _FEWEST, _MOST = 64, 4096
 """Records read at a time, as their decoding time allows."""
@@ -91,10 +94,22 @@ class Consumer(Protocol):
         """Take in the next samples of some channels, on consecutive places of the grid."""
 
     def settle(self) -> None:
-        """Draw conclusions, after all blocks of a step."""
+        """Draw conclusions, after all blocks of a step; go on with longer work by a slice."""
 
     def reset(self) -> None:
         """Forget everything; the flight begins anew."""
+
+
+@runtime_checkable
+class Busy(Consumer, Protocol):
+    """A consumer that works on what it saw for longer than a step takes."""
+
+    def busy(self, time: float) -> bool:
+        """Return whether that is to be done before samples up to a flight time (s) come.
+
+        Live nobody waits: then the rest is done at once when it is due. A replay that runs ahead
+        of its clock gives it time instead, so that no step takes long.
+        """
 
 
 class _Pace:
@@ -245,7 +260,8 @@ class ReplayFeed:
     history : History
         Filled ahead of the playhead; its horizon is the playhead.
     consumers : sequence of Consumer
-        Get samples up to the playhead. After a jump back they are reset and fed again.
+        Get samples up to the playhead. After a jump back they are reset and fed again. Those that
+        say when they are `Busy` are waited for.
     clock : callable
         Seconds of a clock that never goes back.
     speed : float
@@ -272,6 +288,12 @@ class ReplayFeed:
         self._reader = reader
         self._history = history
         self._consumers = consumers
+        self._busy = [one for one in consumers if isinstance(one, Busy)]
+        self._step_rows = tuple(
+            min(max(round(seconds * history.rate), 1), _MOST_ROWS)
+            for seconds in (_SHORTEST_STEP, _STEP)
+        )
+        self._seconds_a_row = 0.0  # of the consumers' work, smoothed
         self._clock = clock
         self._pace = _Pace()
         self._stretches = _Stretches(round(_LONGEST_PAUSE * history.rate))
@@ -465,14 +487,37 @@ class ReplayFeed:
                     self.playing = False
                 return
             first = found[0]
-            last = min(found[1], target, first + _ROWS - 1)
+            last = min(found[1], target, first + self._rows_for(deadline) - 1)
+            if self._waits(last / self._history.rate):
+                if self._clock() >= deadline:
+                    return
+                continue
             if headlong and last > self._place(self._position):
                 self._position = last / self._history.rate
                 self._history.horizon = self._position
             block = self._history.rows(first, last + 1)
+            began = self._clock()
             for consumer in self._consumers:
                 consumer.feed(block)
                 consumer.settle()
             self._fed = last + 1
-            if self._clock() >= deadline:
+            now = self._clock()
+            each = (now - began) / len(block)
+            self._seconds_a_row += 0.3 * (each - self._seconds_a_row)
+            if now >= deadline:
                 return
+
+    def _rows_for(self, deadline: float) -> int:
+        """Return how many rows the consumers can be given in the time that is left."""
+        fewest, most = self._step_rows
+        left = deadline - self._clock()
+        if not math.isfinite(left) or self._seconds_a_row <= 0.0:
+            return most
+        return min(max(int(left / self._seconds_a_row), fewest), most)
+
+    def _waits(self, time: float) -> bool:
+        """Give a slice to those who are to finish something before a flight time (s)."""
+        late = [consumer for consumer in self._busy if consumer.busy(time)]
+        for consumer in late:
+            consumer.settle()
+        return bool(late)

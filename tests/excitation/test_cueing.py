@@ -17,6 +17,7 @@ from cue_kit import CARDS, card, cueing, feed, flown, part
 from gsapp.excitation.cueing import Cueing
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.debrief import debrief_of
+from gsapp.excitation.information.book import READY
 from gsapp.flight.cards import CardSet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
@@ -94,6 +95,21 @@ def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: Cueing) -> 
     cues.feed(part(block, len(block) - late, len(block), slow))
     cues.finish()
     assert told(cues) == told(whole)
+
+
+def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
+    """After a verdict the cues are busy from the time on at which its outlook is shown."""
+    cues = cueing()
+    block = flown()
+    cues.feed(block)
+    cues.settle()
+    given = cues.verdicts[-1].given_at
+    assert not cues.busy(given)
+    slices = 0
+    while cues.busy(given + READY):
+        cues.settle()
+        slices += 1
+    assert slices > 10
 
 
 def test_a_replay_that_goes_back_tells_the_same_again(whole: Cueing) -> None:

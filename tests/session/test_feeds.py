@@ -71,6 +71,20 @@ class Watcher:
         self.times.clear()
 
 
+class Thinker(Watcher):
+    """Thinks for some slices after some second, before it takes what comes later."""
+
+    def __init__(self, slices: int) -> None:
+        super().__init__()
+        self.left = slices
+
+    def busy(self, time: float) -> bool:
+        return self.left > 0 and time >= 9.0
+
+    def settle(self) -> None:
+        self.left -= self.left > 0 and bool(self.times) and self.times["q"][-1] > 8.0
+
+
 class Clock:
     """A clock that the test sets; each look at it may take some time."""
 
@@ -282,3 +296,21 @@ def test_live_a_long_past_is_taken_in_over_several_calls() -> None:
     assert told[0] < 0.5
     assert told[-1] == 1.0
     assert history.end == 34.99
+
+
+@pytest.mark.parametrize("speed", [1.0, MAX_SPEED])
+def test_a_consumer_that_still_thinks_is_waited_for(speed: float) -> None:
+    """Nothing beyond the ninth second comes before the work is done, a slice in a step at most."""
+    clock, history, thinker = Clock(0.001), History(["q", "battery"], RATE), Thinker(60)
+    feed = ReplayFeed(ListReader(flight()), history, [thinker], clock, speed=speed)
+    while feed.now is None or feed.now < 11.0:
+        before = clock.time
+        feed.advance(clock.time + 0.008)
+        assert clock.time - before < 0.03
+        assert not thinker.left or thinker.times.get("q", [0.0])[-1] < 9.0
+        clock.time += 0.02
+    run(feed, clock, 2.0)
+    assert thinker.left == 0
+    seen = thinker.times["q"]
+    assert seen[-1] > 11.0
+    assert np.diff(seen) == pytest.approx(0.01)

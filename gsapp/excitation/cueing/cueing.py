@@ -125,6 +125,13 @@ class Cueing:
         if not ticks or ticks > _FEW:
             self._lessons.work()
 
+    def busy(self, time: float) -> bool:
+        """Return whether a look ahead is unfinished that is shown by a flight time, s.
+
+        Each `settle` goes on with it by a slice; what is not done by then is done at once.
+        """
+        return self._lessons.busy(time)
+
     def finish(self) -> None:
         """Judge what was held back: nothing more comes."""
         for rows in self._stream.finish():

@@ -111,6 +111,10 @@ class Lessons:
         self._ticks += 1
         return time >= self._ready_at or not self._foresees
 
+    def busy(self, time: float) -> bool:
+        """Return whether work is left that a look at a flight time (s) needs."""
+        return self._book.busy(time)
+
     def work(self) -> None:
         """Do a slice of the work that the next look needs."""
         self._book.work(SLICE)

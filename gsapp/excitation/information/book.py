@@ -151,6 +151,12 @@ class InformationBook:
                 return True
         return False
 
+    def busy(self, time: float) -> bool:
+        """Return whether work is left that an outlook at a flight time (s) would have to do."""
+        due = self._due is not None and time >= self._due
+        begun = self._learning is not None or self._answering is not None
+        return due and (begun or bool(self._lessons) or self._stale)
+
     def _ask(self, time: float) -> None:
         """Ask for a new outlook, to be shown some seconds after a flight time (s)."""
         self._stale = True
