@@ -18,7 +18,7 @@ from gsapp.foundation import FlightError, LinkError
 from gsapp.foundation.locking import FileLock
 from gsapp.telemetry.log_download.partial import PartialLog
 from gsapp.telemetry.log_download.protocol import DownloadState, LogConversation, LogEntry
-from gsapp.telemetry.log_download.recorder_line import RecorderLine, open_line
+from gsapp.telemetry.log_download.recorder_line import DOWNLOAD_LOCK, open_line
 
 _FOLDER = "download"
 _POLL = 0.02
@@ -88,9 +88,7 @@ class LogFetcher:
         self._conversation = LogConversation(self._keep)
         self._lock = self._locked()
         try:
-            self._line: RecorderLine = open_line(
-                link, self._flight.path.absolute(), self._scratch / "line"
-            )
+            self._line = open_line(link, self._flight.path.absolute(), self._scratch)
         except BaseException:
             self._lock.release()
             raise
@@ -116,8 +114,6 @@ class LogFetcher:
                 time.sleep(5.0 * _POLL)  # until the recorder has passed it on
             self._line.close()
         finally:
-            with contextlib.suppress(OSError):
-                (self._scratch / "line").rmdir()
             self._lock.release()
 
     @property
@@ -245,7 +241,7 @@ class LogFetcher:
     def _locked(self) -> FileLock:
         try:
             self._scratch.mkdir(parents=True, exist_ok=True)
-            lock = FileLock(self._scratch / "lock")
+            lock = FileLock(self._scratch / DOWNLOAD_LOCK)
             free = lock.acquire(patience=0.2)
         except OSError as error:
             raise FlightError(

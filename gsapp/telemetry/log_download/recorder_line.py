@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import shutil
 from pathlib import Path
+from typing import Final
 
 from gsapp.flight.names import FRAMES_FILE
 from gsapp.flight.raw import FrameFile
 from gsapp.foundation import FlightError, LinkError
+from gsapp.foundation.locking import holder
 from gsapp.telemetry.outbox import ask_recorder
 from gsapp.telemetry.recorder_control import (
     RecorderHandle,
@@ -16,6 +18,11 @@ from gsapp.telemetry.recorder_control import (
     find_recorders,
     start_recorder,
 )
+
+DOWNLOAD_LOCK: Final = "lock"
+"""Held by a download at work, beside what it fetches."""
+LINE_FOLDER: Final = "line"
+"""Where a recorder that is started for a download records to."""
 
 
 class RecorderLine:
@@ -86,7 +93,15 @@ class RecorderLine:
                 shutil.rmtree(self._handle.folder, ignore_errors=True)
 
 
-def open_line(link: str, flight: Path, scratch: Path) -> RecorderLine:
+def _left_behind(place: Path, ours: Path) -> bool:
+    """Return whether a recorder was started for a download that was killed."""
+    if place.name != LINE_FOLDER:
+        return False
+    lock = place.parent / DOWNLOAD_LOCK
+    return place.parent == ours.absolute() or (lock.is_file() and holder(lock) is None)
+
+
+def open_line(link: str, flight: Path, folder: Path) -> RecorderLine:
     """Find the recorder that owns a link, or start one for as long as it is needed.
 
     Parameters
@@ -95,8 +110,8 @@ def open_line(link: str, flight: Path, scratch: Path) -> RecorderLine:
         The LINK; empty for that of the recorder at work on the flight.
     flight : Path
         The flight folder.
-    scratch : Path
-        Where a recorder that is started for this records to.
+    folder : Path
+        Of the download, whose lock is held; a recorder that is started records inside.
 
     Raises
     ------
@@ -118,7 +133,8 @@ def open_line(link: str, flight: Path, scratch: Path) -> RecorderLine:
     for handle in find_recorders():
         status = handle.status()
         if status is not None and status.link == link:
-            return RecorderLine(handle, own=False)
+            return RecorderLine(handle, own=_left_behind(handle.folder, folder))
+    scratch = folder / LINE_FOLDER
     with contextlib.suppress(OSError):
         shutil.rmtree(scratch)
     # Many autopilots speak only to who gives a sign of life.

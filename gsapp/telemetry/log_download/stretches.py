@@ -61,7 +61,7 @@ class Missing:
 
     def within(self, start: int, stop: int) -> bool:
         """Return whether any byte of a stretch is missing."""
-        return bisect_right(self._stops, start) < bisect_left(self._starts, stop)
+        return start < stop and bisect_right(self._stops, start) < bisect_left(self._starts, stop)
 
     def next_from(self, position: int, most: int, join: int) -> tuple[int, int] | None:
         """Return what to ask for next: the first missing stretch at or after a position.

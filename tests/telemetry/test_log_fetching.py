@@ -1,0 +1,297 @@
+"""The on-board log comes over a bad link whole, goes on after a break, and disturbs nobody."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.decoding.dialect import dialect
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.names import SEND_FILE
+from gsapp.flight.raw import read_tlog
+from gsapp.foundation import LinkError
+from gsapp.telemetry.log_download import LogEntry, LogFetcher
+from gsapp.telemetry.log_download.protocol import PIECE, LogConversation
+from gsapp.telemetry.log_download.stretches import Missing
+from gsapp.telemetry.outbox import ask_recorder
+from gsapp.telemetry.recorder_control import find_recorders, start_recorder
+
+AUTOPILOT = Path(__file__).with_name("foreign_autopilot.py")
+BEGUN = 1_760_000_000
+NUMBER = 8
+
+
+def log_bytes(size: int) -> bytes:
+    """Return what begins as an ArduPilot log does."""
+    return b"\xa3\x95" + random.Random(2).randbytes(size - 2)
+
+
+# --- which bytes are missing ------------------------------------------------------------------
+
+
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 25)), max_size=12))
+def test_what_came_is_not_missing_any_more(pieces):
+    """Whatever comes, in any order and over each other: as a set of bytes would have it."""
+    missing, left = Missing(64), set(range(64))
+    for start, count in pieces:
+        stop = min(start + count, 64)
+        came = set(range(start, stop)) & left
+        assert missing.within(start, stop) == bool(came)
+        assert missing.take(start, stop) == len(came)
+        left -= came
+        found = {byte for a, b in missing.stretches for byte in range(a, b)}
+        assert (found, missing.count, bool(missing)) == (left, len(left), bool(left))
+        again = Missing(64, missing.stretches)
+        assert again.stretches == missing.stretches
+        wanted = missing.next_from(start, 10, 0)
+        if left:
+            beyond = {byte for byte in left if byte >= start} or left
+            assert wanted[0] == min(beyond)
+            assert set(range(*wanted)) <= left
+            assert wanted[1] - wanted[0] <= 10
+        else:
+            assert wanted is None
+
+
+# --- the conversation, with time at hand --------------------------------------------------------
+
+
+class Air:
+    """A server of logs behind a link that loses and delays, in a time of its own."""
+
+    def __init__(self, data: bytes, loss: float, seed: int, rate: float = 20_000.0) -> None:
+        self.data, self.loss, self.luck = data, loss, random.Random(seed)
+        self.names = dialect()
+        self.packer = self.names.MAVLink(None, srcSystem=3, srcComponent=1)
+        self.asked: tuple[int, int] | None = None
+        self.due: list[tuple[float, bytes]] = []
+        self.per_step = max(round(rate / PIECE * 0.02), 1)
+        self.sent = 0
+        self.armed = False
+
+    def send(self, message, now: float) -> None:
+        frame = bytes(message.pack(self.packer))
+        if self.luck.random() >= self.loss:
+            self.due.append((now + 0.05, frame))
+
+    def step(self, requests: list[bytes], now: float) -> list[bytes]:
+        mode = 128 if self.armed else 0
+        self.send(self.names.MAVLink_heartbeat_message(1, 3, mode, 0, 4, 3), now)
+        for frame in requests:
+            message = self.names.MAVLink(None).decode(bytearray(frame))
+            if self.luck.random() < self.loss:
+                continue
+            if message.get_type() == "LOG_REQUEST_LIST":
+                self.send(self.names.MAVLink_log_entry_message(5, 1, 5, BEGUN, len(self.data)), now)
+            elif message.get_type() == "LOG_REQUEST_DATA":
+                assert message.id == 5
+                self.asked = (message.ofs, min(message.ofs + message.count, len(self.data)))
+        for _ in range(self.per_step):
+            if self.asked is None:
+                break
+            start, stop = self.asked
+            piece = self.data[start : min(start + PIECE, stop)]
+            self.send(
+                self.names.MAVLink_log_data_message(
+                    5, start, len(piece), piece.ljust(PIECE, b"\0")
+                ),
+                now,
+            )
+            self.sent += len(piece)
+            self.asked = (start + PIECE, stop) if start + PIECE < stop else None
+        come = [frame for due, frame in self.due if due <= now]
+        self.due = [(due, frame) for due, frame in self.due if due > now]
+        return come
+
+
+def converse(air: Air, kept: bytearray, limit: float = 600.0) -> LogConversation:
+    """Fetch log 5 to its end, or for a while."""
+
+    def keep(offset: int, data: bytes) -> None:
+        kept[offset : offset + len(data)] = data
+
+    talk, now, requests = LogConversation(keep), 0.0, []
+    while talk.phase not in ("done", "failed") and now < limit:
+        for frame in air.step(requests, now):
+            talk.hear(frame, now)
+        if talk.phase == "listed":
+            talk.fetch(talk.entries[5], Missing(talk.entries[5].size))
+        requests = talk.ask(now)
+        now += 0.02
+    return talk
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    size=st.integers(1, 30_000),
+    loss=st.floats(0.0, 0.3),
+    seed=st.integers(0, 10_000),
+)
+def test_every_byte_comes_however_much_is_lost(size, loss, seed):
+    """Up to 30 % lost either way: the log is whole, to the byte."""
+    data = random.Random(seed).randbytes(size)
+    kept = bytearray(size)
+    air = Air(data, loss, seed)
+    talk = converse(air, kept)
+    assert talk.phase == "done", talk.state(0.0)
+    assert bytes(kept) == data
+
+
+def test_little_is_sent_twice():
+    """At 2 % lost, less than half as much again is sent, and it takes twice the time at most."""
+    size = 150_000
+    air = Air(random.Random(1).randbytes(size), 0.02, 4)
+    talk = converse(air, bytearray(size), limit=2.0 * size / 20_000.0 + 5.0)
+    assert talk.phase == "done"
+    assert air.sent < 1.5 * size
+
+
+def test_a_link_that_dies_and_an_armed_aircraft_are_told():
+    """Nothing heard, nothing more heard, an armed aircraft: each ends with why."""
+    silent = converse(Air(b"x" * 500, 1.0, 1), bytearray(500))
+    assert silent.phase == "failed"
+    assert "answers the request" in silent.state(0.0).why
+    air = Air(b"x" * 50_000, 0.0, 1)
+    talk = LogConversation(lambda _, __: None)
+    talk.fetch(LogEntry(number=5, size=50_000, begun=0), Missing(50_000))
+    now, requests = 0.0, talk.ask(0.0)
+    while talk.phase == "fetching" and now < 60.0:
+        if now < 1.0:
+            for frame in air.step(requests, now):
+                talk.hear(frame, now)
+        requests = talk.ask(now)
+        now += 0.02
+    assert "what came is kept" in talk.state(now).why
+    assert 0 < talk.state(now).got < 50_000
+    armed = Air(b"x" * 500, 0.0, 1)
+    armed.armed = True
+    assert "disarm" in converse(armed, bytearray(500)).state(0.0).why
+
+
+# --- over a real socket, with a foreign peer -----------------------------------------------------
+
+
+class Autopilot:
+    """The foreign autopilot in a process of its own."""
+
+    def __init__(self, port: int, folder: Path, data: bytes, loss: float) -> None:
+        self.log = folder / "served.bin"
+        self.log.write_bytes(data)
+        self.heard_file = folder / "heard.txt"
+        self._command = [
+            sys.executable, str(AUTOPILOT), str(port), str(self.log), str(self.heard_file),
+            str(loss),
+        ]  # fmt: skip
+        self.start()
+
+    def start(self) -> None:
+        self.process = subprocess.Popen(self._command)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def heard(self) -> set[str]:
+        return set(self.heard_file.read_text().split()) if self.heard_file.exists() else set()
+
+
+@pytest.fixture
+def autopilot(port, tmp_path):
+    number = port(socket.SOCK_DGRAM)
+    made = Autopilot(number, tmp_path, log_bytes(200_000), loss=0.05)
+    made.link = f"udpin:127.0.0.1:{number}"
+    yield made
+    made.kill()
+
+
+@pytest.mark.usefixtures("own_runtime")
+def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, patience):
+    """Through the recorder at work: whole, although 5 % are lost; cancelled once, gone on with.
+
+    The recorder goes on recording. It passes on what asks for logs and nothing else.
+    """
+    folder = FlightFolder.create(tmp_path / "flight")
+    recorder = start_recorder(autopilot.link, folder.path)
+    try:
+        names = dialect()
+        for message in (
+            names.MAVLink_log_erase_message(3, 1),
+            names.MAVLink_command_long_message(3, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),
+        ):
+            ask_recorder(folder.path, bytes(message.pack(names.MAVLink(None, srcSystem=255))))
+        patience(folder.tlog_file.exists)
+        passing = {SEND_FILE, "cache"}
+        before = {path.name for path in folder.path.iterdir()} - passing
+        stop = threading.Event()
+        seen = []
+
+        def tell(state) -> None:
+            seen.append(state)
+            if state.got > 50_000:
+                stop.set()
+
+        with LogFetcher(folder.path, stop=stop, tell=tell) as fetcher:
+            assert [entry.number for entry in fetcher.list()] == [7, NUMBER]
+            entry = fetcher.choose(NUMBER)
+            assert fetcher.fetch(entry) is None
+        got = seen[-1].got
+        assert 50_000 < got < 200_000
+        assert any(state.rate > 0.0 and state.seconds_left for state in seen)
+        assert {path.name for path in folder.path.iterdir()} - passing == before
+
+        later = []
+        with LogFetcher(folder.path, tell=later.append) as fetcher:
+            fetched = fetcher.fetch(fetcher.choose())  # the one begun nearest the flight
+        assert next(state.got for state in later if state.size) >= got
+        assert fetched.entry.number == NUMBER
+        assert fetched.begun.timestamp() == BEGUN
+        assert fetched.path.suffix == ".bin"
+        assert fetched.path.read_bytes() == autopilot.log.read_bytes()
+        assert recorder.alive()
+        assert autopilot.heard() == {
+            "LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_REQUEST_END",
+        }  # fmt: skip
+    finally:
+        recorder.stop()
+    assert not (folder.path / SEND_FILE).exists()
+    assert sum(1 for _ in read_tlog(folder.tlog_file)) > 200_000 / PIECE
+
+
+@pytest.mark.usefixtures("own_runtime")
+def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, patience):
+    """Both sides killed in the midst; the next one asks for the rest, and takes all away."""
+    folder = FlightFolder.create(tmp_path / "flight")
+    code = (
+        "import sys; from gsapp.telemetry.log_download import LogFetcher\n"
+        "with LogFetcher(sys.argv[1], sys.argv[2]) as fetcher:\n"
+        f"    fetcher.fetch(fetcher.choose({NUMBER}))\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), autopilot.link])
+    scratch = folder.cache_folder / "download"
+    note = scratch / f"onboard-{NUMBER}.json"
+    assert patience(note.exists, 20.0)
+    os.kill(child.pid, signal.SIGKILL)
+    child.wait()
+    autopilot.kill()
+    assert [handle.folder.parent for handle in find_recorders()] == [scratch]
+    autopilot.start()
+    told = []
+    with LogFetcher(folder.path, autopilot.link, tell=told.append) as fetcher:
+        with pytest.raises(LinkError, match="being fetched"):
+            LogFetcher(folder.path, autopilot.link)
+        fetched = fetcher.fetch(fetcher.choose(NUMBER))
+    assert next(state.got for state in told if state.size) > 0
+    assert fetched.path.read_bytes() == autopilot.log.read_bytes()
+    assert patience(lambda: not find_recorders())
+    assert sorted(path.name for path in scratch.iterdir()) == ["lock", fetched.path.name]
+    assert sorted(path.name for path in folder.path.iterdir()) == ["cache", "flight.toml"]
