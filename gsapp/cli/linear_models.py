@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from gsapp.dynamics.model import Model
     from gsapp.identification.flights import FlownFlight
     from gsapp.identification.linear_models.comparison import JudgedModel
     from gsapp.identification.linear_models.files import PublishedErrors
@@ -28,6 +29,7 @@ def run(
     flights: Sequence[Path],
     validate: Path,
     aircraft: str | None = None,
+    model: str | None = None,
     order_lon: str = "2",
     order_lat: str = "4",
     channel_map: str | None = None,
@@ -44,6 +46,8 @@ def run(
         The flight they are judged on.
     aircraft, channel_map : str, optional
         Names or paths.
+    model : str, optional
+        Name or path; its effects are taken as known, those on instruments undone in the record.
     calibration : str, optional
         Certificates in place of those kept with the flights: a folder, or a shipped set.
     order_lon, order_lat : str
@@ -63,13 +67,17 @@ def run(
     from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen
+    from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
+    from gsapp.identification.instrument_effects import freed
     from gsapp.identification.linear_models.files import published_errors
+    from gsapp.identification.maximum_likelihood import MLSettings
     from gsapp.identification.moment_reference import about_flown_cg
 
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
     console = Console(stderr=on_screen(json))
+    known = None if model is None else load_model(model)
     every = flown_flights(
         [*flights, validate],
         aircraft=aircraft,
@@ -82,7 +90,9 @@ def run(
     if not other.maneuvers:
         raise FlightError(f"{validate} holds no maneuver to judge models on; choose another flight")
     with console.status("maximum likelihood"):
-        campaign = run_campaign(fitted, CampaignSettings())
+        campaign = run_campaign(
+            fitted, CampaignSettings(likelihood=MLSettings(axis="lon", model=known))
+        )
     # The models are those of the aircraft as it flew where they are judged.
     derivatives = about_flown_cg(
         {name: one.mean for name, one in campaign.values.items()},
@@ -94,10 +104,11 @@ def run(
         *campaign.remarks,
     ]
     found: Judged = {}
+    true, _ = freed(fitted, known)
     for axis in _AXES:
         with console.status(f"{_AXES[axis]} models"):
             try:
-                found[axis] = _compare(axis, fitted, other, derivatives, orders[axis])
+                found[axis] = _compare(axis, true, other, known, derivatives, orders[axis])
             except FlightError as error:
                 reasons.append(f"no {_AXES[axis]} models: {error}")
     if not found:
@@ -116,11 +127,13 @@ def _compare(
     axis: LinearAxis,
     fitted: Sequence[Maneuver],
     other: FlownFlight,
+    known: Model | None,
     derivatives: Mapping[str, float],
     order: int | None,
 ) -> dict[str, JudgedModel]:
     """Fit and judge the models of one axis on the maneuvers that move its surfaces alone."""
     from gsapp.identification.axes import SURFACES
+    from gsapp.identification.instrument_effects import freed
     from gsapp.identification.linear_models.comparison import compare
     from gsapp.identification.maneuver import cut_maneuver
 
@@ -129,9 +142,10 @@ def _compare(
         other.flight, other.aircraft, other.maneuvers[0].t_start, other.maneuvers[-1].t_end,
         id="whole", inputs=(),
     )  # fmt: skip
+    (whole, *judged), _ = freed((whole, *other.maneuvers), known)
     on, against = (
         [one for one in group if one.inputs and set(one.inputs) <= own]
-        for group in (fitted, other.maneuvers)
+        for group in (fitted, judged)
     )
     return compare(on, against, whole, axis, derivatives, order=order)
 

@@ -735,6 +735,38 @@ def compatibility(
 
 
 @app.command()
+def terms(
+    flights: FlightPaths,
+    coefficient: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Option(metavar="NAME", help="CN, CA, CY, Cl, Cm or Cn; repeatable; all by default"),
+    ] = None,
+    aircraft: AircraftName = None,
+    model: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
+    ] = None,
+    maneuver: ManeuverList = None,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    json: JsonFile = None,
+) -> None:
+    """Choose the terms that each coefficient needs: linear ones, effects, products without a name.
+
+    Equation error, stepwise: a term enters if it is proven and predicts stretches of the record
+    that were left out; it goes again if later ones make it superfluous.
+
+    Example: gsapp terms flights/a flights/b --coefficient Cm --aircraft b777
+    """
+    from gsapp.cli import terms as command
+
+    command.run(
+        flights=flights, coefficient=coefficient or (), aircraft=aircraft, model=model,
+        maneuver=maneuver or (), channel_map=channel_map, calibration=calibration, json=json,
+    )  # fmt: skip
+
+
+@app.command()
 def catalog(
     file: Annotated[
         Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
@@ -828,6 +860,10 @@ def linear_models(
         typer.Option(readable=False, metavar="FLIGHT", help="Flight that the models are judged on"),
     ],
     aircraft: AircraftName = None,
+    model: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
+    ] = None,
     order_lon: Annotated[
         str, typer.Option(metavar="N|auto", help="Order of the longitudinal subspace model")
     ] = "2",
@@ -852,8 +888,9 @@ def linear_models(
     from gsapp.cli import linear_models as command
 
     command.run(
-        flights=flights, validate=validate, aircraft=aircraft, order_lon=order_lon,
-        order_lat=order_lat, channel_map=channel_map, calibration=calibration, out=out, json=json,
+        flights=flights, validate=validate, aircraft=aircraft, model=model,
+        order_lon=order_lon, order_lat=order_lat, channel_map=channel_map,
+        calibration=calibration, out=out, json=json,
     )  # fmt: skip
 
 

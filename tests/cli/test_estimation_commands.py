@@ -169,6 +169,22 @@ def test_wrong_calls_get_one_sentence(
     assert "Traceback" not in done.stderr
 
 
+def test_terms_of_a_coefficient_are_chosen(flights: Path, tmp_path: Path) -> None:
+    """Two flights prove the linear terms of Cm and no other; a wrong name gets one sentence."""
+    content = result_of(
+        "terms", flights / "flight5.csv", flights / "flight6.csv", "--coefficient", "Cm",
+        "--aircraft", "b777", folder=tmp_path,
+    )  # fmt: skip
+    found = content["coefficients"]["Cm"]
+    assert found["beyond_linear"] == []
+    for name in ("Cm_alpha", "Cm_q", "Cm_de"):
+        assert found["terms"][name]["value"] == pytest.approx(TRUTH.derivative(name), rel=0.05)
+    assert found["steps"]
+    done = gsapp("terms", flights / "flight5.csv", "--coefficient", "CM")
+    assert done.returncode == 1
+    assert "there is no coefficient 'CM'" in " ".join(done.stderr.split())
+
+
 def test_linear_models_are_fitted_on_one_flight_and_judged_on_another(
     flights: Path, tmp_path: Path
 ) -> None:

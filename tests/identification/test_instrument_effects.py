@@ -12,6 +12,7 @@ import pytest
 from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.terms import make_term
 from gsapp.identification import equation_error
+from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.coefficients import reconstruct
 from gsapp.identification.instrument_effects import (
     acts_outside,
@@ -178,6 +179,20 @@ def test_equation_error_runs_with_a_revised_model() -> None:
     std = right.derivatives["Cm_de"].std
     assert abs(bent.value("Cm_de") - right.value("Cm_de")) > 5.0 * std
     assert abs(found.value("Cm_de") - right.value("Cm_de")) < 2.0 * std
+
+
+def test_transform_regression_runs_with_a_revised_model() -> None:
+    """A vane that shows a quarter too much: undone, the derivatives are those of a sound one."""
+    sound = fly(3, "lon", model=BASE).maneuver
+    shown = recorded(sound, "sensor.alpha.scale", ("alpha",), 1.25)
+    model = BASE.with_effect("sensor.alpha.scale", {"scale": 1.25})
+    plain = CampaignSettings(method="ftr")
+    revised = CampaignSettings(method="ftr", likelihood=MLSettings(axis="lon", model=model))
+    right, bent = (run_campaign([one], plain).values for one in (sound, shown))
+    found = run_campaign([shown], revised).values
+    for name in ("CN_alpha", "Cm_alpha"):
+        assert found[name].mean == pytest.approx(right[name].mean, rel=1e-6)
+        assert abs(bent[name].mean - right[name].mean) > 0.12 * abs(right[name].mean)
 
 
 def test_output_error_is_driven_by_the_true_motion() -> None:

@@ -1,0 +1,142 @@
+"""``gsapp terms``: which terms each coefficient needs, by what the flights can prove."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.identification.equation_error.stepwise import Selection
+    from gsapp.identification.maneuver import Maneuver
+
+_AXES = {
+    "CN": "lon", "CA": "lon", "Cm": "lon", "CY": "lat", "Cl": "lat", "Cn": "lat",
+}  # fmt: skip
+
+
+def run(
+    *,
+    flights: Sequence[Path],
+    coefficient: Sequence[str] = (),
+    aircraft: str | None = None,
+    model: str | None = None,
+    maneuver: Sequence[str] = (),
+    channel_map: str | None = None,
+    calibration: str | None = None,
+    json: Path | None = None,
+) -> None:
+    """Choose the terms of coefficients, stepwise, over the maneuvers of some flights together.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+    coefficient : sequence of str
+        Of CN, CA, CY, Cl, Cm, Cn; all that were excited where none is named.
+    aircraft, model, channel_map : str, optional
+        Names or paths; a model's effects are taken as known.
+    maneuver : sequence of str
+        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
+    json : Path, optional
+        Where the result for programs goes.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight cannot be read, or no coefficient can be had.
+    """
+    from rich.console import Console
+
+    from gsapp.cli._maneuvers import flown_flights
+    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.dynamics.model import load_model
+    from gsapp.foundation import FlightError, UnknownNameError
+    from gsapp.identification.equation_error.stepwise import choose_terms
+
+    unknown = [name for name in coefficient if name not in _AXES]
+    if unknown:
+        raise UnknownNameError(
+            f"there is no coefficient '{unknown[0]}'; there are {', '.join(_AXES)}"
+        )
+    console = Console(stderr=on_screen(json))
+    known = None if model is None else load_model(model)
+    flown = flown_flights(
+        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
+        given=maneuver, console=console,
+    )  # fmt: skip
+    every = [one for flight in flown for one in flight.maneuvers]
+    found: list[Selection] = []
+    reasons: list[str] = []
+    for name in coefficient or _AXES:
+        own = _moving(every, name)
+        if not own:
+            reasons.append(f"{name}: no maneuver moved a surface that shows it")
+            continue
+        with console.status(f"choosing the terms of {name}"):
+            try:
+                found.append(choose_terms(own, name, model=known))
+            except FlightError as error:
+                reasons.append(str(error))
+    if not found:
+        raise FlightError(f"no terms can be chosen: {'; '.join(reasons)}")
+    if json is not None:
+        content = {"coefficients": {one.coefficient: _content(one) for one in found}}
+        write_result(json, result_text({**content, "remarks": reasons}))
+    for one in found:
+        _describe(console, one)
+    for sentence in reasons:
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+
+
+def _moving(maneuvers: Sequence[Maneuver], coefficient: str) -> list[Maneuver]:
+    """Return the maneuvers whose input shows a coefficient."""
+    from gsapp.identification.axes import SURFACES
+
+    surfaces = set(SURFACES["lon" if _AXES[coefficient] == "lon" else "lat"])
+    return [one for one in maneuvers if surfaces & set(one.inputs)]
+
+
+def _content(one: Selection) -> dict[str, Any]:
+    return {
+        "terms": {name: {"value": value, "std": std} for name, (value, std) in one.values.items()},
+        "beyond_linear": list(one.beyond_linear),
+        "unexcited": list(one.unexcited),
+        "r2": one.r2,
+        "steps": [
+            {
+                "action": step.action, "term": step.term, "partial_f": step.partial_f,
+                "r2": step.r2, "press": step.press, "alike": list(step.alike), "why": step.why,
+            }
+            for step in one.steps
+        ],
+    }  # fmt: skip
+
+
+def _describe(console: Console, one: Selection) -> None:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=f"{one.coefficient}: R2 {one.r2:.4f}", title_justify="left", box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )  # fmt: skip
+    for name in ("term", "value", "bound", ""):
+        table.add_column(name, justify="left" if name in ("term", "") else "right")
+    for name, (value, std) in one.values.items():
+        beyond = "beyond the linear build-up" if name in one.beyond_linear else ""
+        table.add_row(name, f"{value:.4g}", f"{std:.2g}", beyond)
+    console.print(table)
+    for step in one.steps:
+        console.print(
+            f"  {step.action} {step.term}: {step.why}", highlight=False, markup=False,
+            soft_wrap=True,
+        )  # fmt: skip
+    if one.unexcited:
+        console.print(
+            f"  not excited: {', '.join(one.unexcited)}", highlight=False, markup=False,
+            soft_wrap=True,
+        )  # fmt: skip
