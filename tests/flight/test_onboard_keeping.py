@@ -1,0 +1,203 @@
+"""An on-board log goes into a flight whole or not at all, and all that was noted stays."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.cli import onboard
+from gsapp.flight.events import Event, read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.loading import load_flight
+from gsapp.flight.maneuvers import Assessor, ManeuverLog, detect, survey
+from gsapp.flight.onboard.keeping import logs_in, place_log, use_log
+from gsapp.flight.writers import write_flight_csv
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.identification.campaign import CampaignSettings
+from gsapp.identification.runs.request import ChosenManeuver, RunRequest
+from gsapp.identification.runs.running import run
+from gsapp.quantities import Block
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from box_kit import box_tlog
+from onboard_kit import BEGUN_US, fly_thin
+
+OFFSET, DRIFT = 3.7, 400e-6
+"""Ten times what a crystal does, since the flight is ten times shorter than a real one."""
+
+
+@pytest.fixture(scope="module")
+def thin(tmp_path_factory):
+    """Return a flight over the thin link with one doublet, and the log of a clock beside it."""
+    folder = tmp_path_factory.mktemp("thin")
+    log = folder / "box.tlog"
+    return fly_thin(folder / "f", log, seconds=54.0, offset=OFFSET, drift=DRIFT), log
+
+
+@pytest.fixture
+def flight(thin, tmp_path):
+    folder, log = thin
+    shutil.copytree(folder.path, tmp_path / "f")
+    return FlightFolder.open(tmp_path / "f"), log
+
+
+def listing(folder):
+    return {
+        str(path.relative_to(folder.path)): path.read_bytes()
+        for path in folder.path.rglob("*")
+        if path.is_file() and "cache" not in path.parts
+    }
+
+
+def test_what_was_noted_before_stands_after_the_log_has_come(flight):
+    """Marks, verdicts, edges by hand, grades by hand, certificates: all stay where they were.
+
+    The motion under them is the same within a sample, and what is estimated has better bounds.
+    """
+    folder, log = flight
+    aircraft = load_aircraft("b777")
+    before = load_flight(folder.path)
+    detector = detect(before, aircraft)
+    found = detector.finish()
+    assert [one.inputs for one in found] == [("de",)]
+    edits = ManeuverLog(folder.events, found)
+    assess = Assessor(before, aircraft, detector.noise).assess
+    name = found[0].id
+    start, stop = found[0].t_start + 0.2, found[0].t_end + 0.3
+    edits.record(edits.book.move(name, assess, t_start=start, t_end=stop))
+    edits.record(edits.book.regrade(name, "B", assess, "gusty, said the pilot"))
+    folder.events.append(Event(kind="mark", text="doublet", time=start + 1.0))
+    folder.events.append(
+        Event(kind="verdict", text="good", time=stop, data={"id": name, "t_input": start + 1.0})
+    )
+    noted = read_events(folder.path / "events.jsonl").events
+    (edited,) = survey(load_flight(folder.path), aircraft).maneuvers
+
+    placed = place_log(folder.path, log)
+
+    after = placed.flight
+    assert after.onboard.in_place
+    clock = after.onboard.clock
+    assert clock.drifts
+    assert abs(clock.drift - DRIFT) < 4.0 * clock.drift_std
+    assert clock.drift_std < 60e-6
+    assert read_events(folder.path / "events.jsonl").events == noted
+    (now,) = survey(after, aircraft).maneuvers
+    assert (now.id, now.grade, now.reasons, now.graded_by) == (
+        edited.id, "B", ("gusty, said the pilot",), "crew",
+    )  # fmt: skip
+    step = 1.0 / after.rate
+    assert abs(now.t_start - edited.t_start) <= step + 1e-9
+    assert abs(now.t_end - edited.t_end) <= step + 1e-9
+    # Between its edges is the same motion: a sample early or late it fits worse.
+    live, full = (one.block.between(now.t_start, now.t_end) for one in (before, after))
+    for channel in ("q", "de"):
+        apart = [
+            np.square(np.interp(full.times + late, live.times, live[channel]) - full[channel]).sum()
+            for late in (-step, 0.0, step)
+        ]
+        assert apart[1] == min(apart), channel
+    # The certificates in force are the flight's own, applied to the volts of the log.
+    assert after.certificates.to_json() == before.certificates.to_json()
+    assert after.sources["q"].calibrated
+    assert after.sources["q"].source.startswith("on-board log: ")
+
+    def bounds(as_it_is):
+        chosen = ChosenManeuver(
+            flight=as_it_is, id=now.id, t_start=now.t_start, t_end=now.t_end, inputs=("de",)
+        )
+        outcome = run(
+            RunRequest(
+                flights=(as_it_is,), maneuvers=(chosen,), settings=CampaignSettings(axis="lon")
+            )
+        )
+        (result,) = outcome.result.results
+        derivatives = result.estimate.derivatives
+        return {key: one.std for key, one in derivatives.items() if one.std is not None}
+
+    with_log = bounds(folder.path)
+    use_log(folder.path, "")
+    live_only = bounds(folder.path)
+    shared = [key for key in ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha") if key in live_only]
+    assert len(shared) >= 3
+    assert all(with_log[key] < 0.8 * live_only[key] for key in shared), (with_log, live_only)
+
+
+def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
+    """A log, then another, then the former one again, then none: by commands, told in JSON."""
+    folder, log = flight
+    live = load_flight(folder.path)
+    said = tmp_path / "said.json"
+
+    def told(**options):
+        onboard.run(flight=folder.path, json=said, **options)
+        return json.loads(said.read_text())
+
+    assert told()["onboard"] is None
+    first = told(log=log)
+    assert (first["onboard"]["file"], first["former"]) == ("box.tlog", "")
+    assert first["onboard"]["clock"]["offset"] == pytest.approx(OFFSET, abs=0.03)
+    assert "ppm (standard deviation" in capsys.readouterr().out
+    # The data box wrote columns as well, in engineering units.
+    full = load_flight(folder.path)
+    block = full.block.between(5.0, 50.0)
+    names = ("q", "p", "r", "alpha", "de", "da", "dr", "qbar")
+    csv = tmp_path / "box.csv"
+    columns = np.stack([block[name] for name in names], axis=1)
+    write_flight_csv(csv, Block(channels=names, times=block.times - 2.0, values=columns), "si")
+    second = told(log=csv)
+    assert (second["onboard"]["file"], second["former"]) == ("box.csv", "box.tlog")
+    assert second["onboard"]["clock"]["offset"] == pytest.approx(2.0, abs=0.005)
+    assert second["logs"] == ["box.csv", "box.tlog"] == list(logs_in(folder))
+    assert told(use="box.tlog")["onboard"] == first["onboard"]
+    assert told(use="none")["onboard"] is None
+    again = load_flight(folder.path)
+    assert np.array_equal(again.block.values, live.block.values, equal_nan=True)
+    with pytest.raises(FlightError, match=r"there are: box\.csv, box\.tlog"):
+        use_log(folder.path, "other.bin")
+
+
+def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
+    """Refused with why and the dates; not a byte of the folder is another."""
+    folder, log = flight
+    place_log(folder.path, log)
+    before = listing(folder)
+    other = tmp_path / "other.tlog"
+    random = np.random.default_rng(2).normal(size=6000).cumsum()
+    other.write_bytes(box_tlog(50.0, motion=lambda time: np.sin(random[int(time * 100)])))
+    begun = datetime.fromtimestamp(BEGUN_US / 1e6, UTC) + timedelta(days=3)
+    with pytest.raises(FlightError, match=r"not taken as the on-board log.*begun on 2025-10-12"):
+        place_log(folder.path, other, begun=begun)
+    torn = tmp_path / "1.bin"
+    torn.write_bytes(b"no log at all" * 30)
+    for wrong in (torn, tmp_path / "missing.bin", tmp_path, tmp_path / "x.pdf"):
+        with pytest.raises(GroundStationError):
+            place_log(folder.path, wrong)
+    assert listing(folder) == before
+    assert sorted(path.name for path in folder.cache_folder.iterdir()) == ["engineering.npz"]
+
+
+def test_names_that_are_taken_stay(flight, tmp_path):
+    """A log called as the live record, or as another log, gets a name of its own."""
+    folder, log = flight
+    live = folder.tlog_file.read_bytes()
+    named = tmp_path / "raw.tlog"
+    shutil.copy(log, named)
+    assert place_log(folder.path, named).flight.onboard.file == "onboard.tlog"
+    assert place_log(folder.path, named).flight.onboard.file == "onboard.tlog"
+    shorter = tmp_path / "onboard.tlog"
+    shorter.write_bytes(log.read_bytes()[: -(1 << 18)])
+    placed = place_log(folder.path, shorter)
+    assert (placed.flight.onboard.file, placed.former) == ("onboard-2.tlog", "onboard.tlog")
+    assert folder.tlog_file.read_bytes() == live
+    empty = FlightFolder.create(tmp_path / "empty")
+    with pytest.raises(FlightError, match="no live record"):
+        place_log(empty.path, named)
