@@ -84,9 +84,7 @@ def settings_words(request: RunRequest, *, digits: int = _DIGITS) -> dict[str, s
         else f"{number(fit.airspeed_cutoff)} Hz",
         "lags of the residuals": "by itself" if fit.lags is None else str(fit.lags),
         "stops": f"below {number(fit.tolerance)} of the cost, or after {fit.max_iterations} rounds",
-        "restart": "never"
-        if fit.restart is None
-        else f"from pieces of {number(fit.restart)} s where it diverges",
+        "restart": f"from pieces of {number(fit.restart)} s where it diverges",
         "aircraft": request.aircraft or "that of each flight",
         "channel map": request.channel_map or "that of each flight",
         "certificates": request.calibration or "those kept with the flights",

@@ -1,0 +1,272 @@
+"""Runs kept: whole or not at all, whoever else writes, whoever is killed; and as they were."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import select
+import signal
+import sqlite3
+import time
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.dynamics.model import load_model
+from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.identification.campaign import CampaignSettings
+from gsapp.identification.maximum_likelihood import MLSettings
+from gsapp.identification.runs.keeping import forget, keep, kept, kept_runs, recall, rename
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.request import ChosenManeuver, RunRequest
+from gsapp.identification.runs.saving import request_from_json, request_json
+
+forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
+
+
+def test_a_kept_run_says_all_of_itself(outcome: Outcome, tmp_path: Path) -> None:
+    """Request, values, files and versions come back exactly; its fits stand where they did."""
+    with Catalog(tmp_path / "c.sqlite") as catalog:
+        number = keep(catalog, outcome)
+        (back,) = kept_runs(catalog)
+        fits = search_runs(catalog, kept=number)
+        stored = search_maneuvers(catalog, flight="a")
+    assert (back.number, back.name, back.label) == (number, "both", "both")
+    assert back.request == outcome.request
+    assert back.values == {name: one.value for name, one in outcome.summary.derivatives.items()}
+    assert (back.inputs, back.versions) == (outcome.inputs, outcome.versions)
+    assert (back.flights, back.maneuver_count) == (("a", "b"), 4)
+    assert back.settings["model"] == "b777"
+    assert [one.edges for one in fits] == [
+        ((one.t_start, one.t_end),) for one in outcome.request.maneuvers
+    ]
+    for fit, one in zip(fits, outcome.result.results, strict=True):
+        assert one.estimate is not None
+        assert {name: found.value for name, found in fit.estimates.items()} == {
+            name: found.value for name, found in one.estimate.derivatives.items()
+        }
+    assert [one.runs for one in stored] == [(1,), (2,)]
+
+
+def test_a_run_is_renamed_forgotten_and_called_back(outcome: Outcome, tmp_path: Path) -> None:
+    """Forgotten, neither it nor its fits are found anywhere; called back, all is there."""
+    with Catalog(tmp_path / "c.sqlite") as catalog:
+        first, second = keep(catalog, outcome), keep(catalog, replace(outcome, inputs=()))
+        rename(catalog, second, "  without files ")
+        assert [one.name for one in kept_runs(catalog)] == ["both", "without files"]
+        assert kept(catalog, second).request.label == "without files"
+        forget(catalog, first)
+        assert [one.number for one in kept_runs(catalog)] == [second]
+        assert len(search_runs(catalog)) == 4
+        assert all(len(one.runs) == 1 for one in search_maneuvers(catalog))
+        for gone in (kept, forget):
+            with pytest.raises(UnknownNameError, match="no run 1; it has 2"):
+                gone(catalog, first)
+        recall(catalog, first)
+        assert [one.number for one in kept_runs(catalog)] == [first, second]
+        assert len(search_runs(catalog)) == 8
+
+
+def test_maneuvers_that_the_catalog_has_stay_as_they_are(outcome: Outcome, tmp_path: Path) -> None:
+    """A run of windows named by hand adds to a flight's maneuvers, and overrules none."""
+    entry = outcome.flights[0]
+    moved = replace(entry.maneuvers[0], t_start=20.0, t_end=30.0, note="another")
+    standing = replace(entry, maneuvers=(moved, entry.maneuvers[1]), complete=True)
+    with Catalog(tmp_path / "c.sqlite") as catalog:
+        keep(catalog, replace(outcome, flights=(standing, outcome.flights[1])))
+        keep(catalog, outcome)
+        found = search_maneuvers(catalog, flight="a")
+        told = [(one.maneuver.id, one.maneuver.note) for one in found]
+        assert told == [("2", ""), ("1", "another")]
+        # What was fitted from 0 to 6 s is not told of the maneuver that has its name.
+        names = [one.maneuvers[0] for one in search_runs(catalog, kept=2)]
+        assert names == [("a", "0:6"), ("a", "2"), ("b", "1"), ("b", "2")]
+
+
+def test_other_certificates_and_damage_are_told(outcome: Outcome, tmp_path: Path) -> None:
+    """Nothing is kept of a run with borrowed certificates; a later program's settings are named."""
+    borrowed = replace(outcome, request=replace(outcome.request, calibration="b777"))
+    with Catalog(tmp_path / "c.sqlite") as catalog:
+        with pytest.raises(FlightError, match="own certificates"):
+            keep(catalog, borrowed)
+        assert kept_runs(catalog) == ()
+        number = keep(catalog, outcome)
+        ((text,),) = catalog.query("SELECT request FROM kept_runs")
+        content = json.loads(text)
+        content["settings"]["likelihood"]["gusts"] = True
+        with catalog.writing() as connection:
+            connection.execute("UPDATE kept_runs SET request = ?", (json.dumps(content),))
+        # The list still shows it.
+        (found,) = kept_runs(catalog)
+        with pytest.raises(FlightError, match=r"with 'settings\.likelihood\.gusts'"):
+            _ = found.request
+        with catalog.writing() as connection:
+            connection.execute("UPDATE kept_runs SET request = '{}'")
+        with pytest.raises(FlightError, match="cannot be read"):
+            _ = kept(catalog, number).request
+
+
+# --- settings through JSON ----------------------------------------------------------------------
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+POSITIVE = st.floats(min_value=0.0, exclude_min=True, allow_infinity=False)
+VALUES = st.dictionaries(st.sampled_from(("Cm_q", "CN_0", "Cl_p")), NUMBERS)
+NAMES = st.lists(st.sampled_from(("alpha", "q", "an")), unique=True).map(tuple)
+LIKELIHOOD = st.builds(
+    MLSettings,
+    axis=st.sampled_from(("lon", "lat", "both")),
+    responses=st.none() | NAMES,
+    biases=st.none() | NAMES,
+    time_shifts=NAMES,
+    model=st.none() | st.just(load_model("b777").with_effect("aero.Cm.alpha2", {"k": 0.1})),
+    start=VALUES,
+    priors=st.dictionaries(st.just("Cm_q"), st.tuples(NUMBERS, POSITIVE)),
+    noise=st.sampled_from(("diagonal", "full")),
+    stand_ins=VALUES,
+    bound_factor=st.none() | POSITIVE,
+    restart=POSITIVE,
+)
+SETTINGS = st.builds(
+    CampaignSettings,
+    method=st.sampled_from(("ml", "ee", "ftr")),
+    free=st.none() | NAMES,
+    held=VALUES,
+    weights=st.none()
+    | st.dictionaries(st.text(max_size=3), st.dictionaries(NAMES.map("+".join), POSITIVE)),
+    likelihood=LIKELIHOOD,
+    joint=st.booleans(),
+)
+FLIGHT = Path("/flights/campaign/a.csv")
+MANEUVERS = st.lists(
+    st.builds(
+        ChosenManeuver, flight=st.just(FLIGHT), id=st.text(), t_start=NUMBERS, t_end=NUMBERS,
+        inputs=NAMES,
+    ),
+    max_size=3,
+).map(tuple)  # fmt: skip
+
+
+@settings(max_examples=60, deadline=None)
+@given(SETTINGS, MANEUVERS, st.text(max_size=5))
+def test_every_setting_goes_through_json_exactly(
+    chosen: CampaignSettings, maneuvers: tuple[ChosenManeuver, ...], label: str
+) -> None:
+    """Every float to the last bit, the model by its content, tuples as tuples, in their order."""
+    asked = RunRequest(flights=(FLIGHT,), maneuvers=maneuvers, settings=chosen, label=label)
+    folder = Path("/flights/campaign")
+    text = json.dumps(request_json(asked, folder), allow_nan=False)
+    back = request_from_json(json.loads(text), folder)
+    assert back == asked
+    assert list(back.settings.held) == list(chosen.held)
+    for field in fields(MLSettings):
+        one = getattr(back.settings.likelihood, field.name)
+        assert type(one) is type(getattr(chosen.likelihood, field.name)), field.name
+
+
+def test_flights_beside_the_catalog_move_with_it(outcome: Outcome) -> None:
+    """Paths within the catalog's folder are found in another place; others stay where they are."""
+    asked = replace(outcome.request, aircraft="b777")
+    here = asked.flights[0].parent
+    content = request_json(asked, here)
+    assert request_from_json(content, here) == asked
+    there = request_from_json(content, Path("/media/stick"))
+    assert there.flights == (Path("/media/stick/a.csv"), Path("/media/stick/b.csv"))
+    assert {one.flight for one in there.maneuvers} == set(there.flights)
+    assert there.aircraft == "b777"
+    elsewhere = request_json(asked, Path("/media"))
+    assert request_from_json(elsewhere, Path("/media/stick")).flights == asked.flights
+
+
+# --- who is killed, who writes beside -----------------------------------------------------------
+
+
+def whole(path: Path, outcome: Outcome) -> int:
+    """Return how many runs a catalog holds, having seen that each is whole and nothing else."""
+    fitted = [one.estimate for one in outcome.result.results if one.estimate is not None]
+    wanted = (len(fitted), sum(len(one.derivatives) for one in fitted))
+    connection = sqlite3.connect(path)
+    try:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        assert connection.execute("PRAGMA foreign_key_check").fetchall() == []
+        runs = connection.execute("SELECT count(*) FROM kept_runs").fetchone()[0]
+        fits = connection.execute(
+            """SELECT count(DISTINCT r.id), count(*) FROM runs r JOIN estimates e ON e.run = r.id
+            GROUP BY r.kept"""
+        ).fetchall()
+        places = connection.execute("SELECT count(*) FROM run_maneuvers").fetchone()[0]
+    finally:
+        connection.close()
+    assert fits == [wanted] * runs
+    assert places == wanted[0] * runs
+    return int(runs)
+
+
+def forked(work: Callable[[], object]) -> int:
+    """Return the number of a process that does some work and ends."""
+    child = os.fork()
+    if child:
+        return child
+    try:
+        work()
+    except BaseException:
+        os._exit(1)
+    os._exit(0)
+
+
+@forks
+def test_a_process_killed_while_it_keeps_leaves_whole_runs(
+    outcome: Outcome, tmp_path: Path
+) -> None:
+    """Killed at 40 moments, the catalog opens each time with every run whole or not there."""
+    path = tmp_path / "c.sqlite"
+    Catalog(path).close()
+    chance = random.Random(7)
+    amidst = before = 0
+    for _ in range(40):
+        reading, writing = os.pipe()
+
+        def work(writing: int = writing) -> None:
+            with Catalog(path) as catalog:
+                while True:
+                    os.write(writing, b"(")
+                    keep(catalog, outcome)
+                    os.write(writing, b")")
+
+        child = forked(work)
+        assert select.select([reading], [], [], 20.0)[0]
+        time.sleep(chance.uniform(0.0, 0.04))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(writing)
+        said = os.read(reading, 1000)
+        os.close(reading)
+        now = whole(path, outcome)
+        # A run that was said to be kept is there; one begun may be.
+        assert now - before - said.count(b")") in (0, said.count(b"(") - said.count(b")"))
+        amidst += said.endswith(b"(")
+        before = now
+    assert amidst > 20
+    with Catalog(path) as catalog:
+        assert len(kept_runs(catalog)) == before
+        assert catalog.version == len(schema.MIGRATIONS)
+
+
+@forks
+def test_two_processes_keep_at_once(outcome: Outcome, tmp_path: Path) -> None:
+    """Both make the file, both keep: all is there, and whole."""
+    path = tmp_path / "c.sqlite"
+
+    def work() -> None:
+        with Catalog(path) as catalog:
+            for _ in range(6):
+                keep(catalog, outcome)
+
+    for child in [forked(work), forked(work)]:
+        assert os.waitpid(child, 0)[1] == 0
+    assert whole(path, outcome) == 12

@@ -1,0 +1,146 @@
+"""A kept run done again, and two beside each other: what differs is said, down to the last bit."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from gsapp.flight.catalog import Catalog
+from gsapp.foundation import GroundStationError
+from gsapp.identification.campaign import CampaignSettings
+from gsapp.identification.maximum_likelihood import MLSettings
+from gsapp.identification.runs.comparing import DifferingSetting, compare
+from gsapp.identification.runs.keeping import keep, kept
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.repeating import repeat
+from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.runs.running import run
+from gsapp.identification.runs.words import differing_settings, settings_words
+
+
+@pytest.fixture
+def campaign(tmp_path: Path, flight_files: tuple[Path, Path]) -> Path:
+    """Return a folder with one flight and a catalog that holds one run of it."""
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    path = Path(shutil.copy(flight_files[0], folder))
+    with Catalog(folder / "c.sqlite") as catalog:
+        settings = CampaignSettings(joint=True)
+        keep(catalog, run(RunRequest(flights=(path,), given=("0:6",), settings=settings)))
+    return folder
+
+
+def test_a_repeat_is_the_same_to_the_last_bit_in_another_place_too(
+    campaign: Path, tmp_path: Path
+) -> None:
+    """Repeated where it was made, and after the folder was moved."""
+    with Catalog(campaign / "c.sqlite") as catalog:
+        found = repeat(catalog, 1)
+    assert (found.same, found.differences) == (True, ())
+    moved = campaign.rename(tmp_path / "elsewhere")
+    with Catalog(moved / "c.sqlite") as catalog:
+        found = repeat(catalog, 1)
+    assert found.same
+    assert found.outcome.request.flights == (moved / "a.csv",)
+    assert found.differences == ()
+
+
+def test_one_bit_is_a_difference(campaign: Path) -> None:
+    """A bound that is the next number up, and nothing else: told, with what it means."""
+    with Catalog(campaign / "c.sqlite") as catalog:
+        (row,) = catalog.query("SELECT std FROM estimates WHERE run = 1 AND name = 'Cm_q'")
+        with catalog.writing() as connection:
+            connection.execute(
+                "UPDATE estimates SET std = ? WHERE run = 1 AND name = 'Cm_q'",
+                (math.nextafter(row["std"], 1e9),),
+            )
+        found = repeat(catalog, 1)
+    assert not found.same
+    assert found.differences == (
+        "maneuver 1: the bound of Cm_q differs",
+        "files and versions are the same: the program itself was changed since",
+    )
+
+
+def test_what_changed_since_is_named(campaign: Path) -> None:
+    """Another sample in the record, another version: both told, and which values moved."""
+    path = campaign / "a.csv"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    column = lines[0].split(",").index("q [deg/s]")
+    for place in range(100, 130):
+        cells = lines[place].split(",")
+        cells[column] = str(float(cells[column]) + 2.0)
+        lines[place] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with Catalog(campaign / "c.sqlite") as catalog:
+        with catalog.writing() as connection:
+            connection.execute(
+                "UPDATE kept_runs SET versions = json_set(versions, '$.numpy', '1.0')"
+            )
+        found = repeat(catalog, 1)
+    assert not found.same
+    assert found.differences[0] == f"{path} has changed"
+    assert found.differences[1].startswith("numpy was 1.0, and is 2.")
+    assert found.differences[2].startswith("maneuver 1: ")
+    assert " more" in found.differences[2]
+    path.unlink()
+    gone = pytest.raises(GroundStationError, match=r"there is no flight .*a\.csv")
+    with Catalog(campaign / "c.sqlite") as catalog, gone:
+        repeat(catalog, 1)
+
+
+def test_marks_and_notes_change_no_run(campaign: Path) -> None:
+    """What is written beside a flight is no part of its record."""
+    (campaign / "a.csv.events.jsonl").write_text('{"kind": "mark"}\n', encoding="utf-8")
+    with Catalog(campaign / "c.sqlite") as catalog:
+        assert repeat(catalog, 1).differences == ()
+
+
+def test_two_runs_beside_each_other(campaign: Path, outcome: Outcome) -> None:
+    """Settings that differ in words, maneuvers of one only, values in joint bounds."""
+    other = run(
+        replace(
+            outcome.request,
+            label="held",
+            settings=replace(outcome.request.settings, held={"CN_q": 5.0}),
+        )
+    )
+    with Catalog(campaign / "c.sqlite") as catalog:
+        one, two = (kept(catalog, keep(catalog, made)) for made in (outcome, other))
+        found = compare(one, two)
+        assert (found.one, found.other) == ("both", "held")
+        assert found.settings == (DifferingSetting(name="held", one="none", other="CN_q 5"),)
+        values = {row.name: row for row in found.values}
+        assert values["CN_q"].other is None
+        assert values["CN_q"].differs
+        row = values["Cm_de"]
+        assert row.one is not None
+        assert row.other is not None
+        assert row.difference == row.other.mean - row.one.mean
+        joint = math.sqrt(row.one.std**2 + row.other.std**2)
+        assert row.in_bounds == pytest.approx((row.other.mean - row.one.mean) / joint)
+        assert compare(one, one).settings == ()
+        # Another part of the flight.
+        settings = {row.name: row for row in compare(kept(catalog, 1), one).settings}
+        assert settings["flights"].other == "a, b"
+        assert settings["maneuver 1 of b.csv"].one == "not used"
+        assert settings["all maneuvers together"].one == "fitted too"
+
+
+def test_settings_that_look_alike_are_told_apart(outcome: Outcome) -> None:
+    """Two weights equal in six digits are written out where they are compared."""
+
+    def asked(value: float) -> RunRequest:
+        fit = MLSettings(axis="lon", start={"Cm_q": value})
+        chosen = replace(outcome.request.settings, likelihood=fit)
+        return replace(outcome.request, settings=chosen)
+
+    one, other = asked(-20.0), asked(math.nextafter(-20.0, 0.0))
+    assert settings_words(one) == settings_words(other)
+    ((name, first, second),) = differing_settings(one, other)
+    assert name == "start values"
+    assert (first, second) == ("Cm_q -20", "Cm_q -19.999999999999996")
