@@ -37,6 +37,17 @@ Need = Literal[
     "review",
     "review_busy",
     "review_future",
+    "review_results",
+    "review_written",
+    "review_flights",
+    "review_flight",
+    "review_maneuver",
+    "review_open",
+    "review_panel",
+    "review_ready",
+    "review_run",
+    "review_figure",
+    "review_point",
 ]
 
 
@@ -155,6 +166,33 @@ _PILOT_COMMANDS = (
     ),
 )  # fmt: skip
 
+_REVIEW_ESTIMATE_COMMANDS = (
+    _command(
+        "Review", "review_run", "Estimate", "Ctrl+Return", "Ctrl+Enter", needs="review_ready",
+        rule=True,
+    ),
+    _command(
+        "Review", "review_defaults", "All settings as at first", "Ctrl+Shift+Backspace",
+        needs="review_panel",
+    ),
+    _command(
+        "Review", "review_repeat", "Repeat the kept run exactly", "Ctrl+Shift+Return",
+        needs="review_run",
+    ),
+    _command(
+        "Review", "review_use", "Use the settings of the kept run", "Ctrl+Shift+U",
+        needs="review_run",
+    ),
+    _command(
+        "Review", "review_mark", "Mark the kept run, to compare others", "Ctrl+Shift+M",
+        needs="review_run",
+    ),
+    _command("Review", "review_name", "Name the kept run", "Ctrl+Shift+N", needs="review_run"),
+    _command(
+        "Review", "review_forget", "Forget the kept run", "Ctrl+Backspace", needs="review_run"
+    ),
+)  # fmt: skip
+
 _REVIEW_COMMANDS = (
     _command("Review", "review_maneuvers", "1 Maneuvers", "Alt+1", needs="review"),
     _command("Review", "review_estimate", "2 Estimate", "Alt+2", needs="review"),
@@ -165,6 +203,139 @@ _REVIEW_COMMANDS = (
         needs="review_future", rule=True,
     ),
     _command("Review", "review_cancel", "Stop the work", "Ctrl+.", needs="review_busy"),
+)  # fmt: skip
+
+_REVIEW_MANEUVER_COMMANDS = (
+    _command(
+        "Review", "review_add_open", "Review the open flight", "Ctrl+Shift+P",
+        needs="review_open", rule=True,
+    ),
+    _command(
+        "Review", "review_add_folder", "Add a flight folder…", "Ctrl+Alt+O",
+        needs="review_flights",
+    ),
+    _command(
+        "Review", "review_add_files", "Add flight files…", "Ctrl+Alt+F", needs="review_flights"
+    ),
+    _command("Review", "review_take_out", "Take the flight out", needs="review_flight"),
+    _command(
+        "Review", "review_previous_maneuver", "Maneuver before", "Alt+PgUp",
+        needs="review_maneuver", rule=True,
+    ),
+    _command(
+        "Review", "review_next_maneuver", "Next maneuver", "Alt+PgDown", needs="review_maneuver"
+    ),
+    _command(
+        "Review", "review_zoom", "Zoom to the maneuver", "Ctrl+Return", "Ctrl+Enter",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_whole", "Show the whole flight", "Ctrl+Home", needs="review_flight"
+    ),
+    _command(
+        "Review", "review_start_earlier", "Start 0.1 s earlier", "Ctrl+Left",
+        needs="review_maneuver", rule=True,
+    ),
+    _command(
+        "Review", "review_start_later", "Start 0.1 s later", "Ctrl+Right",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_start_back", "Start one sample earlier", "Alt+Left",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_start_on", "Start one sample later", "Alt+Right",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_end_earlier", "End 0.1 s earlier", "Ctrl+Shift+Left",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_end_later", "End 0.1 s later", "Ctrl+Shift+Right",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_end_back", "End one sample earlier", "Alt+Shift+Left",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_end_on", "End one sample later", "Alt+Shift+Right",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_add_maneuver", "Add the stretch as a maneuver", "Ctrl+N",
+        needs="review_flight", rule=True,
+    ),
+    _command(
+        "Review", "review_remove_maneuver", "Remove the maneuver", "Ctrl+Backspace",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_merge", "Merge with the next, or all that are chosen", "Ctrl+J",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_rename", "Rename the maneuver", "Ctrl+Shift+N", needs="review_maneuver"
+    ),
+    _command("Review", "review_note", "Write a note on it", "Ctrl+B", needs="review_maneuver"),
+    _command("Review", "review_grade", "Grade by hand…", "Ctrl+Shift+G", needs="review_maneuver"),
+    _command(
+        "Review", "review_in_use", "Use it in the estimate, or not", "U", needs="review_maneuver"
+    ),
+)  # fmt: skip
+
+_REVIEW_SUMMARY_COMMANDS = (
+    _command(
+        "Review", "review_report", "Write the report…", "Ctrl+P", needs="review_results", rule=True
+    ),
+    _command(
+        "Review", "review_everything", "Write report and all files into a folder…",
+        "Ctrl+Shift+P", needs="review_results",
+    ),
+    _command("Review", "review_file", "Write one file…", "Ctrl+S", needs="review_results"),
+    _command(
+        "Review", "review_open_written", "Open what was written", "Ctrl+Alt+P",
+        needs="review_written",
+    ),
+    _command("Review", "review_copy", "Copy the table", "Ctrl+C", needs="review_results"),
+    _command(
+        "Review", "review_compare", "Compare linear models with flight", "Ctrl+Alt+L",
+        needs="review_results",
+    ),
+)  # fmt: skip
+
+_REVIEW_FIGURE_COMMANDS = (
+    _command(
+        "Review", "review_previous_figure", "Figure before", "Ctrl+PgUp", needs="review_figure",
+        rule=True,
+    ),
+    _command("Review", "review_next_figure", "Next figure", "Ctrl+PgDown", needs="review_figure"),
+    _command(
+        "Review", "review_figure_previous_maneuver", "Maneuver before", "Alt+PgUp",
+        needs="review_figure",
+    ),
+    _command(
+        "Review", "review_figure_next_maneuver", "Next maneuver", "Alt+PgDown",
+        needs="review_figure",
+    ),
+    _command(
+        "Review", "review_open_fit", "Show the fit of the maneuver", "Shift+Return",
+        needs="review_point",
+    ),
+    _command(
+        "Review", "review_exclude", "Leave the maneuver out of the means, or take it in", "X",
+        needs="review_point",
+    ),
+    _command(
+        "Review", "review_figure_copy", "Copy the figure and its numbers", "Ctrl+C",
+        needs="review_figure", rule=True,
+    ),
+    _command(
+        "Review", "review_figure_save", "Save the figure or its numbers…", "Ctrl+S",
+        needs="review_figure",
+    ),
 )  # fmt: skip
 
 COMMANDS: tuple[Command, ...] = (
@@ -226,6 +397,10 @@ COMMANDS: tuple[Command, ...] = (
     *_PREFLIGHT_COMMANDS,
     *_PILOT_COMMANDS,
     *_REVIEW_COMMANDS,
+    *_REVIEW_ESTIMATE_COMMANDS,
+    *_REVIEW_MANEUVER_COMMANDS,
+    *_REVIEW_FIGURE_COMMANDS,
+    *_REVIEW_SUMMARY_COMMANDS,
     _command("Model gap", "gap_search", "Search for a missing effect…", "Ctrl+F"),
     _command("Model gap", "gap_cancel", "Stop the search", "Ctrl+.", needs="search"),
     _command("Model gap", "gap_find", "1 Find the disagreement", "Alt+1", needs="gap", rule=True),

@@ -26,6 +26,10 @@ SIGMAS: Final = 2.0
 MANEUVER, DERIVATIVE = "maneuver:", "derivative:"
 """Begin the names of points, and of axes."""
 BETWEEN_NAMES: Final = "|"
+_TRACE, _BROAD = 0.9, 2.0
+"""Width of a trace, and of one under another, points."""
+_PALE: Final = 0.55
+"""Opacity of a trace under another."""
 _POINTS: Final = 3000
 """Of a trace: more cannot be told apart."""
 
@@ -69,11 +73,13 @@ def draw_trace(
     *,
     label: str = "",
     linestyle: str = "-",
+    under: bool = False,
     behind: bool = False,
 ) -> None:
     """Draw a channel over time, SI values (n,) in the units asked for, and say both at the left.
 
-    What is drawn later lies before what is there, unless it is to lie behind.
+    What is drawn later lies before what is there, unless it is to lie behind. A broad pale line
+    under another is seen where both are the same.
     """
     spec = channel(name)
     unit = spec.display_unit(units)
@@ -81,7 +87,8 @@ def draw_trace(
     shown = from_si(np.asarray(values[::step]), unit, spec.quantity)
     chart.plot(
         times[::step], shown, color=color, linestyle=linestyle, label=label or None,
-        zorder=1.5 if behind else 2.0,
+        zorder=1.5 if behind else 2.0, alpha=_PALE if under else 1.0,
+        linewidth=(_BROAD if under else _TRACE) * palette.weight,
     )  # fmt: skip
     chart.set_ylabel(
         labeled(name, units, "\n"), rotation=0, ha="right", va="center", color=palette.ink,

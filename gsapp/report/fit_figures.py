@@ -108,7 +108,7 @@ def _draw_response(
     column = history.channels.index(name)
     draw_trace(
         chart, name, history.times, history.measured[:, column], units, palette.measured, palette,
-        label="measured",
+        label="measured", under=True,
     )  # fmt: skip
     draw_trace(
         chart, name, history.times, history.computed[:, column], units, palette.computed, palette,

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.summary import CampaignSummary, DerivativeSummary
-from gsapp.report.document import TALLEST, Picture, Table, margins
+from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import (
     DERIVATIVE,
     SIGMAS,
@@ -87,11 +87,11 @@ def online_picture(
 
     return Picture(
         name=f"online-{number}",
-        caption=f"Flight {flight}: derivatives as FTR formed them in the air (line, with 95 % of "
+        caption=f"{flight}: derivatives as FTR formed them in the air (line, with 95 % of "
         "its bound), what each maneuver gave on the ground (points, with 95 % of their bounds) "
         "and the mean of the campaign (dashed, with its band). Nothing is drawn where too little "
         "was excited.",
-        height=min(TALLEST, 0.8 + 1.45 * rows),
+        height=0.8 + 1.45 * rows,
         draw=draw,
         numbers=lambda: _numbers(drawn),
     )

@@ -15,7 +15,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
 from gsapp.identification.summary import CampaignSummary, DerivativeSummary, Point
-from gsapp.report.document import TALLEST, Picture, Table, margins
+from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import (
     DERIVATIVE,
     SIGMAS,
@@ -147,7 +147,7 @@ def values_picture(
         caption=f"{subject} {told}: bars are 95 % of its own bound, the band is "
         "the mean over all with 95 % of its error, the dotted line what was known before. Gray "
         "marks were left out of the mean.",
-        height=min(TALLEST, 0.9 + 1.65 * rows) if len(chosen) > 1 else 3.6,
+        height=0.9 + 1.65 * rows if len(chosen) > 1 else 3.6,
         draw=draw,
         numbers=lambda: _numbers(chosen, units),
     )

@@ -1,0 +1,273 @@
+"""Figures drawn in a thread: the window only shows the finished picture.
+
+Drawing takes a tenth of a second to one second and is never done in the thread of the window.
+Orders that were overtaken by another are dropped.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QImage
+
+from ui.review.figure_geometry import Limits, Pane, Spot, View
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from gsapp.report.document import Picture
+    from gsapp.report.palette import Palette
+
+_LEAST_SHARE = 0.85
+"""Of a picture's height on paper that it needs in the window."""
+_MOST_SHARE = 2.0
+"""Of that height, beyond which room is left empty."""
+_IDLE_SECONDS = 3.0
+"""Without an order after which the thread ends; the next order begins another."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Room:
+    """What a figure has: inches across and down in sight."""
+
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Order:
+    """A figure to be drawn.
+
+    Attributes
+    ----------
+    number : int
+        Orders count up.
+    make : callable
+        Returns the picture for a palette and the room there is, or why there is none, in words.
+    palette : callable
+        Returns the colors; called in the thread.
+    room : Room
+    dpi : float
+        Logical pixels of an inch.
+    ratio : float
+        Pixels of the screen to a logical pixel.
+    views : mapping of int to View
+        What charts are to show other than everything, by their place.
+    """
+
+    number: int
+    make: Callable[[Palette, Room], Picture | str]
+    palette: Callable[[], Palette]
+    room: Room
+    dpi: float
+    ratio: float = 1.0
+    views: Mapping[int, View] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drawing:
+    """A figure, drawn.
+
+    Attributes
+    ----------
+    order : Order
+    picture : Picture or None
+        None where there is nothing to draw.
+    words : str
+        Why not.
+    image : QImage or None
+    width, height : int
+        Logical pixels.
+    panes : tuple of Pane
+    spots : tuple of Spot
+    """
+
+    order: Order
+    picture: Picture | None = None
+    words: str = ""
+    image: QImage | None = None
+    width: int = 0
+    height: int = 0
+    panes: tuple[Pane, ...] = ()
+    spots: tuple[Spot, ...] = ()
+
+
+def draw(order: Order) -> Drawing:
+    """Draw a figure now."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from gsapp.report.document import drawing
+
+    palette = order.palette()
+    picture = order.make(palette, order.room)
+    if isinstance(picture, str):
+        return Drawing(order=order, words=picture)
+    least, most = _LEAST_SHARE * picture.height, _MOST_SHARE * picture.height
+    height = max(min(order.room.height, most), least)
+    with drawing(palette):
+        figure = Figure(
+            figsize=(order.room.width, height), dpi=order.dpi * order.ratio,
+            facecolor=palette.background,
+        )  # fmt: skip
+        canvas = FigureCanvasAgg(figure)
+        picture.draw(figure)
+        for place, axes in enumerate(figure.axes):
+            if place in order.views:
+                _show_view(axes, order.views[place])
+        canvas.draw()
+        pixels = np.asarray(canvas.buffer_rgba())
+        high, wide = pixels.shape[:2]
+        image = QImage(pixels.tobytes(), wide, high, 4 * wide, QImage.Format.Format_RGBA8888).copy()
+        image.setDevicePixelRatio(order.ratio)
+        return Drawing(
+            order=order, picture=picture, image=image,
+            width=round(wide / order.ratio), height=round(high / order.ratio),
+            panes=_panes(figure, order.ratio), spots=_spots(figure, order.ratio),
+        )  # fmt: skip
+
+
+def _show_view(axes: Axes, view: View) -> None:
+    x, y = view.x, view.y
+    axes.set_xlim(*(_powers(x) if axes.get_xscale() == "log" else x))
+    axes.set_ylim(*(_powers(y) if axes.get_yscale() == "log" else y))
+
+
+def _powers(limits: Limits) -> Limits:
+    return 10.0 ** limits[0], 10.0 ** limits[1]
+
+
+def _limits(limits: tuple[float, float], scale: str) -> Limits:
+    low, high = float(limits[0]), float(limits[1])
+    return (math.log10(low), math.log10(high)) if scale == "log" else (low, high)
+
+
+def _panes(figure: Figure, ratio: float) -> tuple[Pane, ...]:
+    tall = figure.bbox.height
+    places = {axes: place for place, axes in enumerate(figure.axes)}
+    found = []
+    for axes, place in places.items():
+        if not axes.get_visible():
+            continue
+        box = axes.get_window_extent()
+        siblings = [places[one] for one in axes.get_shared_x_axes().get_siblings(axes)]
+        found.append(
+            Pane(
+                place=place,
+                name=axes.get_gid() or "",
+                left=box.x0 / ratio,
+                top=(tall - box.y1) / ratio,
+                right=box.x1 / ratio,
+                bottom=(tall - box.y0) / ratio,
+                view=View(
+                    x=_limits(axes.get_xlim(), axes.get_xscale()),
+                    y=_limits(axes.get_ylim(), axes.get_yscale()),
+                ),
+                group=min(siblings),
+                over_time=len(siblings) > 1,
+            )
+        )
+    return tuple(found)
+
+
+def _spots(figure: Figure, ratio: float) -> tuple[Spot, ...]:
+    from gsapp.report.figure_parts import point_names
+
+    tall = figure.bbox.height
+    found = []
+    for place, axes in enumerate(figure.axes):
+        box = axes.get_window_extent().padded(2.0)
+        for line in axes.lines:
+            names = point_names(line)
+            if not names:
+                continue
+            pixels = axes.transData.transform(np.column_stack(line.get_data()))
+            for name, (x, y) in zip(names, pixels, strict=True):
+                if np.isfinite(x + y) and box.contains(x, y):
+                    spot = Spot(
+                        pane=place, maneuver=name, x=float(x / ratio), y=float((tall - y) / ratio)
+                    )
+                    found.append(spot)
+    return tuple(found)
+
+
+class FigureDrawer(QObject):
+    """Draws the newest order in a thread of its own.
+
+    Attributes
+    ----------
+    drawn : Signal(object)
+        A `Drawing`; of overtaken orders none.
+    failed : Signal(object)
+        The exception that the newest order ended with.
+    """
+
+    drawn = Signal(object)
+    failed = Signal(object)
+    _ended = Signal(object, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._counter = itertools.count(1)
+        self._newest = 0
+        self._waiting: Order | None = None
+        self._something = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._ended.connect(self._end)
+
+    @property
+    def busy(self) -> bool:
+        """Return whether an order has not been drawn yet."""
+        return self._newest != 0
+
+    def next_number(self) -> int:
+        """Return the number of the next order."""
+        return next(self._counter)
+
+    def begin(self, order: Order) -> None:
+        """Draw this and nothing that was ordered before."""
+        with self._something:
+            self._newest = order.number
+            self._waiting = order
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._work, name="figures", daemon=True)
+                self._thread.start()
+            self._something.notify()
+
+    def _work(self) -> None:
+        while True:
+            with self._something:
+                self._something.wait_for(lambda: self._waiting is not None, _IDLE_SECONDS)
+                order, self._waiting = self._waiting, None
+                if order is None:
+                    self._thread = None
+                    return
+            result: object = None
+            problem: Exception | None = None
+            try:
+                result = draw(order)
+            except Exception as error:
+                problem = error
+            try:
+                self._ended.emit(result if problem is None else order.number, problem)
+            except RuntimeError:
+                # The window was closed meanwhile and this object with it.
+                return
+
+    def _end(self, result: object, problem: object) -> None:
+        number = result.order.number if isinstance(result, Drawing) else result
+        if number != self._newest:
+            return
+        self._newest = 0
+        if problem is not None:
+            self.failed.emit(problem)
+        else:
+            self.drawn.emit(result)

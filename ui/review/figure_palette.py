@@ -1,0 +1,31 @@
+"""The report's pictures in the colors of the window."""
+
+from __future__ import annotations
+
+from gsapp.report.palette import Palette
+from ui.look import mixed
+from ui.theme import Theme
+
+_FLIGHTS = ("blue", "rust", "purple", "olive", "sky", "ink")
+"""Trace colors of flights, in the order in which they are handed out."""
+_PAPER_LINE = 1.8
+"""Width of a trace of the window at which a picture's lines are as heavy as on paper."""
+_BAND = 0.14
+"""How far bands lie from the background to the color of measured traces."""
+
+
+def window_palette(theme: Theme) -> Palette:
+    """Return the colors in which pictures are drawn in a theme."""
+    return Palette(
+        background=theme.plot,
+        ink=theme.text,
+        quiet=theme.muted,
+        faint=mixed(theme.plot, theme.axis, 0.55).name(),
+        measured=theme.traces["blue"],
+        computed=theme.traces["rust"],
+        previous=theme.previous,
+        band=mixed(theme.plot, theme.traces["blue"], _BAND).name(),
+        left_out=theme.previous,
+        flights=tuple(theme.traces[name] for name in _FLIGHTS),
+        weight=theme.line_width / _PAPER_LINE,
+    )

@@ -1,0 +1,68 @@
+"""A table of the report in the window."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtGui import QFontMetrics
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ui.flight.tables import Line
+from ui.gap.parts import Lines
+from ui.look import Look
+from ui.pages import label
+
+if TYPE_CHECKING:
+    from gsapp.report.document import Table
+
+_BESIDE = 24
+"""Points beside the words of a column."""
+_MOST = 6
+"""Rows in sight."""
+
+
+class ReportTable(QWidget):
+    """Shows one table with its caption; nothing while there is none.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._shown: Table | None = None
+        self.lines: Lines | None = None
+        self.hide()
+
+    def show_table(self, table: Table | None) -> None:
+        """Show another table."""
+        if table == self._shown:
+            return
+        self._shown = table
+        while (item := self._column.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        self.lines = None
+        self.setVisible(table is not None)
+        if table is None:
+            return
+        self._column.addWidget(label(table.caption, "label", wrap=True))
+        widths = {place: self._width(table, place) for place in range(1, len(table.columns))}
+        self.lines = Lines(
+            self._look, table.caption, table.columns, stretch=0, widths=widths,
+            right=table.numeric, most=_MOST,
+        )  # fmt: skip
+        self.lines.show_lines([Line(key=place, cells=row) for place, row in enumerate(table.rows)])
+        self._column.addWidget(self.lines)
+
+    def _width(self, table: Table, place: int) -> int:
+        """Return the points that a column takes with its heading."""
+        words = (table.columns[place], *(row[place] for row in table.rows))
+        metrics = QFontMetrics(self._look.font("body"))
+        pixels = max(metrics.horizontalAdvance(one) for one in words)
+        return round(pixels / self._look.sizes.scale) + _BESIDE

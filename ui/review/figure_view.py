@@ -1,0 +1,219 @@
+"""A picture of the report in the window: its theme and scale, drawn anew as the window changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+
+from ui.look import Look
+from ui.review.figure_canvas import FigureCanvas
+from ui.review.figure_drawing import Drawing, FigureDrawer, Order, Room
+
+if TYPE_CHECKING:
+    from gsapp.report.document import Picture
+    from gsapp.report.palette import Palette
+
+Make = Callable[["Palette", Room], "Picture | str"]
+"""Returns the picture for a palette and the room there is, or why there is none; called in a
+thread."""
+
+_DPI = 100.0
+"""Logical pixels of an inch at 100 %: labels of 8 points on paper are 11 of the window."""
+_SETTLE_MS = 40
+"""Changes closer together than this are drawn once."""
+_HINT_MS = 150
+"""Drawing that takes longer says so."""
+_LEAST = 3.2
+"""Inches of width below which nothing is drawn narrower."""
+_HAIR = 0.05
+"""Inches that the room may differ by from what was drawn for."""
+_SHARE = 0.55
+"""Of the height in sight that a figure takes at least, whatever stands below it."""
+
+
+class FigureView(QScrollArea):
+    """Shows one figure with what stands below it, and scrolls where both need more than there is.
+
+    Parameters
+    ----------
+    look : Look
+        Colors, sizes.
+    describe : callable
+        Returns what is known of a point, from the chart's name and the maneuver.
+    name : str
+        For those who hear it.
+    below : sequence of QWidget
+        Words and tables under the figure.
+
+    Attributes
+    ----------
+    drawn : Signal(object)
+        The `Drawing` that is on screen now.
+    failed : Signal(object)
+        Why it could not be drawn.
+    canvas : FigureCanvas
+    """
+
+    drawn = Signal(object)
+    failed = Signal(object)
+
+    def __init__(
+        self,
+        look: Look,
+        describe: Callable[[str, str], str],
+        name: str,
+        below: Sequence[QWidget] = (),
+    ) -> None:
+        super().__init__()
+        self.setObjectName("panel")
+        self._look = look
+        self._make: Make | None = None
+        self._fits = False
+        self.canvas = FigureCanvas(look, describe)
+        self.canvas.setAccessibleName(name)
+        self.canvas.setToolTip("")
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
+        self.setWidgetResizable(True)
+        page = QWidget()
+        page.setObjectName("panelBody")
+        self._page = QVBoxLayout(page)
+        self._page.setContentsMargins(0, 0, 0, 0)
+        self._page.addWidget(self.canvas)
+        self._below = tuple(below)
+        for widget in self._below:
+            self._page.addWidget(widget)
+        self._page.addStretch(1)
+        self.setWidget(page)
+        self.setFocusProxy(self.canvas)
+        self._ordered: Drawing | None = None
+        self.drawer = FigureDrawer(self)
+        self.drawer.drawn.connect(self._show)
+        self.drawer.failed.connect(self._fail)
+        self._soon = self._timer(_SETTLE_MS, self._order)
+        self._hint = self._timer(_HINT_MS, self._say)
+        self.canvas.views_changed.connect(self._soon.start)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _timer(self, milliseconds: int, act: Callable[[], None]) -> QTimer:
+        timer = QTimer(self)
+        timer.setSingleShot(True)
+        timer.setInterval(milliseconds)
+        timer.timeout.connect(act)
+        return timer
+
+    @property
+    def drawing(self) -> Drawing | None:
+        """Return what is on screen."""
+        return self.canvas.drawing
+
+    @property
+    def settled(self) -> bool:
+        """Return whether what is on screen is what is wanted."""
+        return not (self._soon.isActive() or self.drawer.busy)
+
+    def show_figure(self, make: Make, *, same: bool = False) -> None:
+        """Draw another figure.
+
+        Parameters
+        ----------
+        make : callable
+        same : bool
+            Whether it is the same figure with other numbers, so that zoom and place are kept.
+        """
+        self._make = make
+        self._fits = False
+        if not same:
+            self.canvas.forget_views()
+            self.verticalScrollBar().setValue(0)
+        self._soon.start()
+
+    @property
+    def room(self) -> Room:
+        """Return the inches there are: beside a scroll bar, above what stands below."""
+        dpi, all_high = self._dpi, self.height()
+        # A hair less: a figure one pixel too wide would call for a bar below.
+        wide = self.width() - self.verticalScrollBar().sizeHint().width() - 2
+        below = [one for one in self._below if not one.isHidden()]
+        taken = sum(
+            one.heightForWidth(wide) if one.hasHeightForWidth() else one.sizeHint().height()
+            for one in below
+        )
+        taken += (len(below) + 1) * self._page.spacing()
+        high = max(all_high - taken, _SHARE * all_high)
+        return Room(width=max(wide / dpi, _LEAST), height=max(high / dpi, 1.0))
+
+    @property
+    def _dpi(self) -> float:
+        return _DPI * self._look.sizes.scale
+
+    def _order(self) -> None:
+        if self._make is None or not self.isVisible():
+            return
+        theme = self._look.theme
+
+        def palette() -> Palette:
+            from ui.review.figure_palette import window_palette
+
+            return window_palette(theme)
+
+        order = Order(
+            number=self.drawer.next_number(), make=self._make, palette=palette, room=self.room,
+            dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
+        )  # fmt: skip
+        self._ordered = Drawing(order=order)
+        self.drawer.begin(order)
+        self._hint.start()
+
+    def _say(self) -> None:
+        if self.drawer.busy:
+            self.canvas.show_waiting("Drawing…")
+
+    def _show(self, drawing: Drawing) -> None:
+        self._hint.stop()
+        self.canvas.show_drawing(drawing)
+        if drawing.picture is None:
+            self.canvas.setFixedSize(self.viewport().size())
+            self.canvas.setAccessibleDescription(drawing.words)
+        else:
+            self.canvas.setFixedSize(drawing.width, drawing.height)
+            self.canvas.setAccessibleDescription(drawing.picture.caption)
+        self.drawn.emit(drawing)
+        self.canvas.wheel_free = drawing.height <= self.viewport().height()
+        if not self._fits and abs(self.room.height - drawing.order.room.height) > _HAIR:
+            # What stands below takes another height than it did: once more, but only once.
+            self._fits = True
+            self._soon.start()
+
+    def _fail(self, error: object) -> None:
+        words = f"This figure could not be drawn: {error}."
+        self._show(replace(self._ordered, words=words))
+        self.failed.emit(error)
+
+    def _restyle(self) -> None:
+        self._page.setSpacing(self._look.px(6))
+        self._soon.start()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw anew at another size."""
+        super().resizeEvent(event)
+        if event.size() != event.oldSize():
+            self._fits = False
+            self._soon.start()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Draw what could not be drawn before it was seen."""
+        super().showEvent(event)
+        self._soon.start()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw anew on a screen of another density."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
+            self._soon.start()

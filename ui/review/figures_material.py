@@ -1,0 +1,124 @@
+"""What the figures are made from, and the words for what they show. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from gsapp.quantities import channel, from_si
+
+if TYPE_CHECKING:
+    from gsapp.identification.campaign import ManeuverResult
+    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.summary import DerivativeSummary, Point
+    from gsapp.identification.summary.linear_comparison import LinearComparison
+    from gsapp.report.hearing import Heard
+
+METHODS = {"ml": "ML", "ee": "equation error", "ftr": "FTR"}
+"""Short names of the methods, for lists and legends."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Material:
+    """A run and what was worked out from it.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        The run that is looked at.
+    others : tuple of Outcome
+        Runs looked at before, the newest first.
+    maneuver : str
+        The one that is chosen.
+    units : str
+        ``US`` or ``SI``.
+    heard : tuple of Heard or None
+        FTR over the flights; None until it has listened.
+    comparison : LinearComparison or None
+        Linear models against flight; None until they are compared.
+    chosen : mapping of str to str
+        What was chosen in the lists above the figures.
+    """
+
+    outcome: Outcome
+    others: tuple[Outcome, ...] = ()
+    maneuver: str = ""
+    units: str = "US"
+    heard: tuple[Heard, ...] | None = None
+    comparison: LinearComparison | None = None
+    chosen: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def looked_at(self) -> ManeuverResult:
+        """Return the chosen maneuver, or the first of the run."""
+        results = self.outcome.result.results
+        return result_of(self.outcome, self.maneuver) or results[0]
+
+    @property
+    def known(self) -> Mapping[str, float]:
+        """Return the derivatives known before."""
+        model = self.outcome.request.settings.model
+        return {} if model is None else model.derivatives
+
+
+def result_of(outcome: Outcome, maneuver: str) -> ManeuverResult | None:
+    """Return what became of a maneuver; None where the run did not use it."""
+    return next((one for one in outcome.result.results if one.maneuver.id == maneuver), None)
+
+
+def run_name(outcome: Outcome) -> str:
+    """Return what a run is called: its label, its number, its method."""
+    method = METHODS[outcome.result.settings.method]
+    if outcome.request.label:
+        return outcome.request.label
+    return f"run {outcome.number}, {method}" if outcome.number is not None else method
+
+
+def maneuver_words(result: ManeuverResult) -> str:
+    """Return ``2:M4  dr doublet  Flight E``."""
+    maneuver = result.maneuver
+    what = f"{'+'.join(maneuver.inputs) or 'nothing'} {maneuver.kind}".strip()
+    return f"{maneuver.id}  {what}  {maneuver.flight}"
+
+
+def conditions_words(conditions: Mapping[str, float], units: str) -> str:
+    """Return ``V 95 ft/s, alpha 4.1 deg``."""
+    said = []
+    for name in ("V", "alpha", "beta"):
+        if name not in conditions:
+            continue
+        spec = channel(name)
+        unit = spec.display_unit(units)
+        value = float(from_si(conditions[name], unit, spec.quantity))
+        said.append(f"{spec.symbol} {value:.{spec.decimals(unit)}f} {unit}")
+    return ", ".join(said)
+
+
+def point_words(material: Material, derivative: str, maneuver: str) -> str:
+    """Return what is known of a point: maneuver, value, conditions, why it does not count."""
+    summary = material.outcome.summary.derivatives.get(derivative)
+    result = result_of(material.outcome, maneuver)
+    lines = [f"Maneuver {maneuver_words(result)}" if result is not None else maneuver]
+    point = None if summary is None else _point_of(summary, maneuver)
+    if summary is not None and point is not None:
+        percent = f" ({100.0 * point.std / abs(point.value):.2g} %)" if point.value else ""
+        lines.append(f"{derivative} {point.value:.4g}, bound {point.std:.2g}{percent}")
+        lines.append(f"mean {summary.value.mean:.4g}, bound {summary.value.std:.2g}")
+        lines.append(conditions_words(point.conditions, material.units))
+        lines += _left_out_words(summary, maneuver)
+    return "\n".join(line for line in lines if line)
+
+
+def _point_of(summary: DerivativeSummary, maneuver: str) -> Point | None:
+    return next((one for one in summary.points if one.maneuver == maneuver), None)
+
+
+def _left_out_words(summary: DerivativeSummary, maneuver: str) -> list[str]:
+    if any(one.maneuver == maneuver for one in summary.excluded):
+        return ["Left out of the means by hand."]
+    return [
+        f"Left out of the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."
+        for one in summary.outliers
+        if one.point.maneuver == maneuver
+    ]

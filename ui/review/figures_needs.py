@@ -1,0 +1,93 @@
+"""What some figures need to be worked out first, in the process of the review."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from ui.review.jobs import BeginJob, HearJob, Job, LinearJob
+from ui.work import CancelledError
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.summary.linear_comparison import LinearComparison
+    from gsapp.report.hearing import Heard
+
+_DOING = {
+    "heard": "FTR is listening to the flights from take-off on…",
+    "comparison": "Linear models are being fitted, and judged on maneuvers that they never saw…",
+}
+
+
+class FigureNeeds(QObject):
+    """Has things worked out when a figure first asks for them, once for each run.
+
+    Parameters
+    ----------
+    begin_job : BeginJob
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    changed : Signal
+        Something is worked out now, or will not be.
+    heard : tuple of Heard or None
+    comparison : LinearComparison or None
+    """
+
+    changed = Signal()
+
+    def __init__(self, begin_job: BeginJob, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._begin_job = begin_job
+        self._outcome: Outcome | None = None
+        self._asked: set[str] = set()
+        self._refused: dict[str, str] = {}
+        self.heard: tuple[Heard, ...] | None = None
+        self.comparison: LinearComparison | None = None
+
+    def forget(self, outcome: Outcome) -> None:
+        """Look at another run; what was heard over the same flights is kept."""
+        former = self._outcome
+        if former is None or former.request.flights != outcome.request.flights:
+            self.heard = None
+        self.comparison = None
+        self._outcome = outcome
+        self._asked.clear()
+        self._refused.clear()
+
+    def again(self) -> None:
+        """Let what was stopped or failed be asked for once more."""
+        self._asked -= self._refused.keys()
+        self._refused.clear()
+
+    def ask(self, what: str, outcome: Outcome) -> str:
+        """Have something worked out; return what is being done, or why it was not, in words."""
+        if what in self._refused:
+            return self._refused[what]
+        if what not in self._asked:
+            self._asked.add(what)
+            job: Job = (
+                HearJob(request=outcome.request) if what == "heard" else LinearJob(outcome=outcome)
+            )
+            run = self._outcome
+            self._begin_job(
+                job,
+                lambda result: self._done(what, run, result),
+                failed=lambda error: self._failed(what, run, error),
+            )
+        return self._refused.get(what, _DOING[what])
+
+    def _done(self, what: str, run: Outcome | None, result: object) -> None:
+        # Another run is looked at meanwhile: this one came too late.
+        if run is self._outcome:
+            setattr(self, what, result)
+            self._asked.discard(what)
+            self.changed.emit()
+
+    def _failed(self, what: str, run: Outcome | None, error: BaseException) -> None:
+        if run is self._outcome:
+            why = "stopped" if isinstance(error, CancelledError) else str(error)
+            self._refused[what] = f"Not worked out: {why}. Choose this figure again to try it."
+            self.changed.emit()

@@ -1,0 +1,444 @@
+"""Figures of a run: the report's own, to be looked into, with points that can be chosen."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QSizePolicy, QVBoxLayout, QWidget
+
+from ui.commands import Need
+from ui.flight.controls import ActionButton
+from ui.gap.parts import Choice, button_row
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.pages import label
+from ui.review.figure_drawing import Drawing
+from ui.review.figure_table import ReportTable
+from ui.review.figure_view import FigureView
+from ui.review.figures_history import Exclusions
+from ui.review.figures_kinds import KINDS, FigureKind, Option, chosen, group_of, names_in
+from ui.review.figures_material import Material, point_words, result_of
+from ui.review.figures_needs import FigureNeeds
+from ui.review.figures_saving import FigureSaver
+from ui.review.jobs import BeginJob
+from ui.review.page import ReviewPage
+from ui.review.selection import Selection
+from ui.settings import SettingsStore
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import Outcome
+
+log = logging.getLogger(__name__)
+
+_LIST = 152
+"""Points of width of the list of figures ..."""
+_WIDE = 820
+"""... that stands at the left where the page has so many; else above."""
+_HIGH = 380
+"""Points of height below which the buttons give way to the figure."""
+_KEPT = 4
+"""Runs looked at before that a fit can be compared with."""
+_POINTED = frozenset({"values", "online"})
+"""Figures whose points stand for maneuvers."""
+_NOTHING = (
+    "Nothing is estimated yet. Choose what to estimate on the page Estimate (Alt+2) and run it; "
+    "the figures of the run come here."
+)
+
+
+class FiguresPage(ReviewPage):
+    """Lists the figures at the left and shows one.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers the folder that figures are saved in.
+    selection : Selection
+        The maneuver and the derivative that are looked at.
+    begin_job : BeginJob
+        Has something done in a process.
+
+    Attributes
+    ----------
+    exclusion_changed : Signal(object)
+        The `Outcome` with other maneuvers left out of its means.
+    """
+
+    exclusion_changed = Signal(object)
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        store: SettingsStore,
+        selection: Selection,
+        begin_job: BeginJob,
+    ) -> None:
+        super().__init__(look, "Figures")
+        self._selection = selection
+        self._material: Material | None = None
+        self._chosen: dict[str, str] = {}
+        self._exclusions = Exclusions()
+        self._needs = FigureNeeds(begin_job, self)
+        self._saver = FigureSaver(store, self)
+        self.kind: FigureKind = KINDS[0]
+        self._build(actions)
+        self._needs.changed.connect(self._needed)
+        self._saver.told.connect(self._tell)
+        selection.maneuver_changed.connect(self._maneuver_chosen)
+        selection.derivative_changed.connect(self._derivative_chosen)
+        look.changed.connect(self._restyle)
+        self._restyle()
+        self.show_outcome(None)
+
+    def _build(self, actions: Mapping[str, QAction]) -> None:
+        look = self.look
+        row = QHBoxLayout(self)
+        self._row = row
+        self.list = QListWidget()
+        self.list.setProperty("role", "boxed")
+        self.list.setAccessibleName("Figures")
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        for kind in KINDS:
+            self.list.addItem(kind.title)
+            self.list.item(self.list.count() - 1).setToolTip(kind.tells)
+        self.list.setCurrentRow(0)
+        self.list.currentRowChanged.connect(lambda place: self.show_kind(KINDS[place].id))
+        row.addWidget(self.list)
+        column = QVBoxLayout()
+        self._column = column
+        row.addLayout(column, 1)
+        bar = QWidget()
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        policy.setHeightForWidth(True)
+        bar.setSizePolicy(policy)
+        self._bar = FlowLayout(bar, spacing=look.px(8))
+        self.figure_choice = Choice(look, "Figure")
+        self.figure_choice.show_choices([(one.id, one.title) for one in KINDS], "values")
+        self.figure_choice.box.currentIndexChanged.connect(
+            lambda _place: self.show_kind(self.figure_choice.value)
+        )
+        self._bar.addWidget(self.figure_choice)
+        self.choices: dict[str, Choice] = {}
+        column.addWidget(bar)
+        self.table = ReportTable(look)
+        self.detail = label("", wrap=True)
+        self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.caption = label("", "hint", wrap=True)
+        below = (self.table, self.detail, self.caption)
+        self.view = FigureView(look, self._describe, "Figure", below)
+        self.view.drawn.connect(self._drawn)
+        self.view.failed.connect(_log_failure)
+        self.view.canvas.spot_chosen.connect(self._spot_chosen)
+        self.view.canvas.opened.connect(self.open_fit)
+        self.view.canvas.pane_opened.connect(self._open_pane)
+        column.addWidget(self.view, 1)
+        self.buttons = button_row(
+            look,
+            ActionButton(actions["review_exclude"], "Leave out or take in", look),
+            ActionButton(actions["review_open_fit"], "Its fit", look),
+            ActionButton(actions["review_figure_copy"], "Copy", look),
+            ActionButton(actions["review_figure_save"], "Save…", look),
+        )
+        column.addWidget(self.buttons)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this page do."""
+        return {
+            "review_previous_figure": lambda: self._next_figure(-1),
+            "review_next_figure": lambda: self._next_figure(1),
+            "review_figure_previous_maneuver": lambda: self._next_maneuver(-1),
+            "review_figure_next_maneuver": lambda: self._next_maneuver(1),
+            "review_open_fit": lambda: self.open_fit(self._selection.maneuver),
+            "review_exclude": self.exclude,
+            "review_figure_copy": lambda: self._saver.copy(self._picture),
+            "review_figure_save": lambda: self._saver.ask(self._picture),
+        }
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on here."""
+        if self._material is None:
+            return ()
+        there = result_of(self._material.outcome, self._selection.maneuver) is not None
+        return ("review_figure", "review_point") if there else ("review_figure",)
+
+    def begin(self) -> None:
+        """Put the keyboard into the figure, or on the list where there is none."""
+        (self.view if self._material is not None else self.list).setFocus()
+
+    # The run
+
+    def show_outcome(self, outcome: Outcome | None) -> None:
+        """Show the figures of a run; the one before can be compared with."""
+        former = self._material
+        if outcome is None:
+            self._material = None
+            self._refresh()
+            return
+        if former is not None and former.outcome.result is outcome.result:
+            if former.outcome is not outcome:
+                self._exclusions.show(outcome.summary.without)
+                self._take(replace(former, outcome=outcome), same=True)
+            return
+        others = () if former is None else (former.outcome, *former.others)
+        self._exclusions = Exclusions()
+        self._exclusions.show(outcome.summary.without)
+        self._needs.forget(outcome)
+        self._take(
+            Material(
+                outcome=outcome, others=others[:_KEPT], units=self.look.units,
+                maneuver=self._selection.maneuver, heard=self._needs.heard, chosen=self._chosen,
+            )
+        )  # fmt: skip
+
+    def _take(self, material: Material, *, same: bool = False) -> None:
+        self._material = material
+        self._refresh(same=same)
+        self.changed.emit()
+
+    def _needed(self) -> None:
+        """Show what was worked out meanwhile."""
+        if self._material is not None:
+            self._take(
+                replace(self._material, heard=self._needs.heard, comparison=self._needs.comparison)
+            )
+
+    # What is shown
+
+    def show_kind(self, name: str) -> None:
+        """Show another figure."""
+        self.kind = next(one for one in KINDS if one.id == name)
+        with QSignalBlocker(self.list):
+            self.list.setCurrentRow(KINDS.index(self.kind))
+        self.figure_choice.show_choices([(one.id, one.title) for one in KINDS], name)
+        self._needs.again()
+        self._refresh()
+        self.changed.emit()
+
+    def _next_figure(self, steps: int) -> None:
+        place = KINDS.index(self.kind) + steps
+        self.show_kind(KINDS[min(max(place, 0), len(KINDS) - 1)].id)
+
+    def _refresh(self, *, same: bool = False) -> None:
+        material, kind = self._material, self.kind
+        self._tell("")
+        self._show_options(() if material is None else kind.options(material))
+        self.view.setAccessibleName(f"{kind.title}: {kind.tells}")
+        self.view.canvas.setAccessibleName(f"{kind.title}: {kind.tells}")
+        if material is None:
+            self.view.show_figure(lambda _palette, _room: _NOTHING)
+            return
+        if kind.needs and getattr(material, kind.needs) is None:
+            words = self._needs.ask(kind.needs, material.outcome)
+            if getattr(self._material, kind.needs) is None:
+                self.view.show_figure(lambda _palette, _room: words)
+            return
+        self.view.canvas.choose(self._selection.maneuver)
+        self.view.show_figure(lambda palette, room: kind.make(material, palette, room), same=same)
+        self._show_detail()
+
+    def _show_options(self, options: tuple[Option, ...]) -> None:
+        for option in options:
+            if option.id not in self.choices:
+                choice = Choice(self.look, option.title, letters=18)
+                choice.box.currentIndexChanged.connect(
+                    lambda _place, name=option.id: self._choose(name)
+                )
+                self.choices[option.id] = choice
+                self._bar.addWidget(choice)
+            choice = self.choices[option.id]
+            choice.title.setText(option.title)
+            current = "" if self._material is None else chosen(self._material, option)
+            if option.id == "maneuver" and not current.startswith("joint"):
+                current = self._material.looked_at.maneuver.id if self._material else ""
+            choice.show_choices(option.choices, current)
+        shown = {option.id for option in options if option.choices}
+        for name, choice in self.choices.items():
+            choice.setVisible(name in shown)
+
+    def _choose(self, name: str) -> None:
+        """Take what was chosen in a list."""
+        value = self.choices[name].value
+        self._chosen[name] = value
+        if self._material is None:
+            return
+        if name == "maneuver" and not value.startswith("joint"):
+            self._selection.choose_maneuver(value)
+        self._take(replace(self._material, chosen=dict(self._chosen)))
+
+    @property
+    def _picture(self) -> Callable[[], object] | None:
+        """Return how the figure on screen is made for paper; None where there is none."""
+        material, kind, drawing = self._material, self.kind, self.view.drawing
+        if material is None or drawing is None or drawing.picture is None:
+            return None
+
+        def make() -> object:
+            from gsapp.report.document import WIDTH
+            from gsapp.report.palette import PAPER
+            from ui.review.figure_drawing import Room
+
+            return kind.make(material, PAPER, Room(width=WIDTH, height=0.0))
+
+        return make
+
+    def _drawn(self, drawing: Drawing) -> None:
+        picture = drawing.picture
+        self.caption.setText("" if picture is None else picture.caption)
+        self.caption.setVisible(picture is not None)
+        table = self.kind.table
+        there = picture is not None and table is not None and self._material is not None
+        self.table.show_table(table(self._material) if there else None)
+
+    def _describe(self, pane: str, maneuver: str) -> str:
+        if self._material is None:
+            return ""
+        return point_words(self._material, pane.partition(":")[2], maneuver)
+
+    def _show_detail(self) -> None:
+        """Say under the figure what is chosen in it."""
+        material, maneuver = self._material, self._selection.maneuver
+        pointed = self.kind.id in _POINTED
+        if material is None or not pointed or result_of(material.outcome, maneuver) is None:
+            self._tell("")
+            return
+        words = point_words(material, self._selection.derivative, maneuver)
+        self._tell(" · ".join(words.splitlines()))
+
+    def _tell(self, words: str) -> None:
+        self.detail.setText(words)
+        self.detail.setVisible(bool(words))
+
+    # Choosing
+
+    def _spot_chosen(self, pane: str, maneuver: str) -> None:
+        self._selection.choose_derivative(pane.partition(":")[2] or self._selection.derivative)
+        self._selection.choose_maneuver(maneuver)
+        self._show_detail()
+
+    def _maneuver_chosen(self, maneuver: str) -> None:
+        self.view.canvas.choose(maneuver)
+        material = self._material
+        if material is None:
+            return
+        self._chosen.pop("maneuver", None)
+        self._material = replace(material, maneuver=maneuver, chosen=dict(self._chosen))
+        if any(option.id == "maneuver" for option in self.kind.options(material)):
+            self._refresh()
+        self._show_detail()
+        self.changed.emit()
+
+    def _derivative_chosen(self, derivative: str) -> None:
+        """Look at a derivative that was chosen elsewhere."""
+        material = self._material
+        if material is None or derivative not in material.outcome.summary.derivatives:
+            return
+        group = chosen(material, group_of(material))
+        if derivative not in names_in(material, group) and not derivative.endswith("_0"):
+            self._chosen["group"] = derivative
+            self._take(replace(material, chosen=dict(self._chosen)))
+        self._show_detail()
+
+    def _open_pane(self, pane: str) -> None:
+        """Show one derivative large, or all of its kind again; of a maneuver, its fit."""
+        material, (what, _, name) = self._material, pane.partition(":")
+        if what == "maneuver":
+            self.open_fit(name)
+            return
+        if material is None or self.kind.id != "values":
+            return
+        alone = chosen(material, group_of(material)) == name
+        self._chosen["group"] = name.partition("_")[0] if alone else name
+        self._take(replace(material, chosen=dict(self._chosen)))
+
+    def open_fit(self, maneuver: str) -> None:
+        """Show the fit of a maneuver."""
+        self._selection.choose_maneuver(maneuver)
+        self.show_kind("fit")
+        self.view.setFocus()
+
+    def _next_maneuver(self, steps: int) -> None:
+        if self._material is None:
+            return
+        ids = [one.maneuver.id for one in self._material.outcome.result.results]
+        place = ids.index(self._material.looked_at.maneuver.id)
+        if self._selection.maneuver in ids:
+            place = min(max(place + steps, 0), len(ids) - 1)
+        self._selection.choose_maneuver(ids[place])
+
+    # Maneuvers left out by hand
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether a maneuver was left out or taken in."""
+        return self._exclusions.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether such a change was taken back."""
+        return self._exclusions.can_redo
+
+    def undo(self) -> None:
+        """Take back the last change."""
+        self._exclude(self._exclusions.undo())
+
+    def redo(self) -> None:
+        """Make it again."""
+        self._exclude(self._exclusions.redo())
+
+    def exclude(self) -> None:
+        """Leave the chosen maneuver out of the means, or take it in again."""
+        if self._material is not None and self._selection.maneuver:
+            self._exclude(self._exclusions.toggle(self._selection.maneuver))
+
+    def _exclude(self, without: frozenset[str]) -> None:
+        if self._material is None:
+            return
+        from gsapp.identification.runs.excluding import excluding
+
+        outcome = excluding(self._material.outcome, without)
+        self._take(replace(self._material, outcome=outcome), same=True)
+        self.exclusion_changed.emit(outcome)
+
+    # Look
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the list above the figure where the page is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        wide = self.width() >= self.look.px(_WIDE)
+        self.list.setVisible(wide)
+        self.figure_choice.setVisible(not wide)
+        # Their keys and the menu are still there.
+        self.buttons.setVisible(self.height() >= self.look.px(_HIGH))
+
+    def _restyle(self) -> None:
+        look = self.look
+        margin = look.px(12)
+        self._row.setContentsMargins(margin, margin, margin, margin)
+        self._row.setSpacing(look.px(12))
+        self._column.setSpacing(look.px(6))
+        self._bar.setSpacing(look.px(8))
+        self.list.setFixedWidth(look.px(_LIST))
+        self._fit()
+        if self._material is not None and self._material.units != look.units:
+            self._take(replace(self._material, units=look.units))
+
+
+def _log_failure(error: BaseException) -> None:
+    log.error("a figure could not be drawn", exc_info=error)

@@ -1,0 +1,99 @@
+"""A figure on paper: saved as a file, or copied with its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QMimeData, QObject, Signal
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from ui.settings import SettingsStore
+from ui.work import Progress, Work
+
+_KINDS = "Picture (*.png);;Pages for print (*.pdf);;Drawing (*.svg);;Numbers shown (*.csv)"
+_COPY_DPI = 200.0
+
+
+class FigureSaver(QObject):
+    """Saves and copies figures as the report prints them, in a thread.
+
+    Parameters
+    ----------
+    store : SettingsStore
+        Remembers the folder.
+    parent : QWidget
+        Of the dialog.
+
+    Attributes
+    ----------
+    told : Signal(str)
+        What was done, or why not.
+    """
+
+    told = Signal(str)
+
+    def __init__(self, store: SettingsStore, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._store = store
+        self._window = parent
+        self._work: Work | None = None
+
+    def ask(self, make: Callable[[], Any] | None) -> None:
+        """Ask for a file and save the figure there, or its numbers."""
+        if make is None:
+            return
+        start = Path(self._store.current.folder or Path.home()) / "figure.png"
+        path, kind = QFileDialog.getSaveFileName(
+            self._window, "Save the figure", str(start), _KINDS
+        )
+        if path:
+            chosen = Path(path)
+            if not chosen.suffix:
+                chosen = chosen.with_suffix(kind[kind.index("*") + 1 : kind.index(")")])
+            self.save(make, chosen)
+
+    def save(self, make: Callable[[], Any], path: Path) -> None:
+        """Save the figure, or its numbers, by the ending of the name."""
+
+        def run(_progress: Progress) -> Path:
+            from gsapp.report.picture_files import save_picture
+
+            return save_picture(make(), path)
+
+        self._begin("Saving the figure", run, lambda found: self.told.emit(f"Saved as {found}."))
+
+    def copy(self, make: Callable[[], Any] | None) -> None:
+        """Put the figure and its numbers on the clipboard."""
+        if make is None:
+            return
+
+        def run(_progress: Progress) -> tuple[bytes, str]:
+            from gsapp.report.document import picture_png
+            from gsapp.report.picture_files import separated
+
+            picture = make()
+            numbers = "" if picture.numbers is None else separated(picture.numbers(), "\t")
+            return picture_png(picture, dpi=_COPY_DPI), numbers
+
+        self._begin("Copying the figure", run, self._copied)
+
+    def _begin(
+        self, title: str, run: Callable[[Progress], Any], done: Callable[[Any], None]
+    ) -> None:
+        work = Work(title, run, self)
+        work.done.connect(done)
+        work.failed.connect(lambda error: self.told.emit(f"{title} failed: {error}"))
+        self._work = work
+        work.start()
+
+    def _copied(self, found: tuple[bytes, str]) -> None:
+        png, numbers = found
+        content = QMimeData()
+        content.setImageData(QImage.fromData(png, "PNG"))
+        if numbers:
+            content.setText(numbers)
+        QGuiApplication.clipboard().setMimeData(content)
+        self.told.emit("The figure is on the clipboard, with its numbers as text.")
