@@ -10,9 +10,12 @@ import platformdirs
 from pydantic import Field
 
 from gsapp.foundation import FileProblemsError, StrictModel, read_toml, write_toml
+from ui.review.estimate_wishes import Wishes
 
 _APPLICATION = "gsapp"
 _REMEMBERED = 8
+_CATALOG = "campaign.sqlite"
+"""Where the flights lie."""
 
 log = logging.getLogger(__name__)
 
@@ -58,8 +61,14 @@ class Settings(StrictModel):
         Whether the pilot's page has a window of its own, too.
     review_flights : tuple of str
         Flights under review, in the order in which they are numbered.
+    review_channels : tuple of str
+        Channels on the time line of the review.
+    review_folder : str
+        Where a report or a file of a run was written last.
     review_chapter : str
         Chapter of the review that was looked at last.
+    review_estimate : Wishes
+        Settings of the estimate.
     flight_speech : str
         Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
     """
@@ -85,9 +94,14 @@ class Settings(StrictModel):
     gap_channel: str = "q"
     preflight_step: str = Field(default="card", pattern="^(card|calibration|checklist|cards)$")
     review_flights: tuple[str, ...] = ()
+    review_folder: str = ""
+    review_channels: tuple[str, ...] = (
+        "de", "da", "dr", "q", "p", "r", "alpha", "beta", "V", "an", "ay",
+    )  # fmt: skip
     review_chapter: str = Field(
         default="maneuvers", pattern="^(maneuvers|estimate|figures|summary)$"
     )
+    review_estimate: Wishes = Field(default_factory=Wishes)
     pilot_window: bool = False
     flight_speech: str = Field(default="page", pattern="^(page|always|never)$")
 
@@ -134,6 +148,11 @@ def log_path() -> Path:
 def flights_path() -> Path:
     """Return where flights are recorded until the user names another folder."""
     return Path(platformdirs.user_documents_dir()) / "flights"
+
+
+def catalog_path(settings: Settings) -> Path:
+    """Return the catalog of the folder in which flights are recorded."""
+    return (Path(settings.flights) if settings.flights else flights_path()) / _CATALOG
 
 
 class SettingsStore:

@@ -23,7 +23,8 @@ from gsapp.excitation.debrief import Debrief
 from ui.pilot.debrief_page import DebriefPage
 from ui.pilot.debrief_words import maneuver_line, reasons, trend_rows
 from ui.pilot.flight_cues import FlightCues
-from ui.pilot.keeping import catalog_path, keep, kept_trends
+from ui.pilot.keeping import keep, kept_trends
+from ui.settings import catalog_path
 from ui.window import MainWindow
 
 ALT, CONTROL = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ControlModifier

@@ -68,6 +68,19 @@ class ShippedField(QComboBox):
             self._kept = index
         self.setCurrentIndex(self._kept)
 
+    def offer(self, names: Sequence[str]) -> None:
+        """Offer further names, before the last line."""
+        for name in names:
+            if self.findData(name) < 0:
+                self.insertItem(self.count() - 1, name, name)
+        self._kept = self.currentIndex()
+
+    def show_value(self, value: str) -> None:
+        """Show a name or path, offered from now on if it was not."""
+        self.offer((value,))
+        self.setCurrentIndex(self.findData(value))
+        self._kept = self.currentIndex()
+
     @property
     def value(self) -> str:
         """Return the name or path chosen; empty for none."""

@@ -92,6 +92,8 @@ class Lines(LinesView):
         Points of the other columns.
     least, most : int
         Rows in sight.
+    editable : int, optional
+        A column whose texts may be typed anew.
     """
 
     def __init__(
@@ -105,11 +107,12 @@ class Lines(LinesView):
         right: frozenset[int] = frozenset(),
         least: int = 2,
         most: int = 8,
+        editable: int | None = None,
     ) -> None:
         self._rows = (least, most)
         self._wish = 0
         self._wrapped: object = None
-        super().__init__(LinesModel(look, titles, right), look, name, stretch, widths)
+        super().__init__(LinesModel(look, titles, right, editable), look, name, stretch, widths)
         self.setItemDelegate(_Wrapping(look, self))
         # Left to itself the header measures all rows again with every change of style.
         self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)

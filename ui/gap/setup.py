@@ -187,9 +187,7 @@ class SetupPage(CenteredPage):
         work.start()
 
     def _offer_models(self, names: Sequence[str]) -> None:
-        for name in names:
-            if self.model.findData(name) < 0:
-                self.model.insertItem(self.model.count() - 1, name, name)
+        self.model.offer(names)
 
     # Flights
 

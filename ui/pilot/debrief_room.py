@@ -12,7 +12,7 @@ from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.look import Look
 from ui.pilot.flight_cues import FlightCues
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, catalog_path
 from ui.work import Work
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class DebriefRoom(QObject):
 
     def read_trends(self) -> None:
         """Show what the catalog holds of flights in a row."""
-        from ui.pilot.keeping import catalog_path, kept_trends
+        from ui.pilot.keeping import kept_trends
 
         if self.page is None:
             return
@@ -98,7 +98,7 @@ class DebriefRoom(QObject):
 
     def keep(self) -> None:
         """Write the debrief into the catalog, in the background."""
-        from ui.pilot.keeping import catalog_path, keep
+        from ui.pilot.keeping import keep
 
         session, debrief = self._desk.session, self._cues.debrief()
         if session is None or debrief is None:

@@ -4,21 +4,11 @@ from __future__ import annotations
 
 from itertools import groupby
 from pathlib import Path
-from typing import Final
 
 from gsapp.excitation.debrief import Debrief
 from gsapp.excitation.debrief_trends import FlightTrend, trends
 from gsapp.flight.catalog import Catalog, scores_of, search_verdicts, store_debrief
 from gsapp.flight.loading import load_flight
-from ui.settings import Settings, flights_path
-
-CATALOG: Final = "campaign.sqlite"
-"""Where the flights lie."""
-
-
-def catalog_path(settings: Settings) -> Path:
-    """Return the catalog of the folder in which flights are recorded."""
-    return (Path(settings.flights) if settings.flights else flights_path()) / CATALOG
 
 
 def keep(path: Path, debrief: Debrief, catalog: Path, aircraft: str = "") -> Path:

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
     from gsapp.identification.runs.outcome import Outcome
     from gsapp.identification.runs.request import RunRequest
+    from gsapp.report.hearing import Heard
+    from gsapp.report.linear_report import LinearComparison
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,11 +91,16 @@ class ReportJob:
         HTML, PDF or a folder.
     units : str
         ``US`` or ``SI``.
+    heard, linear : optional
+        What came of a `HearJob` and a `LinearJob` of the same outcome; done for the report where
+        not given.
     """
 
     outcome: Outcome
     path: Path
     units: str = "US"
+    heard: tuple[Heard, ...] | None = None
+    linear: LinearComparison | None = None
 
     @property
     def title(self) -> str:

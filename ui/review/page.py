@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
@@ -73,6 +74,9 @@ class ReviewPage(QWidget):
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
         raise NotImplementedError
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window; None for none."""
 
     def show_outcome(self, outcome: Outcome | None) -> None:
         """Show the run that is looked at; None where there is none."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,9 +26,10 @@ from ui.settings import SettingsStore
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
+    from gsapp.session.review import Review
 
 _BUILT = tuple(
-    chapter for chapter in CHAPTERS if importlib.util.find_spec(f"ui.review.{chapter.id}_page")
+    chapter for chapter in CHAPTERS if chapter.id in ("maneuvers", "estimate", "figures")
 )
 
 
@@ -82,6 +82,8 @@ class ReviewPlace(QWidget):
         self._banners = banners
         self._faults = faults
         self._banner: Banner | None = None
+        self._review: Review | None = None
+        self._open: Path | None = None
         self.outcome: Outcome | None = None
         self.pages: dict[str, ReviewPage] = {}
         self.chapter = ""
@@ -196,6 +198,7 @@ class ReviewPlace(QWidget):
             page = self._make(chapter)
             page.changed.connect(self._page_changed)
             page.show_outcome(self.outcome)
+            page.show_open(self._open)
             self.pages[chapter] = page
             self.stack.addWidget(page)
         self.chapter = chapter
@@ -214,7 +217,36 @@ class ReviewPlace(QWidget):
 
     def _make(self, chapter: str) -> ReviewPage:
         """Make the page of a chapter; what it is made of is loaded with it."""
+        look, store = self._look, self._store
+        if chapter == "maneuvers":
+            from ui.review.maneuvers_page import ManeuversPage
+
+            return ManeuversPage(self._actions, look, store, self.selection, self.review)
+        if chapter == "estimate":
+            from ui.review.estimate_page import EstimatePage
+
+            page = EstimatePage(
+                self._actions, look, store, self.selection, self.review, self.work.begin,
+                self._faults.report,
+            )  # fmt: skip
+            page.estimated.connect(self.show_outcome)
+            return page
+        if chapter == "figures":
+            from ui.review.figures_page import FiguresPage
+
+            figures = FiguresPage(self._actions, look, store, self.selection, self.work.begin)
+            figures.exclusion_changed.connect(self.show_outcome)
+            return figures
         raise LookupError(chapter)
+
+    @property
+    def review(self) -> Review:
+        """Return the flights under review; made when they are first needed."""
+        if self._review is None:
+            from gsapp.session.review import Review
+
+            self._review = Review()
+        return self._review
 
     def _page_changed(self) -> None:
         for name, page in self.pages.items():
@@ -223,6 +255,9 @@ class ReviewPlace(QWidget):
 
     def show_open(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
+        self._open = path
+        for page in self.pages.values():
+            page.show_open(path)
 
     def show_outcome(self, outcome: Outcome | None) -> None:
         """Look at another run, on all pages."""

@@ -1,0 +1,323 @@
+"""From the panel to what is asked for, and back; what cannot be asked is said beside its field."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.identification.axes import axis_derivatives
+from ui.review.estimate_wishes import DerivativeWish, Wishes
+
+if TYPE_CHECKING:
+    # The window starts without the numerics behind an estimation.
+    from gsapp.identification.campaign import CampaignSettings
+    from gsapp.identification.maximum_likelihood import MLSettings
+    from gsapp.identification.runs.request import ChosenManeuver, RunRequest
+
+TAKES: Mapping[str, frozenset[str]] = {
+    "ml": frozenset(
+        ("derivatives", "start", "weights", "channels", "bounds", "model", "stand_ins", "noise",
+         "integration")
+    ),
+    "ee": frozenset(("derivatives", "model", "stand_ins")),
+    "ftr": frozenset(),
+}  # fmt: skip
+"""What each method heeds; the rest of the panel is gray."""
+
+
+class FieldError(FlightError):
+    """What stands in a field cannot be asked for.
+
+    Parameters
+    ----------
+    field : str
+        Of the panel.
+    words : str
+        What is wrong, and the remedy.
+    """
+
+    def __init__(self, field: str, words: str) -> None:
+        super().__init__(words)
+        self.field = field
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Treatment:
+    """What is asked of the derivatives.
+
+    Attributes
+    ----------
+    free : tuple of str, optional
+        These alone; None for those of the tables.
+    held, start : mapping of str to float
+    priors : mapping of str to (float, float)
+    """
+
+    free: tuple[str, ...] | None
+    held: Mapping[str, float]
+    start: Mapping[str, float]
+    priors: Mapping[str, tuple[float, float]]
+
+
+def treatment(wishes: Wishes) -> Treatment:
+    """Return what is asked of the derivatives of the axis.
+
+    Raises
+    ------
+    FieldError
+        If a number cannot be read, or is missing.
+    """
+    free: list[str] = []
+    held: dict[str, float] = {}
+    start: dict[str, float] = {}
+    priors: dict[str, tuple[float, float]] = {}
+    names = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
+    for name in names:
+        wish = wishes.derivative(name)
+        if wish.treated == "held":
+            if not wish.value:
+                raise FieldError(
+                    "derivatives", f"{name} is held: type the value that it is held at"
+                )
+            held[name] = _number("derivatives", name, wish.value)
+            continue
+        if wish.treated == "free":
+            free.append(name)
+        if wishes.method != "ml":
+            continue
+        if wish.start:
+            start[name] = _number("derivatives", f"the start of {name}", wish.start)
+        if wish.prior or wish.deviation:
+            priors[name] = _prior(name, wish)
+    if len(held) == len(names):
+        raise FieldError("derivatives", "every derivative is held: free at least one")
+    return Treatment(free=tuple(free) or None, held=held, start=start, priors=priors)
+
+
+def _prior(name: str, wish: DerivativeWish) -> tuple[float, float]:
+    if not wish.prior or not wish.deviation:
+        missing = "a value" if not wish.prior else "a deviation"
+        raise FieldError("derivatives", f"what is known of {name} beforehand needs {missing}, too")
+    value = _number("derivatives", f"the a-priori value of {name}", wish.prior)
+    deviation = _number("derivatives", f"the a-priori deviation of {name}", wish.deviation)
+    if deviation <= 0.0:
+        raise FieldError(
+            "derivatives",
+            f"the a-priori value of {name} needs a standard deviation above zero",
+        )
+    return value, deviation
+
+
+def _number(field: str, what: str, text: str) -> float:
+    try:
+        found = float(text.strip().replace("−", "-"))
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise FieldError(field, f"{what}: '{text}' is no number; write it as -0.34")
+    return found
+
+
+def stand_ins(text: str) -> dict[str, float]:
+    """Return constants for what was not measured.
+
+    Raises
+    ------
+    FieldError
+        If the text cannot be read.
+    """
+    found = {}
+    for part in filter(None, (one.strip() for one in text.split(","))):
+        name, equals, value = part.partition("=")
+        if not equals or not name.strip():
+            raise FieldError(
+                "stand_ins", f"'{part}' cannot be read; write NAME=VALUE, as V=30 (SI, radians)"
+            )
+        found[name.strip()] = _number("stand_ins", name.strip(), value)
+    return found
+
+
+def bound_factor(text: str) -> float | None:
+    """Return what multiplies the Cramer-Rao bounds; None for the correction.
+
+    Raises
+    ------
+    FieldError
+        If it is no number above zero.
+    """
+    if not text.strip():
+        return None
+    found = _number("bound_factor", "the factor of the bounds", text)
+    if found <= 0.0:
+        raise FieldError("bound_factor", f"the factor of the bounds is {found:g}; give one above 0")
+    return found
+
+
+def likelihood(wishes: Wishes) -> MLSettings:
+    """Return what maximum likelihood takes.
+
+    Raises
+    ------
+    FieldError
+        If a field holds what cannot be asked for.
+    """
+    from gsapp.identification.maximum_likelihood import MLSettings
+
+    takes = TAKES[wishes.method]
+    asked = treatment(wishes)
+    constants = stand_ins(wishes.stand_ins) if "stand_ins" in takes else {}
+    if wishes.method != "ml":
+        return MLSettings(axis="lon", stand_ins=constants)
+    own = has_own_channels(wishes)
+    try:
+        return MLSettings(
+            axis="lon",
+            stand_ins=constants,
+            start=asked.start,
+            priors=asked.priors,
+            noise=wishes.noise,
+            integration=wishes.integration,
+            bound_factor=bound_factor(wishes.bound_factor),
+            responses=wishes.responses if own else None,
+            states=wishes.states if own else None,
+            biases=wishes.biases,
+            scale_factors=wishes.scale_factors,
+            time_shifts=wishes.time_shifts,
+        )
+    except FieldError:
+        raise
+    except FlightError as error:
+        raise FieldError("channels", str(error)) from error
+
+
+def has_own_channels(wishes: Wishes) -> bool:
+    """Return whether all maneuvers are fitted in one axis, so that its channels can be chosen."""
+    return wishes.axis != "both" or wishes.six_degrees
+
+
+def campaign_settings(wishes: Wishes) -> CampaignSettings:
+    """Return how to estimate; weights and model are named by the request.
+
+    Raises
+    ------
+    FieldError
+        If a field holds what cannot be asked for.
+    """
+    from gsapp.identification.campaign import CampaignSettings
+
+    asked = treatment(wishes)
+    heeds = "derivatives" in TAKES[wishes.method]
+    return CampaignSettings(
+        method=wishes.method,
+        axis=wishes.axis,
+        six_degrees=wishes.six_degrees,
+        free=asked.free if heeds else None,
+        held=asked.held if heeds else {},
+        likelihood=likelihood(wishes),
+        joint=wishes.joint,
+    )
+
+
+def run_request(
+    wishes: Wishes,
+    flights: Sequence[Path],
+    maneuvers: Sequence[ChosenManeuver],
+    label: str = "",
+) -> RunRequest:
+    """Return what is asked for.
+
+    Raises
+    ------
+    FieldError
+        If a field holds what cannot be asked for.
+    """
+    from gsapp.identification.runs.request import RunRequest
+
+    takes = TAKES[wishes.method]
+    return RunRequest(
+        flights=tuple(flights),
+        maneuvers=tuple(maneuvers),
+        settings=campaign_settings(wishes),
+        aircraft=wishes.aircraft,
+        calibration=wishes.calibration,
+        channel_map=wishes.channel_map,
+        label=label,
+        weights=wishes.weights if "weights" in takes else "",
+        model=wishes.model if "model" in takes else "",
+    )
+
+
+def problem_of(wishes: Wishes) -> FieldError | None:
+    """Return what cannot be asked for as the panel stands; None if all is well."""
+    from gsapp.dynamics.model import load_model
+    from gsapp.identification.weights import load_weights
+
+    takes = TAKES[wishes.method]
+    readers: tuple[tuple[str, str, Callable[[str], object]], ...] = (
+        ("weights", wishes.weights, load_weights),
+        ("model", wishes.model, load_model),
+    )
+    try:
+        campaign_settings(wishes)
+    except FieldError as error:
+        return error
+    for field, name, read in readers:
+        if name and field in takes:
+            try:
+                read(name)
+            except (GroundStationError, OSError) as error:
+                return FieldError(field, str(error))
+    return None
+
+
+# --- and back ------------------------------------------------------------------------------------
+
+
+def wishes_of(request: RunRequest) -> Wishes:
+    """Return the panel as it must stand to ask for a run again."""
+    settings, fit = request.settings, request.settings.likelihood
+    derivatives: dict[str, DerivativeWish] = {}
+    for name in axis_derivatives("both"):
+        wish = DerivativeWish(
+            treated="held"
+            if name in settings.held
+            else "free"
+            if name in (settings.free or ())
+            else "tables",
+            value=_text(settings.held.get(name)),
+            start=_text(fit.start.get(name)),
+            prior=_text(fit.priors[name][0]) if name in fit.priors else "",
+            deviation=_text(fit.priors[name][1]) if name in fit.priors else "",
+        )
+        if wish != DerivativeWish():
+            derivatives[name] = wish
+    return Wishes(
+        axis=settings.axis,
+        method=settings.method,
+        six_degrees=settings.six_degrees,
+        joint=settings.joint,
+        derivatives=derivatives,
+        weights=request.weights,
+        noise=fit.noise,
+        integration=fit.integration,
+        bound_factor=_text(fit.bound_factor),
+        responses=fit.responses,
+        biases=fit.biases,
+        states=fit.states,
+        scale_factors=tuple(fit.scale_factors),
+        time_shifts=tuple(fit.time_shifts),
+        stand_ins=", ".join(f"{name}={value!r}" for name, value in fit.stand_ins.items()),
+        model=request.model,
+        aircraft=request.aircraft,
+        calibration=request.calibration,
+        channel_map=request.channel_map,
+    )
+
+
+def _text(value: float | None) -> str:
+    """Return a number so that reading it gives it again to the last bit."""
+    return "" if value is None else repr(float(value))

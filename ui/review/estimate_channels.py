@@ -1,0 +1,156 @@
+"""Which channels the fit compares, integrates, and frees the errors of: a table of checks."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+
+from gsapp.identification.axes import DEFAULT_BIASES, RESPONSES, STATES, Axis
+from ui.look import Look
+from ui.review.estimate_wishes import Wishes
+
+Index = QModelIndex | QPersistentModelIndex
+
+CHANNELS: Final = RESPONSES["both"]
+"""Rows of the table."""
+COLUMNS: Final = (
+    ("responses", "Compared"),
+    ("states", "State"),
+    ("biases", "Bias"),
+    ("scale_factors", "Scale"),
+    ("time_shifts", "Shift"),
+)
+"""Fields of the wishes, and their titles."""
+_OF_AXIS: Final = {"responses": RESPONSES, "states": STATES, "biases": DEFAULT_BIASES}
+_ROW: Final = 28
+
+
+class ChannelModel(QAbstractTableModel):
+    """Channels by what may be asked of them.
+
+    Attributes
+    ----------
+    edited : Signal(object)
+        The wishes with other channels.
+    """
+
+    edited = Signal(object)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.wishes = Wishes()
+
+    def show_wishes(self, wishes: Wishes) -> None:
+        """Show other wishes."""
+        if wishes != self.wishes:
+            self.wishes = wishes
+            last = self.index(len(CHANNELS) - 1, len(COLUMNS))
+            self.dataChanged.emit(self.index(0, 0), last)
+
+    @property
+    def axis(self) -> Axis:
+        """Return the axis whose channels are shown."""
+        return "both" if self.wishes.six_degrees else self.wishes.axis
+
+    def chosen(self, field: str) -> tuple[str, ...]:
+        """Return the channels that a field holds, those of the axis where none were chosen."""
+        own: tuple[str, ...] | None = getattr(self.wishes, field)
+        return _OF_AXIS[field][self.axis] if own is None else own
+
+    def is_open(self, field: str, channel: str) -> bool:
+        """Return whether a cell can be changed: errors are those of compared channels."""
+        alone = self.wishes.axis != "both" or self.wishes.six_degrees
+        if field == "states":
+            return alone and channel in STATES["both"]
+        if field == "responses":
+            return alone
+        return not alone or channel in self.chosen("responses")
+
+    def rowCount(self, parent: Index | None = None) -> int:
+        """Return the number of channels."""
+        return 0 if parent is not None and parent.isValid() else len(CHANNELS)
+
+    def columnCount(self, parent: Index | None = None) -> int:
+        """Return the number of columns, with that of the names."""
+        return 0 if parent is not None and parent.isValid() else len(COLUMNS) + 1
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> object:
+        """Return the title of a column."""
+        if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+            return "" if section == 0 else COLUMNS[section - 1][1]
+        return None
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Return the check, and what is said of it."""
+        channel = CHANNELS[index.row()]
+        if index.column() == 0:
+            return channel if role == Qt.ItemDataRole.DisplayRole else None
+        field, title = COLUMNS[index.column() - 1]
+        on, open_ = channel in self.chosen(field), self.is_open(field, channel)
+        if role == Qt.ItemDataRole.DisplayRole:
+            return ("✓" if on else "·") if open_ or on else ""
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return int(Qt.AlignmentFlag.AlignCenter)
+        if role == Qt.ItemDataRole.ForegroundRole and not (open_ and on):
+            return QColor(self._look.color("muted"))
+        if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole):
+            return f"{channel}, {title.lower()}: {'yes' if on else 'no'}"
+        return None
+
+    def turn(self, index: Index) -> None:
+        """Check a cell, or take its check away."""
+        if index.column() == 0:
+            return
+        channel, field = CHANNELS[index.row()], COLUMNS[index.column() - 1][0]
+        if not self.is_open(field, channel):
+            return
+        chosen = self.chosen(field)
+        wanted = {*chosen} ^ {channel}
+        ordered = tuple(name for name in CHANNELS if name in wanted)
+        usual = field in _OF_AXIS and set(ordered) == set(_OF_AXIS[field][self.axis])
+        self.edited.emit(self.wishes.changed(**{field: None if usual else ordered}))
+
+
+class ChannelTable(QTableView):
+    """The table; Space changes a cell."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.model_of = ChannelModel(look)
+        self.setModel(self.model_of)
+        self.setAccessibleName("Channels")
+        self.setShowGrid(False)
+        self.setAlternatingRowColors(True)
+        self.setTabKeyNavigation(False)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.clicked.connect(self.model_of.turn)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        px = self._look.px
+        self.verticalHeader().setDefaultSectionSize(px(_ROW))
+        self.setFixedHeight(len(CHANNELS) * px(_ROW) + px(34))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Change with Space or Enter."""
+        index = self.currentIndex()
+        wanted = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter)
+        if index.isValid() and event.key() in wanted:
+            self.model_of.turn(index)
+        else:
+            super().keyPressEvent(event)

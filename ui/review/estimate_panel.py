@@ -1,0 +1,321 @@
+"""The panel of the estimate: every choice with a name, a sentence, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QEvent, QObject, QTimer, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QLineEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gsapp.aircraft.reading import shipped_aircraft
+from ui.dialogs.fields import ShippedField
+from ui.dialogs.form import Sentence, restyle
+from ui.look import Look
+from ui.pages import label
+from ui.preflight.columns import Section
+from ui.review.estimate_asking import TAKES
+from ui.review.estimate_channels import ChannelTable
+from ui.review.estimate_table import DerivativeTable
+from ui.review.estimate_wishes import Wishes
+from ui.review.estimate_words import (
+    AXES,
+    EXPLAINED,
+    INTEGRATIONS,
+    MANEUVERS,
+    METHODS,
+    NOISES,
+    Choices,
+)
+
+_SHIPPED_SETS = ("b777",)
+_TYPING_MS = 300
+"""Pause in typing after which what stands there is judged."""
+
+
+class EstimatePanel(QWidget):
+    """The settings of an estimate.
+
+    Parameters
+    ----------
+    look : Look
+        Colors, sizes.
+    wishes : Wishes
+        As they were left.
+
+    Attributes
+    ----------
+    changed : Signal
+        The wishes are others now.
+    explained : Signal(str)
+        The keyboard is on a field.
+    asked : Signal
+        Enter in a field: estimate.
+    """
+
+    changed = Signal()
+    explained = Signal(str)
+    asked = Signal()
+
+    def __init__(self, look: Look, wishes: Wishes) -> None:
+        super().__init__()
+        self._look = look
+        self.wishes = wishes
+        self._showing = False
+        self._sentences: dict[str, Sentence] = {}
+        self._edits: dict[str, QWidget] = {}
+        self._boxes: dict[str, QComboBox] = {}
+        self._files: dict[str, ShippedField] = {}
+        self._checks: dict[str, QCheckBox] = {}
+        self._lines: dict[str, QLineEdit] = {}
+        self._fields: dict[QObject, str] = {}
+        self._typing = QTimer(self)
+        self._typing.setSingleShot(True)
+        self._typing.timeout.connect(self.changed)
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self.sections: dict[str, Section] = {}
+        self._question()
+        self._derivatives()
+        self._noise()
+        self._channels()
+        self._sources()
+        look.changed.connect(self._fit)
+        self._fit()
+        self.show_wishes(wishes)
+
+    def _fit(self) -> None:
+        self._column.setSpacing(self._look.px(12))
+
+    # Making
+
+    def _section(self, name: str, title: str) -> tuple[Section, QGridLayout]:
+        section = Section(self._look, title)
+        holder = QWidget()
+        grid = QGridLayout(holder)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(self._look.px(12))
+        grid.setVerticalSpacing(self._look.px(6))
+        grid.setColumnStretch(1, 1)
+        section.add(holder)
+        self._column.addWidget(section)
+        self.sections[name] = section
+        return section, grid
+
+    def _row(self, grid: QGridLayout, field: str, edit: QWidget, *, wide: bool = False) -> None:
+        """Add a field with its name and room for what is wrong with it."""
+        row = grid.rowCount()
+        if not wide and not isinstance(edit, QCheckBox):
+            grid.addWidget(label(EXPLAINED[field].title), row, 0)
+        grid.addWidget(edit, row, 0 if wide else 1, 1, 2 if wide else 1)
+        sentence = Sentence()
+        sentence.hide()
+        grid.addWidget(sentence, row + 1, 0 if wide else 1, 1, -1)
+        self._sentences[field] = sentence
+        self._edits[field] = edit
+        self._follow(field, edit)
+
+    def _follow(self, field: str, edit: QWidget) -> None:
+        words = EXPLAINED[field]
+        edit.setAccessibleName(words.title)
+        edit.setAccessibleDescription(words.does)
+        edit.setToolTip(words.does)
+        edit.installEventFilter(self)
+        self._fields[edit] = field
+
+    def _choice(self, grid: QGridLayout, field: str, choices: Choices) -> QComboBox:
+        box = QComboBox()
+        for key, words in choices:
+            box.addItem(words, key)
+        box.activated.connect(lambda _index: self._take(field, box.currentData()))
+        self._boxes[field] = box
+        self._row(grid, field, box)
+        return box
+
+    def _check(self, grid: QGridLayout, field: str) -> QCheckBox:
+        box = QCheckBox(EXPLAINED[field].title)
+        box.toggled.connect(lambda on: self._take(field, on))
+        self._checks[field] = box
+        self._row(grid, field, box)
+        return box
+
+    def _line(self, grid: QGridLayout, field: str, hint: str) -> QLineEdit:
+        line = QLineEdit()
+        line.setPlaceholderText(hint)
+        line.textEdited.connect(lambda text: self._take(field, text.strip(), typed=True))
+        line.returnPressed.connect(self._enter)
+        self._lines[field] = line
+        self._row(grid, field, line)
+        return line
+
+    def _file(
+        self, grid: QGridLayout, field: str, shipped: tuple[str, ...], none: str,
+        *, folder: bool = False,
+    ) -> ShippedField:  # fmt: skip
+        box = ShippedField(
+            EXPLAINED[field].title, shipped, str(getattr(self.wishes, field)), none=none,
+            folder=folder,
+        )  # fmt: skip
+        box.currentIndexChanged.connect(lambda _index: self._take(field, box.value))
+        self._files[field] = box
+        self._row(grid, field, box)
+        return box
+
+    def _question(self) -> None:
+        _, grid = self._section("question", "What")
+        self.maneuvers = self._choice(grid, "maneuvers", MANEUVERS)
+        self.method = self._choice(grid, "method", METHODS)
+        self.axis = self._choice(grid, "axis", AXES)
+        self.six_degrees = self._check(grid, "six_degrees")
+        self.joint = self._check(grid, "joint")
+        self.label = QLineEdit()
+        self.label.setPlaceholderText("if it should have one")
+        self.label.returnPressed.connect(self._enter)
+        self._row(grid, "label", self.label)
+
+    def _derivatives(self) -> None:
+        _, grid = self._section("derivatives", "Derivatives")
+        self.derivatives = DerivativeTable(self._look)
+        self.derivatives.model_of.edited.connect(self._taken)
+        self._row(grid, "derivatives", self.derivatives, wide=True)
+
+    def _noise(self) -> None:
+        _, grid = self._section("noise", "Noise and bounds")
+        self.weights = self._file(grid, "weights", (), "From the residuals")
+        self.noise = self._choice(grid, "noise", NOISES)
+        self.bound_factor = self._line(grid, "bound_factor", "corrected for colored residuals")
+        self.integration = self._choice(grid, "integration", INTEGRATIONS)
+
+    def _channels(self) -> None:
+        _, grid = self._section("channels", "Responses, states, instrument errors")
+        self.channels = ChannelTable(self._look)
+        self.channels.model_of.edited.connect(self._taken)
+        self._row(grid, "channels", self.channels, wide=True)
+        self.stand_ins = self._line(grid, "stand_ins", "for what was not measured: V=30")
+
+    def _sources(self) -> None:
+        _, grid = self._section("files", "Model, aircraft, certificates")
+        self.model = self._file(grid, "model", (), "None: the campaign's own means")
+        self.aircraft = self._file(
+            grid, "aircraft", tuple(shipped_aircraft()), "As each flight says"
+        )
+        self.calibration = self._file(
+            grid, "calibration", _SHIPPED_SETS, "Those kept with each flight", folder=True
+        )
+
+    # What is wished
+
+    def _take(self, field: str, value: object, *, typed: bool = False) -> None:
+        """Take what a control says now."""
+        if self._showing or getattr(self.wishes, field) == value:
+            return
+        self.wishes = self.wishes.changed(**{field: value})
+        if field in ("axis", "six_degrees"):
+            # Channels were chosen for the other axis.
+            self.wishes = self.wishes.changed(responses=None, states=None, biases=None)
+        self._spread()
+        if typed:
+            self._typing.start(_TYPING_MS)
+        else:
+            self.changed.emit()
+
+    def _taken(self, wishes: Wishes) -> None:
+        self.wishes = wishes
+        self._spread()
+        self.changed.emit()
+
+    def _enter(self) -> None:
+        self._typing.stop()
+        self.changed.emit()
+        self.asked.emit()
+
+    def show_wishes(self, wishes: Wishes) -> None:
+        """Show other wishes; emits nothing."""
+        self.wishes = wishes
+        self._showing = True
+        try:
+            for field, box in self._boxes.items():
+                box.setCurrentIndex(max(box.findData(getattr(wishes, field)), 0))
+            for field, file in self._files.items():
+                file.show_value(getattr(wishes, field))
+            for field, check in self._checks.items():
+                check.setChecked(getattr(wishes, field))
+            for field, line in self._lines.items():
+                line.setText(getattr(wishes, field))
+        finally:
+            self._showing = False
+        self._spread()
+
+    def offer(self, field: str, names: Sequence[str]) -> None:
+        """Offer the names of files that come with the program."""
+        self._files[field].offer(names)
+
+    def _spread(self) -> None:
+        """Show the wishes in the tables, and gray what the method does not heed."""
+        wishes = self.wishes
+        self.derivatives.model_of.show_wishes(wishes)
+        self.channels.model_of.show_wishes(wishes)
+        takes = TAKES[wishes.method]
+        heeded: Mapping[str, str] = {
+            "derivatives": "derivatives", "weights": "weights", "noise": "noise",
+            "bound_factor": "bounds", "integration": "integration", "channels": "channels",
+            "stand_ins": "stand_ins", "model": "model",
+        }  # fmt: skip
+        for field, needed in heeded.items():
+            self._edits[field].setEnabled(needed in takes)
+        self.axis.setEnabled(not wishes.six_degrees)
+        self.show_problem("", "")
+
+    # What is said
+
+    def show_problem(self, field: str, words: str) -> None:
+        """Say what is wrong with a field, and of the others what is to be known."""
+        for name, sentence in self._sentences.items():
+            wrong = name == field
+            note = "" if wrong else self._note(name)
+            sentence.say(words if wrong else note, "warning" if wrong else "")
+            sentence.setVisible(bool(words if wrong else note))
+            edit = self._edits[name]
+            state = "warning" if wrong else ""
+            if isinstance(edit, QLineEdit) and edit.property("state") != state:
+                edit.setProperty("state", state)
+                restyle(edit)
+
+    def _note(self, field: str) -> str:
+        """Return what is to be known of a field as the panel stands."""
+        wishes = self.wishes
+        if field == "derivatives":
+            if "derivatives" not in TAKES[wishes.method]:
+                return "FTR takes the derivatives of the tables."
+            free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
+            here = [name for name in free if name in self.derivatives.model_of.names]
+            if here:
+                only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
+                return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."
+        if field == "channels":
+            if "channels" not in TAKES[wishes.method]:
+                return "Only maximum likelihood compares responses."
+            if wishes.axis == "both" and not wishes.six_degrees:
+                return (
+                    "Each maneuver has the responses and states of its own axis; choose one axis "
+                    "above to change them."
+                )
+        return ""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Explain the field that the keyboard comes to, or the mouse."""
+        if event.type() == QEvent.Type.FocusIn and watched in self._fields:
+            self.explained.emit(self._fields[watched])
+        return super().eventFilter(watched, event)
+
+    def go_to(self, field: str) -> None:
+        """Put the keyboard into a field."""
+        edit = self._edits.get(field)
+        if edit is not None:
+            edit.setFocus()

@@ -1,0 +1,244 @@
+"""The derivatives of the axis: free or held, where they start, what is known beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+
+from gsapp.identification.axes import axis_derivatives
+from ui.look import Look
+from ui.review.estimate_wishes import DerivativeWish, Wishes
+from ui.review.estimate_words import TREATMENTS
+
+Index = QModelIndex | QPersistentModelIndex
+
+TITLES: Final = ("", "Treated", "Held at", "Start", "Known", "±", "Last run")
+NAME, TREATED, VALUE, START, PRIOR, DEVIATION, LAST = range(7)
+_FIELDS: Final = {VALUE: "value", START: "start", PRIOR: "prior", DEVIATION: "deviation"}
+_SAID: Final = {
+    VALUE: "value that it is held at",
+    START: "start value",
+    PRIOR: "a-priori value",
+    DEVIATION: "deviation of the a-priori value",
+}
+_ROW: Final = 30
+_MOST_ROWS: Final = 12
+_WIDTHS: Final = {NAME: 80, TREATED: 60, VALUE: 64, START: 56, PRIOR: 56, DEVIATION: 44}
+
+
+class DerivativeModel(QAbstractTableModel):
+    """One row for each derivative of the axis.
+
+    Attributes
+    ----------
+    edited : Signal(object)
+        The wishes with another one for a derivative.
+    """
+
+    edited = Signal(object)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.names: tuple[str, ...] = ()
+        self.wishes = Wishes()
+        self.last: Mapping[str, str] = {}
+
+    def show_wishes(self, wishes: Wishes) -> None:
+        """Show other wishes."""
+        names = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
+        if names != self.names:
+            self.beginResetModel()
+            self.names, self.wishes = names, wishes
+            self.endResetModel()
+        elif wishes != self.wishes:
+            self.wishes = wishes
+            self._repaint()
+
+    def show_last(self, last: Mapping[str, str]) -> None:
+        """Show what the last run gave, in words."""
+        if last != self.last:
+            self.last = last
+            self._repaint()
+
+    def _repaint(self) -> None:
+        self.dataChanged.emit(self.index(0, 0), self.index(len(self.names) - 1, LAST))
+
+    def rowCount(self, parent: Index | None = None) -> int:
+        """Return the number of derivatives."""
+        return 0 if parent is not None and parent.isValid() else len(self.names)
+
+    def columnCount(self, parent: Index | None = None) -> int:
+        """Return the number of columns."""
+        return 0 if parent is not None and parent.isValid() else len(TITLES)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> object:
+        """Return the title of a column."""
+        if orientation is not Qt.Orientation.Horizontal:
+            return None
+        if role == Qt.ItemDataRole.DisplayRole:
+            return TITLES[section]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return int(_alignment(section))
+        return None
+
+    def wish(self, row: int) -> DerivativeWish:
+        """Return the wish of a row."""
+        return self.wishes.derivative(self.names[row])
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Return text, type, what is said of a cell."""
+        name, column = self.names[index.row()], index.column()
+        wish = self.wishes.derivative(name)
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
+            return self._text(name, wish, column)
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return int(_alignment(column))
+        if role == Qt.ItemDataRole.FontRole:
+            own = column == NAME and wish != DerivativeWish()
+            return self._look.font("body", strong=own)
+        if role == Qt.ItemDataRole.ForegroundRole and not self._counts(wish, column):
+            return QColor(self._look.color("muted"))
+        if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole):
+            return self._said(name, wish, column)
+        return None
+
+    def _text(self, name: str, wish: DerivativeWish, column: int) -> str:
+        if column == NAME:
+            return name
+        if column == TREATED:
+            return dict(TREATMENTS)[wish.treated]
+        if column == LAST:
+            return self.last.get(name, "")
+        return str(getattr(wish, _FIELDS[column]))
+
+    def _counts(self, wish: DerivativeWish, column: int) -> bool:
+        """Return whether a cell says something that the run heeds."""
+        if column == TREATED:
+            return wish.treated != "tables"
+        if column == VALUE:
+            return wish.treated == "held"
+        if column in (START, PRIOR, DEVIATION):
+            return wish.treated != "held"
+        return True
+
+    def _said(self, name: str, wish: DerivativeWish, column: int) -> str:
+        text = self._text(name, wish, column)
+        if column == TREATED:
+            return f"{name} {text}; Space changes it"
+        if column in _SAID:
+            return f"{_SAID[column]} of {name}: {text or 'none'}"
+        return f"{name}, last run: {text}" if column == LAST and text else text
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        """Return whether a cell may be typed into."""
+        flags = super().flags(index)
+        if index.column() in _FIELDS:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        return flags
+
+    def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Take what was typed; a value to hold at holds the derivative."""
+        if role != Qt.ItemDataRole.EditRole or index.column() not in _FIELDS:
+            return False
+        text = str(value).strip()
+        wish = self.wish(index.row())
+        changes = {_FIELDS[index.column()]: text}
+        if index.column() == VALUE and text and text != wish.value:
+            changes["treated"] = "held"
+        self._change(index.row(), wish.model_copy(update=changes))
+        return True
+
+    def turn(self, row: int) -> None:
+        """Treat a derivative in the next way; held, it begins with what the last run gave."""
+        wish = self.wish(row)
+        ways = [key for key, _ in TREATMENTS]
+        treated = ways[(ways.index(wish.treated) + 1) % len(ways)]
+        value = wish.value
+        if treated == "held" and not value:
+            value = self.last.get(self.names[row], "").partition(" ")[0].replace("−", "-")
+        self._change(row, wish.model_copy(update={"treated": treated, "value": value}))
+
+    def clear(self, row: int) -> None:
+        """Take back everything that was wished for a derivative."""
+        self._change(row, DerivativeWish())
+
+    def _change(self, row: int, wish: DerivativeWish) -> None:
+        if wish != self.wish(row):
+            self.edited.emit(self.wishes.with_derivative(self.names[row], wish))
+
+
+class DerivativeTable(QTableView):
+    """The table; Space treats in the next way, typing writes, Delete takes all of a row back."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.model_of = DerivativeModel(look)
+        self.setModel(self.model_of)
+        self.setAccessibleName("Derivatives")
+        self.setShowGrid(False)
+        self.setAlternatingRowColors(True)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setEditTriggers(
+            QAbstractItemView.EditTrigger.AnyKeyPressed
+            | QAbstractItemView.EditTrigger.DoubleClicked
+            | QAbstractItemView.EditTrigger.EditKeyPressed
+        )
+        self.setTabKeyNavigation(False)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(LAST, QHeaderView.ResizeMode.Stretch)
+        self.clicked.connect(self._clicked)
+        self.model_of.modelReset.connect(self._fit)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        px = self._look.px
+        for column, width in _WIDTHS.items():
+            self.setColumnWidth(column, px(width))
+        self.horizontalHeader().setMinimumSectionSize(px(40))
+        self.verticalHeader().setDefaultSectionSize(px(_ROW))
+        rows = min(len(self.model_of.names), _MOST_ROWS)
+        self.setFixedHeight(rows * px(_ROW) + px(34))
+
+    def _clicked(self, index: QModelIndex) -> None:
+        if index.column() == TREATED:
+            self.model_of.turn(index.row())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Turn with Space, take back with Delete, write with any other letter."""
+        index = self.currentIndex()
+        if index.isValid() and event.key() == Qt.Key.Key_Space:
+            self.model_of.turn(index.row())
+        elif index.isValid() and event.key() == Qt.Key.Key_Delete:
+            self.model_of.clear(index.row())
+        elif index.isValid() and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            if index.column() in _FIELDS:
+                self.edit(index)
+            else:
+                self.model_of.turn(index.row())
+        else:
+            super().keyPressEvent(event)
+
+
+def last_values(names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> dict[str, str]:
+    """Return what a run gave of each derivative, in words."""
+    from ui.gap.phrases import with_std
+
+    return {name: with_std(*values[name]) for name in names if name in values}
+
+
+def _alignment(column: int) -> Qt.AlignmentFlag:
+    side = Qt.AlignmentFlag.AlignLeft if column in (NAME, TREATED) else Qt.AlignmentFlag.AlignRight
+    return side | Qt.AlignmentFlag.AlignVCenter

@@ -1,0 +1,211 @@
+"""The kept runs: listed, named, marked, set beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ui.flight.controls import ActionButton
+from ui.gap.parts import Lines, button_row
+from ui.look import Look
+from ui.pages import label
+from ui.review.runs_book import RunsBook
+from ui.review.runs_lines import NAMED, run_lines, run_words, setting_lines, value_lines
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.comparing import Comparison
+    from gsapp.identification.runs.keeping import KeptRun
+
+_RUNS = ("No.", "Name", "Method", "Of", "When", "")
+_SETTINGS = ("Setting", "This run", "Marked run")
+_VALUES = ("Derivative", "This run", "Marked run", "Apart")
+
+
+class RunsView(QWidget):
+    """Kept runs with what was asked for and what came of it.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes.
+    book : RunsBook
+        Knows them.
+
+    Attributes
+    ----------
+    chosen : Signal
+        Another run has the keyboard, or is marked: other commands may be of use.
+    opened : Signal
+        Enter on a run.
+    focused : Signal
+        The keyboard came here.
+    """
+
+    chosen = Signal()
+    opened = Signal()
+    focused = Signal()
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look, book: RunsBook) -> None:
+        super().__init__()
+        self._look = look
+        self._book = book
+        self._shown: int | None = None
+        self.marked: int | None = None
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.addWidget(label("Kept runs", "heading"))
+        self.empty = label(
+            "None yet. Every run is kept here with its settings, to be compared and repeated.",
+            "muted", wrap=True,
+        )  # fmt: skip
+        self._column.addWidget(self.empty)
+        self.list = _RunList(
+            look, "Kept runs", _RUNS, stretch=NAMED,
+            widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
+            least=2, most=7, editable=NAMED,
+        )  # fmt: skip
+        self._column.addWidget(self.list)
+        self.buttons = button_row(
+            look,
+            ActionButton(actions["review_repeat"], "Repeat exactly", look),
+            ActionButton(actions["review_use"], "Use its settings", look),
+            ActionButton(actions["review_mark"], "Mark to compare", look),
+            ActionButton(actions["review_name"], "Name", look),
+            ActionButton(actions["review_forget"], "Forget", look),
+        )
+        self._column.addWidget(self.buttons)
+        self.said = label("", wrap=True)
+        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._column.addWidget(self.said)
+        self.values = Lines(
+            look, "Values of the run", _VALUES, stretch=0, widths={1: 156, 2: 156, 3: 96},
+            right=frozenset({1, 2, 3}), most=12,
+        )  # fmt: skip
+        self._column.addWidget(self.values)
+        self.settings = Lines(
+            look, "Settings of the run", _SETTINGS, stretch=1, widths={0: 140, 2: 160}, most=10
+        )
+        self._column.addWidget(self.settings)
+        self._column.addStretch(1)
+        self.list.selectionModel().currentRowChanged.connect(lambda *_: self._tell())
+        self.list.opened.connect(lambda _key: self.opened.emit())
+        self.list.deleted.connect(self._delete)
+        self.list.marked.connect(self.mark)
+        self.list.focused.connect(self.focused)
+        self.list.lines.edited.connect(self._renamed)
+        book.changed.connect(self.refresh)
+        look.changed.connect(self._fit)
+        self._fit()
+        self.refresh()
+
+    def _fit(self) -> None:
+        self._column.setSpacing(self._look.px(8))
+
+    @property
+    def current(self) -> KeptRun | None:
+        """Return the run that has the keyboard."""
+        key = self.list.current_key()
+        return self._book.run(key if isinstance(key, int) else None)
+
+    def show_number(self, number: int | None) -> None:
+        """Say which run figures and summary show, and put the keyboard's line there."""
+        self._shown = number
+        self.refresh()
+        if number is not None:
+            self.list.choose(number)
+
+    def refresh(self) -> None:
+        """Show the runs as they are known now."""
+        runs = self._book.runs
+        if self.marked is not None and self._book.run(self.marked) is None:
+            self.marked = None
+        self.list.show_lines(run_lines(runs, self.marked, self._shown))
+        self.empty.setVisible(not runs)
+        for part in (self.list, self.buttons, self.said, self.values, self.settings):
+            part.setVisible(bool(runs))
+        if runs and self.current is None:
+            self.list.setCurrentIndex(self.list.lines.index(0, 0))
+        self._tell()
+
+    def mark(self) -> None:
+        """Mark the run with the keyboard, to set others beside it; or take its mark away."""
+        run = self.current
+        if run is not None:
+            self.marked = None if self.marked == run.number else run.number
+            self.refresh()
+
+    def name(self) -> None:
+        """Let the user type another name for the run."""
+        run = self.current
+        if run is not None:
+            self.list.setFocus()
+            self.list.edit_key(run.number, NAMED)
+
+    def forget(self) -> None:
+        """Leave the run out of the list."""
+        run = self.current
+        if run is not None:
+            self._book.forget(run.number)
+
+    def _delete(self, key: object) -> None:
+        if isinstance(key, int):
+            self._book.forget(key)
+
+    def _renamed(self, key: object, text: str) -> None:
+        if isinstance(key, int):
+            self._book.rename(key, text)
+
+    def _comparison(self, run: KeptRun) -> Comparison | None:
+        marked = self._book.run(self.marked)
+        if marked is None or marked.number == run.number:
+            return None
+        from gsapp.identification.runs.comparing import compare
+
+        return compare(run, marked)
+
+    def _tell(self) -> None:
+        run = self.current
+        if run is not None:
+            comparison = self._comparison(run)
+            self.said.setText(run_words(run, comparison))
+            self.values.show_lines(value_lines(run, comparison))
+            self.settings.show_lines(setting_lines(run, comparison))
+            beside = comparison is not None
+            for table, columns in ((self.values, (2, 3)), (self.settings, (2,))):
+                for column in columns:
+                    table.setColumnHidden(column, not beside)
+            self.settings.setVisible(bool(self.settings.lines.lines))
+        self.chosen.emit()
+
+
+class _RunList(Lines):
+    """The list; Space marks.
+
+    Attributes
+    ----------
+    marked : Signal
+        Space on a run.
+    focused : Signal
+        The keyboard came here.
+    """
+
+    marked = Signal()
+    focused = Signal()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Mark with Space; the rest as in any list."""
+        if event.key() == Qt.Key.Key_Space:
+            self.marked.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Say that the keyboard came."""
+        super().focusInEvent(event)
+        self.focused.emit()
