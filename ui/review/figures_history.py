@@ -23,13 +23,13 @@ class Exclusions:
 
     def show(self, without: frozenset[str]) -> None:
         """Follow what was changed elsewhere."""
-        self.now = without
+        self.now = frozenset(without)
 
     def toggle(self, maneuver: str) -> frozenset[str]:
         """Leave a maneuver out, or take it in again; return those left out."""
         self._past.append(self.now)
         self._future.clear()
-        self.now ^= {maneuver}
+        self.now = self.now ^ {maneuver}
         return self.now
 
     def undo(self) -> frozenset[str]:

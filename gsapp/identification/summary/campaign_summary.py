@@ -142,7 +142,7 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
         derivatives=found,
         wild=_wild(found, by_id),
         bounds_ratio=float(np.median(ratios)) if ratios else None,
-        without=out & by_id.keys(),
+        without=out.intersection(by_id),
     )
 
 
