@@ -1,0 +1,116 @@
+"""``gsapp estimate --catalog`` keeps runs; ``gsapp runs`` lists, compares, repeats them."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from gsapp.cli.main import app
+from gsapp.foundation import FlightError, UnknownNameError
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
+from runs_kit import WINDOWS, write_flights
+
+
+def gsapp(*arguments: object) -> str:
+    """Run a command within this process; return what it prints to the screen."""
+    done = CliRunner().invoke(
+        app, [str(one) for one in arguments], catch_exceptions=False, env={"COLUMNS": "120"}
+    )
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a catalog with two runs of the same flights."""
+    folder = tmp_path_factory.mktemp("campaign")
+    flights = write_flights(folder)
+    catalog = folder / "campaign.sqlite"
+    windows = [word for window in WINDOWS for word in ("--maneuver", window)]
+    common = ("estimate", *flights, *windows, "--model", "b777", "--catalog", catalog)
+    kept = gsapp(*common, "--label", "all free")
+    assert kept.rstrip().endswith(f"kept as run 1 in {catalog}")
+    gsapp(*common, "--hold", "CN_q=5", "--weights", "table-6.2.7")
+    return catalog
+
+
+def test_runs_are_listed_and_shown(campaign: Path) -> None:
+    """A line for each with what tells them apart; all of one on demand, also for programs."""
+    listed = gsapp("runs", campaign)
+    assert "2 runs" in listed
+    assert "all free" in listed
+    assert "Cm_alpha" in listed
+    shown = gsapp("runs", campaign, "show", 2)
+    assert "CN_q 5" in shown
+    content = json.loads(gsapp("runs", campaign, "show", 2, "--json", "-"))
+    assert content["settings"]["held"] == "CN_q 5"
+    assert [one["id"] for one in content["maneuvers"]] == ["1", "2", "1", "2"]
+    assert [one["role"] for one in content["inputs"]] == [
+        "flight", "flight", "aircraft", "model", "weights",
+    ]  # fmt: skip
+    first, second = json.loads(gsapp("runs", campaign, "--json", "-"))
+    assert (first["number"], first["label"], first["flights"]) == (1, "all free", ["a", "b"])
+    assert "CN_q" in first["values"]
+    assert "CN_q" not in second["values"]
+
+
+def test_two_runs_are_compared(campaign: Path) -> None:
+    """What was asked for otherwise, and each value with the difference in joint bounds."""
+    said = gsapp("runs", campaign, "compare", 1, 2)
+    assert "from the residuals" in said
+    assert "one only" in said
+    content = json.loads(gsapp("runs", campaign, "compare", 1, 2, "--json", "-"))
+    assert [one["name"] for one in content["settings"]] == ["held", "weights"]
+    values = {one["name"]: one for one in content["values"]}
+    assert values["CN_q"]["other"] is None
+    assert values["Cm_de"]["difference"] == pytest.approx(
+        values["Cm_de"]["other"]["mean"] - values["Cm_de"]["one"]["mean"]
+    )
+
+
+def test_another_process_repeats_a_run_to_the_last_bit(campaign: Path) -> None:
+    """A new process with another order of sets gives the same numbers, and says so."""
+    done = subprocess.run(
+        [sys.executable, "-m", "gsapp.cli", "runs", str(campaign), "repeat", "2", "--json", "-"],
+        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONHASHSEED": "77"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    content = json.loads(done.stdout)
+    assert (content["same"], content["differences"]) == (True, [])
+    assert [one["id"] for one in content["maneuvers"]] == ["1:1", "1:2", "2:1", "2:2"]
+    assert "run 2 gives the same to the last bit" in done.stderr
+
+
+def test_a_run_is_renamed_forgotten_and_called_back(campaign: Path) -> None:
+    """Each says what it did and how it is undone."""
+    assert "called 'held'" in gsapp("runs", campaign, "rename", 2, "held")
+    said = gsapp("runs", campaign, "forget", 2)
+    assert "recall 2" in " ".join(said.split())
+    assert "1 run" in gsapp("runs", campaign)
+    gsapp("runs", campaign, "recall", 2)
+    assert "held" in gsapp("runs", campaign)
+
+
+@pytest.mark.parametrize(
+    "words", [("frob",), ("show",), ("compare", "1"), ("show", "x"), ("forget", "1", "2")]
+)
+def test_wrong_calls_are_told_with_the_right_one(campaign: Path, words: tuple[str, ...]) -> None:
+    """Exit code 2, as for every wrong call."""
+    done = CliRunner().invoke(app, ["runs", str(campaign), *words])
+    assert done.exit_code == 2
+    assert "gsapp runs CATALOG" in done.output or "'list', 'show'" in done.output
+
+
+def test_what_is_not_there_is_told(campaign: Path, tmp_path: Path) -> None:
+    """No such catalog, no such run."""
+    with pytest.raises(FlightError, match="gsapp estimate --catalog makes one"):
+        gsapp("runs", tmp_path / "none.sqlite")
+    with pytest.raises(UnknownNameError, match="no run 9; it has 1, 2"):
+        gsapp("runs", campaign, "show", 9)
