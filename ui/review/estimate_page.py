@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import (
-    QApplication,
     QFrame,
     QHBoxLayout,
     QScrollArea,
@@ -93,7 +92,6 @@ class EstimatePage(ReviewPage):
         self._ready = False
         self._running = False
         self._problem: FieldError | None = None
-        self._begins = False
         self._told = ""
         self._deeds = Deeds()
         self._outcome: Outcome | None = None
@@ -260,8 +258,8 @@ class EstimatePage(ReviewPage):
 
     def begin(self) -> None:
         """Put the keyboard on the button: Enter alone runs."""
-        self._begins = not self.button.isEnabled()
-        self.button.setFocus()
+        # Where the button must wait for what it needs, the keyboard waits with it.
+        (self.button if self.button.isEnabled() else self).setFocus()
         self.explain("run")
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -344,11 +342,8 @@ class EstimatePage(ReviewPage):
         words, state = self._words()
         self.sentence.say(words, state)
         self.changed.emit()
-        if self._begins and self.button.isEnabled():
-            # The keyboard was meant for the button, which had to wait for what it needs.
-            self._begins = False
-            if not self.isAncestorOf(QApplication.focusWidget() or self.window()):
-                self.button.setFocus()
+        if self.hasFocus() and self.button.isEnabled():
+            self.button.setFocus()
 
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
@@ -410,6 +405,9 @@ class EstimatePage(ReviewPage):
     def _begin(self) -> None:
         self._running = True
         self._told = ""
+        if self.button.hasFocus():
+            # It grays; the next control would take the next Enter.
+            self.setFocus()
         self.refresh()
 
     def _done(self, found: object) -> None:

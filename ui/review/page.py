@@ -75,6 +75,9 @@ class ReviewPage(QWidget):
         """Put the keyboard where one goes on."""
         raise NotImplementedError
 
+    def refresh(self) -> None:
+        """Show what changed on the other pages."""
+
     def show_open(self, path: Path | None) -> None:
         """Say which flight is open in the window; None for none."""
 

@@ -18,6 +18,7 @@ from ui.frame.work_strip import WorkStrip
 from ui.look import Look
 from ui.process.engine import Engine
 from ui.review.chapters import CHAPTERS
+from ui.review.onboard_desk import OnboardDesk
 from ui.review.page import ReviewPage
 from ui.review.selection import Selection
 from ui.review.work import ReviewWork
@@ -25,12 +26,9 @@ from ui.review.worker import review_engine
 from ui.settings import SettingsStore
 
 if TYPE_CHECKING:
+    from gsapp.flight.flight import Flight
     from gsapp.identification.runs.outcome import Outcome
     from gsapp.session.review import Review
-
-_BUILT = tuple(
-    chapter for chapter in CHAPTERS if chapter.id in ("maneuvers", "estimate", "figures")
-)
 
 
 class ReviewPlace(QWidget):
@@ -90,11 +88,16 @@ class ReviewPlace(QWidget):
         self.selection = Selection(self)
         self.setAccessibleName("Review")
         self.work = ReviewWork(engine or review_engine(), faults.report, self)
+        self.onboard = OnboardDesk(
+            look, store, banners, faults.report, self._reviewed, self._opened, self
+        )
+        self.onboard.placed.connect(self._samples_changed)
+        self.onboard.changed.connect(self.changed)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         self.chapters = StepList(
-            actions, look, _BUILT, prefix="review", name="Chapters of the review"
+            actions, look, CHAPTERS, prefix="review", name="Chapters of the review"
         )
         column.addWidget(self.chapters)
         self.strip = WorkStrip(look, actions["review_cancel"], "work")
@@ -112,6 +115,7 @@ class ReviewPlace(QWidget):
         """Return what the commands of this place and its pages do."""
         own = {f"review_{one.id}": lambda name=one.id: self.go(name) for one in CHAPTERS}
         own |= {"review_cancel": self.work.cancel, "review_redo": self.redo}
+        own |= self.onboard.handlers
         of_pages = {
             command.id: lambda name=command.id: self._on_page(name)
             for command in COMMANDS
@@ -141,10 +145,13 @@ class ReviewPlace(QWidget):
     def present(self) -> tuple[Need, ...]:
         """Return what commands may act on."""
         found: list[Need] = ["review_busy"] if self.work.running else []
+        found += ["review_log"] if self.onboard.work.running else []
         page = self.page
         if not self.shown or page is None:
             return tuple(found)
         found.append("review")
+        if self.onboard.folders:
+            found.append("review_folder")
         if page.can_redo:
             found.append("review_future")
         return (*found, *page.present)
@@ -173,10 +180,9 @@ class ReviewPlace(QWidget):
         """Make the page when it is needed; the strip tells of work from here on."""
         super().showEvent(event)
         self._drop_banner()
-        known = [one.id for one in _BUILT]
-        last = self._store.current.review_chapter
-        if known:
-            self.go(self.chapter or (last if last in known else known[0]), begin=False)
+        # The first page opens the flights that all others look at.
+        self._made("maneuvers")
+        self.go(self.chapter or self._store.current.review_chapter, begin=False)
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Tell of work that goes on in a banner."""
@@ -192,17 +198,8 @@ class ReviewPlace(QWidget):
 
     def go(self, chapter: str, *, begin: bool = True) -> None:
         """Go to a chapter by its id."""
-        if chapter not in [one.id for one in _BUILT]:
-            return
-        if chapter not in self.pages:
-            page = self._make(chapter)
-            page.changed.connect(self._page_changed)
-            page.show_outcome(self.outcome)
-            page.show_open(self._open)
-            self.pages[chapter] = page
-            self.stack.addWidget(page)
+        self.stack.setCurrentWidget(self._made(chapter))
         self.chapter = chapter
-        self.stack.setCurrentWidget(self.pages[chapter])
         self.chapters.show_step(chapter)
         self._store.change(review_chapter=chapter)
         self._page_changed()
@@ -215,29 +212,44 @@ class ReviewPlace(QWidget):
         if page is not None:
             page.begin()
 
+    def _made(self, chapter: str) -> ReviewPage:
+        """Return the page of a chapter, made if it was not seen yet."""
+        if chapter not in self.pages:
+            page = self._make(chapter)
+            page.changed.connect(self._page_changed)
+            page.show_outcome(self.outcome)
+            page.show_open(self._open)
+            self.pages[chapter] = page
+            self.stack.addWidget(page)
+        return self.pages[chapter]
+
     def _make(self, chapter: str) -> ReviewPage:
         """Make the page of a chapter; what it is made of is loaded with it."""
         look, store = self._look, self._store
         if chapter == "maneuvers":
             from ui.review.maneuvers_page import ManeuversPage
 
-            return ManeuversPage(self._actions, look, store, self.selection, self.review)
+            maneuvers = ManeuversPage(self._actions, look, store, self.selection, self.review)
+            maneuvers.maneuvers_changed.connect(self._maneuvers_changed)
+            return maneuvers
         if chapter == "estimate":
             from ui.review.estimate_page import EstimatePage
 
-            page = EstimatePage(
+            estimate = EstimatePage(
                 self._actions, look, store, self.selection, self.review, self.work.begin,
                 self._faults.report,
             )  # fmt: skip
-            page.estimated.connect(self.show_outcome)
-            return page
+            estimate.estimated.connect(self.show_outcome)
+            return estimate
         if chapter == "figures":
             from ui.review.figures_page import FiguresPage
 
             figures = FiguresPage(self._actions, look, store, self.selection, self.work.begin)
             figures.exclusion_changed.connect(self.show_outcome)
             return figures
-        raise LookupError(chapter)
+        from ui.review.summary_page import SummaryPage
+
+        return SummaryPage(self._actions, look, store, self.selection, self.work.begin)
 
     @property
     def review(self) -> Review:
@@ -247,6 +259,24 @@ class ReviewPlace(QWidget):
 
             self._review = Review()
         return self._review
+
+    def _maneuvers_changed(self) -> None:
+        """Say on the page on screen what a run would take now."""
+        estimate = self.pages.get("estimate")
+        if estimate is not None:
+            estimate.refresh()
+
+    def _reviewed(self) -> list[Flight]:
+        return [one.flight for one in self._review.flights] if self._review is not None else []
+
+    def _opened(self) -> list[Path]:
+        return [self._open] if self._open is not None else []
+
+    def _samples_changed(self, path: Path) -> None:
+        """Open a flight anew whose on-board log is another now."""
+        page = self.pages.get("maneuvers")
+        if page is not None and path.resolve() in [one.resolve() for one in self.review.paths]:
+            page.opening.open([path])
 
     def _page_changed(self) -> None:
         for name, page in self.pages.items():
@@ -303,3 +333,4 @@ class ReviewPlace(QWidget):
     def close_work(self) -> None:
         """Stop everything, as the window closes."""
         self.work.close()
+        self.onboard.close()
