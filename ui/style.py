@@ -96,9 +96,10 @@ QTableView::item:selected:active {{ background: {pressed}; }}
 QTreeView::branch {{ background: transparent; }}
 QTreeView::branch:has-children:closed {{ image: url("{arrow_right}"); }}
 QTreeView::branch:has-children:open {{ image: url("{arrow_down}"); }}
-QTreeView::indicator {{ width: {p14}px; height: {p14}px; border: 1px solid {axis};
-  border-radius: {p3}px; background: {panel}; }}
-QTreeView::indicator:checked {{ image: url("{check}"); background: {text}; border-color: {text}; }}
+QTreeView::indicator, QTableView::indicator {{ width: {p14}px; height: {p14}px;
+  border: 1px solid {axis}; border-radius: {p3}px; background: {panel}; }}
+QTreeView::indicator:checked, QTableView::indicator:checked {{ image: url("{check}");
+  background: {text}; border-color: {text}; }}
 QHeaderView {{ background: {panel}; }}
 QHeaderView::section {{ background: {panel}; color: {muted}; font-size: {label}px; border: 0;
   border-bottom: 1px solid {line}; padding: {p4}px {p8}px; }}

@@ -1,0 +1,48 @@
+"""Asks for a grade given by a person, and why."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
+
+from gsapp.flight.maneuvers.found import CREW, GRADES, FoundManeuver, Grade
+from ui.dialogs.form import FormDialog
+from ui.look import Look
+
+
+class GradeDialog(FormDialog):
+    """A grade from A to D, or the one that the samples give; and a reason.
+
+    Parameters
+    ----------
+    look : Look
+    maneuver : FoundManeuver
+        That is to be graded.
+    """
+
+    def __init__(self, look: Look, maneuver: FoundManeuver, parent: QWidget | None = None) -> None:
+        super().__init__(
+            "Grade by hand",
+            f"Maneuver {maneuver.id} has grade {maneuver.grade}. A grade given by hand stays when "
+            "edges are moved; unfit (D) keeps it out of every estimate.",
+            "Grade",
+            look,
+            parent,
+        )
+        self.choice = QComboBox()
+        self.choice.setAccessibleName("Grade")
+        for grade, words in GRADES.items():
+            self.choice.addItem(f"{grade}  {words.partition(':')[0]}", grade)
+        self.choice.addItem("As the samples show it", "")
+        self.choice.setCurrentIndex(list(GRADES).index(maneuver.grade))
+        self.reason = QLineEdit("; ".join(maneuver.reasons) if maneuver.graded_by == CREW else "")
+        self.reason.setAccessibleName("Reason")
+        self.reason.setPlaceholderText("A gust, hands on the sticks …")
+        self.add_row("Grade", self.choice)
+        self.add_row("Reason", self.reason)
+        self.choice.setFocus()
+        self.fit(480)
+
+    @property
+    def grade(self) -> Grade | None:
+        """Return the grade chosen; None for the program's own."""
+        return self.choice.currentData() or None

@@ -1,0 +1,61 @@
+"""What can be done with the maneuver that is looked at, as a row of buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
+
+from ui.gap.parts import button_row
+from ui.look import Look
+from ui.review.maneuvers_flights import command_button
+
+_BUTTONS = (
+    ("review_zoom", "Zoom"),
+    ("review_add_maneuver", "Add"),
+    ("review_remove_maneuver", "Remove"),
+    ("review_merge", "Merge"),
+    ("review_rename", "Rename"),
+    ("review_note", "Note"),
+    ("review_grade", "Grade…"),
+)
+
+
+class EditBar(QWidget):
+    """Buttons of the commands, and whether the maneuver takes part in estimates.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Sizes.
+    """
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        self.use = QCheckBox("Use in the estimate")
+        self.use.setToolTip(actions["review_in_use"].text())
+        self.use.clicked.connect(actions["review_in_use"].trigger)
+        self.buttons = {}
+        for name, words in _BUTTONS:
+            button = command_button(actions[name], quiet=True)
+            button.setText(words)
+            self.buttons[name] = button
+        self._look = look
+        column.addWidget(button_row(look, *self.buttons.values(), self.use))
+
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        # As high as the buttons beside it.
+        self.use.setMinimumHeight(self._look.px(30))
+
+    def show_use(self, used: bool | None) -> None:
+        """Show whether the maneuver takes part; None where there is none."""
+        self.use.setEnabled(used is not None)
+        self.use.setChecked(bool(used))

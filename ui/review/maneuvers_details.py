@@ -1,0 +1,103 @@
+"""The maneuver that is looked at, in words: what was flown, its grade and why, what was said."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.session.review.review import ManeuverRow
+from ui.dialogs.form import Sentence, restyle
+from ui.layouts import FlowLayout
+from ui.look import Look
+from ui.pages import label
+from ui.review.maneuvers_words import (
+    condition_text,
+    grade_text,
+    reasons_text,
+    remarks_text,
+    times_text,
+    title_text,
+)
+from ui.review.timeline_drawing import GRADE_STATES
+
+
+class ManeuverDetails(QWidget):
+    """Title, grade with its reasons, remarks; while an edge is dragged what it would be.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes and units.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self._row: ManeuverRow | None = None
+        self.setAccessibleName("The maneuver looked at")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        self._column = column
+        holder = QWidget()
+        self._line = FlowLayout(holder, spacing=look.px(12))
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        policy.setHeightForWidth(True)
+        holder.setSizePolicy(policy)
+        self.title = label("", "heading")
+        self.grade = label("", "heading")
+        self.times = label("", "number")
+        for one in (self.title, self.grade, self.times):
+            self._line.addWidget(one)
+        column.addWidget(holder)
+        self.reasons = label("", wrap=True)
+        self.reasons.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        column.addWidget(self.reasons)
+        self.remarks = label("", "muted", wrap=True)
+        column.addWidget(self.remarks)
+        self.said = Sentence()
+        column.addWidget(self.said)
+        self.said.hide()
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        self._column.setSpacing(self._look.px(2))
+        self._line.setSpacing(self._look.px(12))
+        self.show_row(self._row)
+
+    def show_row(self, row: ManeuverRow | None) -> None:
+        """Show a maneuver as it stands; None where none is looked at."""
+        self._row = row
+        if row is None:
+            self.title.setText("No maneuver is chosen")
+            self.grade.setText("")
+            self.times.setText("")
+            self.reasons.setText("")
+            self.remarks.setText("")
+        else:
+            self._show(row.maneuver)
+            self.remarks.setText(remarks_text(row))
+        self.remarks.setVisible(bool(self.remarks.text()))
+
+    def show_moving(self, maneuver: FoundManeuver) -> None:
+        """Show what a maneuver would be with the edges that are being dragged."""
+        self._show(maneuver)
+
+    def _show(self, maneuver: FoundManeuver) -> None:
+        self.title.setText(title_text(maneuver))
+        self.grade.setText(f"Grade {grade_text(maneuver)}")
+        state = GRADE_STATES[maneuver.grade]
+        if self.grade.property("state") != state:
+            self.grade.setProperty("state", state)
+            restyle(self.grade)
+        self.times.setText(times_text(maneuver))
+        condition = condition_text(maneuver, self._look.units)
+        self.reasons.setText(f"{reasons_text(maneuver)} {condition}".strip())
+        words = f"{self.title.text()}, {self.grade.text()}, {self.times.text()}. "
+        self.setAccessibleDescription(words + self.reasons.text())
+
+    def say(self, words: str, state: str = "") -> None:
+        """Say what came of the last deed; nothing hides the line."""
+        self.said.say(words, state)
+        self.said.setVisible(bool(words))

@@ -1,0 +1,141 @@
+"""The flights under review: chosen, added, taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QVBoxLayout, QWidget
+
+from gsapp.session.review.flight import ReviewedFlight
+from ui.commands import key_text
+from ui.gap.parts import button_row
+from ui.look import Look
+from ui.pages import label
+from ui.review.maneuvers_words import grades_text
+from ui.words import count_text, sentences
+
+_MOST = 6
+"""Flights in sight at once."""
+
+
+class _FlightList(QListWidget):
+    """Flights; Delete takes one out of the review."""
+
+    deleted = Signal()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take out with Delete."""
+        if event.key() == Qt.Key.Key_Delete:
+            self.deleted.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+class FlightsPanel(QWidget):
+    """The flights with their maneuvers and grades, what is to be said of the one chosen.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Sizes.
+
+    Attributes
+    ----------
+    chosen : Signal(int)
+        Place of a flight in the review.
+    """
+
+    chosen = Signal(int)
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+        super().__init__()
+        self._look = look
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        self._column = column
+        column.addWidget(label("Flights", "heading"))
+        self.flights = _FlightList()
+        self.flights.setProperty("role", "boxed")
+        self.flights.setAccessibleName("Flights under review")
+        self.flights.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.flights.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self.flights.currentRowChanged.connect(self._moved)
+        column.addWidget(self.flights)
+        self.words = label("", "muted", wrap=True)
+        column.addWidget(self.words)
+        self.buttons: dict[str, QPushButton] = {}
+        names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out")
+        for name in names:
+            self.buttons[name] = command_button(actions[name])
+        column.addWidget(button_row(look, *self.buttons.values()))
+        column.addStretch(1)
+        self.flights.deleted.connect(actions["review_take_out"].trigger)
+        self.setFocusProxy(self.flights)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        self._column.setSpacing(self._look.px(6))
+        rows = min(max(self.flights.count(), 1), _MOST)
+        self.flights.setFixedHeight(rows * self._look.px(30) + 4)
+
+    def show_flights(self, flights: Sequence[ReviewedFlight], place: int, doing: str) -> None:
+        """Show the flights, one of them chosen, and what is being opened."""
+        self.flights.blockSignals(True)
+        while self.flights.count() > len(flights):
+            self.flights.takeItem(self.flights.count() - 1)
+        for row, flight in enumerate(flights):
+            if row == self.flights.count():
+                self.flights.addItem(QListWidgetItem())
+            count = count_text(len(flight.maneuvers), "maneuver")
+            grades = grades_text(flight.maneuvers)
+            item = self.flights.item(row)
+            item.setText(f"{row + 1}  {flight.name}   {count}")
+            item.setToolTip(f"{flight.path}\n{count}: {grades}")
+        self.flights.setCurrentRow(place)
+        self.flights.blockSignals(False)
+        self.flights.setVisible(bool(flights))
+        self._fit()
+        if doing:
+            self.words.setText(doing)
+        elif not flights:
+            self.words.setText(
+                "No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat)."
+            )
+        else:
+            flight = flights[place]
+            self.words.setText(
+                sentences((f"grades: {grades_text(flight.maneuvers) or 'none'}", *flight.remarks))
+            )
+
+    def offer_open(self, offered: bool) -> None:
+        """Offer the flight that is open in the window, or not."""
+        self.buttons["review_add_open"].setVisible(offered)
+
+    @property
+    def has_keyboard(self) -> bool:
+        """Return whether the keyboard is on one of the buttons."""
+        return any(button.hasFocus() for button in self.buttons.values())
+
+    def _moved(self, row: int) -> None:
+        if row >= 0:
+            self.chosen.emit(row)
+
+
+def command_button(action: QAction, *, quiet: bool = False) -> QPushButton:
+    """Return a button that does what a command does, gray when the command is."""
+    words = action.text()
+    button = QPushButton(words)
+    button.setAccessibleName(words.rstrip("…"))
+    keys = key_text(action.shortcut().toString())
+    button.setToolTip(f"{words.rstrip('…')} ({keys})" if keys else words.rstrip("…"))
+    if quiet:
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    button.clicked.connect(action.trigger)
+    button.setEnabled(action.isEnabled())
+    action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+    return button

@@ -1,0 +1,389 @@
+"""The first chapter of the review: the maneuvers of all flights, corrected by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QShowEvent
+from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+
+from gsapp.foundation import GroundStationError
+from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
+from gsapp.session.review.traces import Traces
+from ui.commands import Need
+from ui.frame.steps import StepState
+from ui.gap.parts import Pair
+from ui.look import Look
+from ui.review.channel_row import ChannelRow
+from ui.review.flight_work import CatalogKeeping
+from ui.review.grade_dialog import GradeDialog
+from ui.review.maneuvers_bar import EditBar
+from ui.review.maneuvers_details import ManeuverDetails
+from ui.review.maneuvers_editing import ManeuverEditing
+from ui.review.maneuvers_flights import FlightsPanel
+from ui.review.maneuvers_table import ManeuversTable
+from ui.review.maneuvers_words import grade_text
+from ui.review.page import ReviewPage
+from ui.review.reviewed_flights import ReviewedFlights
+from ui.review.selection import Selection
+from ui.review.timeline import Timeline
+from ui.review.timeline_drawing import TimelineSpan
+from ui.settings import SettingsStore, catalog_path
+from ui.words import count_text
+
+_POLL = 1000
+"""Milliseconds between looks at what other windows changed."""
+_NEW = 6.0
+"""Length of a stretch that is offered where none is marked, s: a doublet and its answer."""
+
+
+class ManeuversPage(ReviewPage):
+    """Flights, time line, table; every change is an event of the flight at once.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers flights and channels.
+    selection : Selection
+        The maneuver that all pages look at.
+    review : Review
+        The flights under review.
+
+    Attributes
+    ----------
+    maneuvers_changed : Signal
+        Flights, maneuvers or their use are others now.
+    opening : FlightOpening
+        Opens flights, also those anew whose record is another now.
+    """
+
+    maneuvers_changed = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: Look,
+        store: SettingsStore,
+        selection: Selection,
+        review: Review,
+    ) -> None:
+        super().__init__(look, "Maneuvers")
+        self._store = store
+        self._selection = selection
+        self.review = review
+        self.flights = ReviewedFlights(review, store, selection, self)
+        self.opening = self.flights.opening
+        self.keeping = CatalogKeeping(lambda: catalog_path(store.current), self)
+        self.editing = ManeuverEditing(self.flights, review, selection, self.keeping, self)
+        self._lay_out(actions)
+        self._bind()
+        self._poll = QTimer(self)
+        self._poll.setInterval(_POLL)
+        self._poll.timeout.connect(self._follow)
+        self.flights.open_remembered()
+        self._refresh()
+
+    def _lay_out(self, actions: Mapping[str, QAction]) -> None:
+        look = self.look
+        self.details = ManeuverDetails(look)
+        self.timeline = Timeline(look)
+        self.bar = EditBar(actions, look)
+        self.panel = FlightsPanel(actions, look)
+        self.channels = ChannelRow(look)
+        self.table = ManeuversTable(look)
+        area = QScrollArea()
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidgetResizable(True)
+        body = QWidget()
+        body.setObjectName("page")
+        area.setWidget(body)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.addWidget(area)
+        self._column = QVBoxLayout(body)
+        # What one works on stands first, also where the window is narrow.
+        pair = Pair(look, (7, 2))
+        pair.left.addWidget(self.details)
+        pair.left.addWidget(self.timeline, 1)
+        pair.left.addWidget(self.bar)
+        pair.right.addWidget(self.panel)
+        pair.right.addWidget(self.channels)
+        pair.right.addStretch(1)
+        self._column.addWidget(pair, 3)
+        self._column.addWidget(self.table, 1)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        px = self.look.px
+        self._column.setContentsMargins(px(16), px(10), px(16), px(10))
+        self._column.setSpacing(px(8))
+
+    def _bind(self) -> None:
+        flights, editing, timeline, table = self.flights, self.editing, self.timeline, self.table
+        flights.shown.connect(self._show_flight)
+        flights.changed.connect(self._flights_changed)
+        flights.told.connect(self._show_flights)
+        flights.failed.connect(lambda words: self.details.say(words, "warning"))
+        self._selection.maneuver_changed.connect(self._select)
+        editing.changed.connect(self._told_all)
+        editing.said.connect(self.details.say)
+        self.keeping.failed.connect(
+            lambda error: self.details.say(f"Not kept in the catalog: {error}", "caution")
+        )
+        self.panel.chosen.connect(lambda place: flights.look_at(self.review.flights[place]))
+        wanted = self._store.current.review_channels
+        self.channels.show_wanted(wanted)
+        self.channels.chosen.connect(self._channels_chosen)
+        timeline.show_channels(wanted)
+        timeline.chosen.connect(self._pressed)
+        timeline.moving.connect(self._moving)
+        timeline.moved.connect(editing.move)
+        timeline.dropped.connect(self._refresh)
+        timeline.marked.connect(self.changed)
+        timeline.deleted.connect(lambda: editing.remove(()))
+        table.chosen.connect(self._selection.choose_maneuver)
+        table.opened.connect(self.zoom)
+        table.deleted.connect(lambda: editing.remove(table.ids))
+        table.maneuvers.renamed.connect(editing.rename)
+        table.maneuvers.noted.connect(editing.annotate)
+        table.maneuvers.used.connect(editing.use)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this page do."""
+        editing, flights, table = self.editing, self.flights, self.table
+        edges = {"start_earlier": (-1, 0), "start_later": (1, 0), "end_earlier": (0, -1),
+                 "end_later": (0, 1)}  # fmt: skip
+        samples = {"start_back": (-1, 0), "start_on": (1, 0), "end_back": (0, -1),
+                   "end_on": (0, 1)}  # fmt: skip
+        return {
+            "review_add_open": flights.add_open,
+            "review_add_folder": flights.add_folder,
+            "review_add_files": flights.add_files,
+            "review_take_out": flights.take_out,
+            "review_previous_maneuver": lambda: self.step(-1),
+            "review_next_maneuver": lambda: self.step(1),
+            "review_zoom": self.zoom,
+            "review_whole": self.timeline.show_all,
+            "review_add_maneuver": self.add,
+            "review_remove_maneuver": lambda: editing.remove(table.ids),
+            "review_merge": lambda: editing.merge(table.ids),
+            "review_rename": lambda: table.edit_cell(self._selection.maneuver, "id"),
+            "review_note": lambda: table.edit_cell(self._selection.maneuver, "note"),
+            "review_grade": self.grade,
+            "review_in_use": self.use,
+            **{f"review_{name}": lambda by=by: editing.nudge(*by) for name, by in edges.items()},
+            **{
+                f"review_{name}": lambda by=by: editing.nudge_samples(*by)
+                for name, by in samples.items()
+            },
+        }
+
+    @property
+    def present(self) -> tuple[Need, ...]:
+        """Return what commands may act on."""
+        found: list[Need] = ["review_flights"]
+        if self.flights.flight is not None:
+            found.append("review_flight")
+        if self.review.located(self._selection.maneuver) is not None:
+            found.append("review_maneuver")
+        if self.flights.offers_open:
+            found.append("review_open")
+        return tuple(found)
+
+    @property
+    def state(self) -> StepState:
+        """Return how many maneuvers there are, and how many are used."""
+        doing = self.opening.doing
+        if doing:
+            return StepState(state="unknown", words="opening", detail=doing)
+        rows = self.review.rows()
+        if not rows:
+            words = "no maneuver" if self.review.flights else "no flight"
+            return StepState(state="unknown", words=words)
+        used = sum(row.in_use for row in rows)
+        words = f"{used} of {len(rows)} used"
+        flights = count_text(len(self.review.flights), "flight")
+        state = "good" if used else "caution"
+        return StepState(state=state, words=words, detail=f"{flights}: {words}")
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether the flight on screen has a change to take back."""
+        flight = self.flights.flight
+        return flight is not None and flight.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether a change of the flight on screen was taken back."""
+        flight = self.flights.flight
+        return flight is not None and flight.can_redo
+
+    def undo(self) -> None:
+        """Take back the last change of the flight on screen."""
+        self.editing.undo()
+
+    def redo(self) -> None:
+        """Make again the change of the flight on screen that was taken back."""
+        self.editing.redo()
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        known = self.flights.flight is not None
+        (self.timeline if known else self.panel.buttons["review_add_folder"]).setFocus()
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window; the first one of all is taken by itself."""
+        self.flights.show_open(path)
+
+    # What is looked at
+
+    def _select(self, campaign_id: str) -> None:
+        """Show another maneuver, wherever it was chosen."""
+        self.details.say("")
+        self._refresh()
+        place = self.review.located(campaign_id)
+        if place is not None:
+            self.timeline.bring(place[1].t_start, place[1].t_end)
+
+    def _pressed(self, name: str) -> None:
+        flight = self.flights.flight
+        if flight is not None:
+            self._selection.choose_maneuver(self.review.campaign_id(flight, name))
+
+    def step(self, by: int) -> None:
+        """Look at the next maneuver, or the one before, through all flights."""
+        ids = [row.id for row in self.review.rows()]
+        if ids:
+            here = self._selection.maneuver
+            place = ids.index(here) + by if here in ids else 0
+            self._selection.choose_maneuver(ids[min(max(place, 0), len(ids) - 1)])
+
+    def zoom(self) -> None:
+        """Zoom to the chosen maneuver."""
+        place = self.review.located(self._selection.maneuver)
+        if place is not None:
+            self.timeline.zoom_to(place[1].t_start, place[1].t_end)
+
+    def _channels_chosen(self, channels: Sequence[str]) -> None:
+        self._store.change(review_channels=tuple(channels))
+        self.timeline.show_channels(channels)
+
+    # Changes
+
+    def _moving(self, name: str, start: float, stop: float) -> None:
+        """Say what a maneuver would be with the edges that are being dragged."""
+        flight = self.flights.flight
+        if flight is None:
+            return
+        try:
+            self.details.show_moving(flight.moved(name, start, stop))
+        except GroundStationError as error:
+            self.details.say(str(error), "caution")
+        else:
+            self.details.say("")
+
+    def add(self) -> None:
+        """Make the marked stretch a maneuver; else one in the middle of what is in sight."""
+        view, marked = self.timeline.view, self.timeline.stretch
+        middle = (view.start + view.stop) / 2.0
+        half = min(_NEW, view.seconds / 2.0) / 2.0
+        start, stop = marked or (middle - half, middle + half)
+        self.timeline.mark(None)
+        self.editing.add(start, stop)
+
+    def use(self) -> None:
+        """Let the chosen maneuver take part in estimates, or not."""
+        row = self.editing.row
+        if row is not None:
+            self.editing.use(row.id, not row.in_use)
+
+    def grade(self) -> None:
+        """Ask for a grade and a reason."""
+        row = self.editing.row
+        if row is None:
+            return
+        dialog = GradeDialog(self.look, row.maneuver, self)
+        if dialog.exec():
+            self.editing.regrade(dialog.grade, dialog.reason.text())
+
+    def _follow(self) -> None:
+        """Take in what other windows changed."""
+        try:
+            changed = self.review.poll()
+        except GroundStationError as error:
+            self.details.say(str(error), "warning")
+            return
+        if changed:
+            self.editing.settle()
+
+    # Showing
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Follow other windows while on screen."""
+        super().showEvent(event)
+        self._follow()
+        self._poll.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Follow nothing while hidden."""
+        super().hideEvent(event)
+        self._poll.stop()
+
+    def _show_flight(self, flight: ReviewedFlight | None) -> None:
+        traces = None if flight is None else Traces(flight.flight)
+        self.channels.show_measured(() if traces is None else traces.channels)
+        self.timeline.show_flight(traces)
+        self._refresh()
+
+    def _flights_changed(self) -> None:
+        if self.flights.flight is not None and self.panel.has_keyboard:
+            self.begin()
+        self._told_all()
+
+    def _told_all(self) -> None:
+        self._refresh()
+        self.maneuvers_changed.emit()
+
+    def _show_flights(self) -> None:
+        flights, here = self.review.flights, self.flights.flight
+        place = flights.index(here) if here in flights else 0
+        self.panel.show_flights(flights, place, self.opening.doing)
+        self.panel.offer_open(self.flights.offers_open)
+        self.changed.emit()
+
+    def _refresh(self) -> None:
+        """Show everything as it stands."""
+        rows, chosen, here = self.review.rows(), self._selection.maneuver, self.flights.flight
+        row = next((one for one in rows if one.id == chosen), None)
+        self.table.show_rows(rows)
+        self.table.choose(chosen)
+        self.details.show_row(row)
+        number = self.review.flights.index(here) + 1 if here in self.review.flights else 0
+        spans = [_span(one) for one in rows if one.number == number]
+        self.timeline.show_spans(spans, row.maneuver.id if row is not None else "")
+        self.bar.show_use(row.in_use if row is not None else None)
+        self._show_flights()
+
+
+def _span(row: ManeuverRow) -> TimelineSpan:
+    one = row.maneuver
+    return TimelineSpan(
+        id=one.id,
+        start=one.t_start,
+        stop=one.t_end,
+        label=f"{one.id} {grade_text(one)}",
+        grade=one.grade,
+        used=row.in_use,
+        t_input=one.t_input,
+        t_input_end=one.t_input_end,
+    )

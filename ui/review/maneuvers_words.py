@@ -1,0 +1,91 @@
+"""A maneuver in words, for the table and beside the time line. No Qt."""
+
+from __future__ import annotations
+
+from gsapp.flight.maneuvers.found import CREW, GRADES, FoundManeuver
+from gsapp.quantities import channel
+from gsapp.session.review.review import ManeuverRow
+from ui.words import DASH, MINUS, symbol_text, value_text
+
+_NAMES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+
+
+def inputs_text(maneuver: FoundManeuver) -> str:
+    """Return the surfaces as symbols: ``δa δr``."""
+    return " ".join(symbol_text(channel(name).symbol) for name in maneuver.inputs) or DASH
+
+
+def title_text(maneuver: FoundManeuver) -> str:
+    """Return what was flown: ``Maneuver 4: aileron and rudder doublet``."""
+    names = [_NAMES[name] for name in maneuver.inputs]
+    if not names:
+        return f"Maneuver {maneuver.id}: no surface moved"
+    listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return f"Maneuver {maneuver.id}: {listed} {maneuver.kind}"
+
+
+def times_text(maneuver: FoundManeuver) -> str:
+    """Return the edges and the length: ``96.02 to 101.50 s, 5.48 s long``."""
+    length = maneuver.t_end - maneuver.t_start
+    return f"{maneuver.t_start:.2f} to {maneuver.t_end:.2f} s, {length:.2f} s long".replace(
+        "-", MINUS
+    )
+
+
+def condition_text(maneuver: FoundManeuver, units: str) -> str:
+    """Return size, airspeed and angle of attack in the units of the screen."""
+    parts = []
+    if maneuver.amplitude is not None:
+        sizes = [
+            f"{symbol_text(channel(name).symbol)} "
+            f"{value_text(channel(name), maneuver.amplitudes.get(name), units)}"
+            for name in maneuver.inputs
+            if name in maneuver.amplitudes
+        ]
+        parts += sizes
+    for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):
+        if value is not None:
+            parts.append(
+                f"{symbol_text(channel(name).symbol)} {value_text(channel(name), value, units)}"
+            )
+    return ", ".join(parts)
+
+
+def grade_text(maneuver: FoundManeuver) -> str:
+    """Return the grade with whose it is: ``C by hand``."""
+    return f"{maneuver.grade} by hand" if maneuver.graded_by == CREW else maneuver.grade
+
+
+def reasons_text(maneuver: FoundManeuver) -> str:
+    """Return what the grade means and why it was given."""
+    meaning = GRADES[maneuver.grade]
+    whose = "Graded by hand. " if maneuver.graded_by == CREW else ""
+    reasons = "; ".join(maneuver.reasons)
+    said = f"{meaning[0].upper()}{meaning[1:]}."
+    return f"{whose}{said} {_sentence(reasons)}".strip()
+
+
+def remarks_text(row: ManeuverRow) -> str:
+    """Return what else is to be said: the verdict, the note, what it shares samples with."""
+    parts = []
+    if row.verdict is not None:
+        parts.append(f"The pilot was told: {row.verdict.advice or row.verdict.result}.")
+    if row.overlaps:
+        parts.append(
+            f"It shares samples with {', '.join(row.overlaps)}: they would count twice in a mean."
+        )
+    if not row.in_use:
+        parts.append("Not used in the estimate.")
+    if row.maneuver.note:
+        parts.append(f"Note: {row.maneuver.note}")
+    return " ".join(parts)
+
+
+def grades_text(maneuvers: tuple[FoundManeuver, ...]) -> str:
+    """Return how many have which grade: ``A 3, B 2, D 1``."""
+    counts = {grade: sum(one.grade == grade for one in maneuvers) for grade in GRADES}
+    return ", ".join(f"{grade} {count}" for grade, count in counts.items() if count)
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:].rstrip('.')}." if words else ""

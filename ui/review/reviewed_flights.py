@@ -1,0 +1,160 @@
+"""Which flights are under review, and which of them is on screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from gsapp.session.review import Review, ReviewedFlight
+from ui.review.flight_work import FlightOpening
+from ui.review.selection import Selection
+from ui.settings import SettingsStore, catalog_path
+
+_FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
+
+
+class ReviewedFlights(QWidget):
+    """Opens flights, remembers them, takes them out, and looks at one.
+
+    It is never shown itself: the questions for folders and files stand above it.
+
+    Parameters
+    ----------
+    review : Review
+    store : SettingsStore
+        Remembers the flights.
+    selection : Selection
+        The maneuver that is looked at; its flight is on screen.
+    parent : QWidget
+
+    Attributes
+    ----------
+    shown : Signal(object)
+        Another flight is on screen, or None.
+    changed : Signal
+        Others are under review now.
+    told : Signal
+        Something else is being opened.
+    failed : Signal(str)
+        Why one could not be opened.
+    flight : ReviewedFlight or None
+        On screen.
+    """
+
+    shown = Signal(object)
+    changed = Signal()
+    told = Signal()
+    failed = Signal(str)
+
+    def __init__(
+        self, review: Review, store: SettingsStore, selection: Selection, parent: QWidget
+    ) -> None:
+        super().__init__(parent)
+        self.hide()
+        self._review = review
+        self._store = store
+        self._selection = selection
+        self._open: Path | None = None
+        self.flight: ReviewedFlight | None = None
+        self.opening = FlightOpening(lambda: catalog_path(store.current), self)
+        self.opening.opened.connect(self._opened)
+        self.opening.failed.connect(
+            lambda path, error: self.failed.emit(f"{path.name} is not opened: {error}")
+        )
+        self.opening.changed.connect(self.told)
+        selection.maneuver_changed.connect(self._follow)
+
+    def open_remembered(self) -> None:
+        """Open the flights that were under review last; those that are gone are passed over."""
+        known = [Path(path) for path in self._store.current.review_flights]
+        self.opening.open([path for path in known if path.exists()])
+
+    # The flight that is open in the window
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window; the first one of all is taken by itself."""
+        self._open = path
+        nothing = not (self._review.flights or self.opening.doing)
+        if path is not None and nothing and not self._store.current.review_flights:
+            self.opening.open([path])
+        self.told.emit()
+
+    @property
+    def offers_open(self) -> bool:
+        """Return whether the flight that is open in the window could be reviewed, too."""
+        known = [path.resolve() for path in self._review.paths]
+        return self._open is not None and self._open.resolve() not in known
+
+    def add_open(self) -> None:
+        """Review the flight that is open in the window, too."""
+        if self._open is not None:
+            self.opening.open([self._open])
+
+    # Others
+
+    def add_folder(self) -> None:
+        """Ask for a flight folder and review it, too."""
+        start = self._store.current.folder
+        path = QFileDialog.getExistingDirectory(self, "Add a flight folder", start)
+        if path:
+            self.opening.open([Path(path)])
+
+    def add_files(self) -> None:
+        """Ask for files and review them, too."""
+        start = self._store.current.folder
+        paths, _kind = QFileDialog.getOpenFileNames(self, "Add flights", start, _FILES)
+        self.opening.open([Path(path) for path in paths])
+
+    def take_out(self) -> None:
+        """Take the flight on screen out of the review; its files stay as they are."""
+        flight = self.flight
+        if flight is None:
+            return
+        place = self._review.flights.index(flight)
+        self._review.remove(flight)
+        left = self._review.flights
+        self._remember()
+        self.look_at(left[min(place, len(left) - 1)] if left else None)
+        self.changed.emit()
+
+    def _opened(self, flight: ReviewedFlight) -> None:
+        chosen = self._selection.maneuver
+        place = None if not chosen else self._review.located(chosen)
+        self._review.add(flight)
+        self._remember()
+        if place is not None and place[0] in self._review.flights:
+            # Ids of a campaign begin with the number of the flight.
+            self._selection.choose_maneuver(self._review.campaign_id(place[0], place[1].id))
+        elif self.flight is None or self.flight not in self._review.flights:
+            # The first one, or the one on screen opened anew.
+            self.look_at(flight)
+        self.changed.emit()
+
+    def _remember(self) -> None:
+        paths = tuple(str(path.absolute()) for path in self._review.paths)
+        self._store.change(review_flights=paths)
+
+    # What is on screen
+
+    def look_at(self, flight: ReviewedFlight | None) -> None:
+        """Put another flight on screen; its first maneuver is chosen where none of it is."""
+        if flight is not self.flight:
+            self.flight = flight
+            self.shown.emit(flight)
+        place = self._review.located(self._selection.maneuver)
+        if flight is None:
+            self._selection.choose_maneuver("")
+        elif place is None or place[0] is not flight:
+            first = flight.maneuvers[0].id if flight.maneuvers else ""
+            self._selection.choose_maneuver(
+                self._review.campaign_id(flight, first) if first else ""
+            )
+
+    def _follow(self, campaign_id: str) -> None:
+        """Put the flight of the chosen maneuver on screen."""
+        place = self._review.located(campaign_id)
+        if place is not None and place[0] is not self.flight:
+            self.flight = place[0]
+            self.shown.emit(place[0])

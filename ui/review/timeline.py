@@ -1,0 +1,246 @@
+"""The time line of a flight: all of it above, a part with its channels below, maneuvers on both.
+
+Edges of maneuvers are dragged, a stretch beside them is marked to become one, and the wheel or
+the keys move and zoom.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+
+from gsapp.session.review.traces import Traces
+from ui.keyboard import ArrowKeys
+from ui.look import Look
+from ui.review.timeline_drawing import TimelineSpan
+from ui.review.timeline_picture import TimelinePicture
+
+_REACH = 6
+"""Points beside an edge in which it is taken hold of."""
+_STEP, _ZOOM = 0.1, 0.7
+"""Shares of what is in sight: moved by a key, and left by a step of the zoom."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Drag:
+    """What the mouse holds: an edge (``start``, ``stop``), a ``stretch``, or the ``overview``."""
+
+    what: str
+    name: str = ""
+    anchor: float = 0.0
+
+
+class Timeline(TimelinePicture, ArrowKeys):
+    """One flight with its maneuvers, to be worked on.
+
+    Left and Right move, PgUp and PgDown by a whole view, Up and Down zoom, Home shows the whole
+    flight; Return zooms to the chosen maneuver, Esc drops what is being dragged or marked.
+
+    Parameters
+    ----------
+    look : Look
+        Colors, sizes, units.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        A maneuver was pressed.
+    moving, moved : Signal(str, float, float)
+        The edges of a maneuver (s) while one is dragged, and where it was let go.
+    dropped : Signal
+        What was being dragged is where it was.
+    deleted : Signal
+        Delete was pressed.
+    """
+
+    chosen = Signal(str)
+    moving = Signal(str, float, float)
+    moved = Signal(str, float, float)
+    dropped = Signal()
+    deleted = Signal()
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look)
+        self._drag: _Drag | None = None
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+
+    def show_flight(self, traces: Traces | None) -> None:
+        """Show another flight, whole; what was held is let go."""
+        self._drag = None
+        super().show_flight(traces)
+
+    # Mouse
+
+    def _edge_at(self, x: float) -> _Drag | None:
+        """Return the edge near a place, that of the chosen maneuver before others."""
+        scale, reach = self.scale, self._look.px(_REACH)
+        ordered = sorted(self._spans, key=lambda span: span.id != self._name)
+        for span in ordered:
+            near = [
+                (abs(scale.x(time) - x), what)
+                for time, what in ((span.start, "start"), (span.stop, "stop"))
+            ]
+            distance, what = min(near)
+            if distance <= reach:
+                return _Drag(what=what, name=span.id)
+        return None
+
+    def _span_at(self, time: float) -> TimelineSpan | None:
+        """Return the maneuver at a time, the shortest where several share it."""
+        found = [span for span in self._spans if span.start <= time <= span.stop]
+        return min(found, key=lambda span: span.stop - span.start, default=None)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of an edge, choose a maneuver, or begin to mark a stretch."""
+        if event.button() != Qt.MouseButton.LeftButton or self._traces is None:
+            super().mousePressEvent(event)
+            return
+        at, places = event.position(), self.places
+        if places.overview.contains(at):
+            self._drag = _Drag(what="overview")
+            self._choose_at(self.overview_scale.time(at.x()))
+            self._center(at)
+        elif places.plot.contains(at) or places.lane.contains(at):
+            edge = self._edge_at(at.x())
+            if edge is not None:
+                self._drag = edge
+                self._choose(edge.name)
+            else:
+                time = self.scale.time(at.x())
+                self._drag = _Drag(what="stretch", anchor=time)
+                self._choose_at(time)
+
+    def _choose_at(self, time: float) -> None:
+        span = self._span_at(time)
+        if span is not None:
+            self._choose(span.id)
+
+    def _choose(self, name: str) -> None:
+        if name != self._name:
+            self._name = name
+            self.update()
+            self.chosen.emit(name)
+
+    def _center(self, at: QPointF) -> None:
+        if not self.view.whole:
+            time = self.overview_scale.time(at.x())
+            self.view.pan(time - (self.view.start + self.view.stop) / 2.0)
+            self._redraw()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag what is held; else show that an edge can be."""
+        at, drag = event.position(), self._drag
+        if drag is None or not event.buttons() & Qt.MouseButton.LeftButton:
+            plot = self.places.plot
+            over = plot.top() - self._look.px(20) <= at.y() <= plot.bottom()
+            edge = over and self._traces is not None and self._edge_at(at.x()) is not None
+            shape = Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor
+            self.setCursor(shape)
+            return
+        if drag.what == "overview":
+            self._center(at)
+            return
+        time = min(max(self.scale.time(at.x()), self.view.first), self.view.last)
+        if drag.what == "stretch":
+            if abs(self.scale.x(drag.anchor) - at.x()) > self._look.px(_REACH):
+                self.mark((min(drag.anchor, time), max(drag.anchor, time)))
+            return
+        self._drag_edge(drag, time)
+
+    def _drag_edge(self, drag: _Drag, time: float) -> None:
+        span = next((one for one in self._spans if one.id == drag.name), None)
+        if span is None:
+            return
+        start, stop = (time, span.stop) if drag.what == "start" else (span.start, time)
+        if start < stop:
+            self._held = replace(span, start=start, stop=stop)
+            self.update()
+            self.moving.emit(drag.name, start, stop)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go: an edge stays where it was dragged to."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            return
+        drag, held = self._drag, self._held
+        self._drag = self._held = None
+        if drag is not None and held is not None:
+            self.moved.emit(held.id, held.start, held.stop)
+        elif drag is not None and drag.what == "stretch":
+            place = self.scale.x(drag.anchor)
+            if abs(place - event.position().x()) <= self._look.px(_REACH):
+                self.mark(None)
+        self.update()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Zoom to the maneuver pressed, or show the whole flight beside them."""
+        if event.button() != Qt.MouseButton.LeftButton or self._traces is None:
+            return
+        self._drag = self._held = None
+        inside = self.places.overview.contains(event.position())
+        scale = self.overview_scale if inside else self.scale
+        span = self._span_at(scale.time(event.position().x()))
+        if span is None:
+            self.show_all()
+        else:
+            self._choose(span.id)
+            self.zoom_to(span.start, span.stop)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom about the pointer; with Shift, or sideways, move."""
+        steps = event.angleDelta()
+        shifted = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        sideways = steps.x() or (steps.y() if shifted else 0)
+        if sideways:
+            self.view.pan(-sideways / 120.0 * _STEP * self.view.seconds)
+        elif steps.y():
+            at = self.scale.time(event.position().x())
+            self.view.zoom(_ZOOM ** (steps.y() / 120.0), at)
+        self._redraw()
+        event.accept()
+
+    # Keys
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move, zoom, drop what is held."""
+        key, view = Qt.Key(event.key()), self.view
+        moves = {
+            Qt.Key.Key_Left: -_STEP, Qt.Key.Key_Right: _STEP,
+            Qt.Key.Key_PageUp: -1.0, Qt.Key.Key_PageDown: 1.0,
+        }  # fmt: skip
+        zooms = {Qt.Key.Key_Up: _ZOOM, Qt.Key.Key_Down: 1.0 / _ZOOM}
+        if key in moves:
+            view.pan(moves[key] * view.seconds)
+        elif key in zooms:
+            view.zoom(zooms[key], self._anchor())
+        elif key == Qt.Key.Key_Home:
+            view.show_all()
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            if self.chosen_span is not None:
+                view.zoom_to(self.chosen_span.start, self.chosen_span.stop)
+        elif key == Qt.Key.Key_Escape:
+            self._let_go()
+        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+            self.deleted.emit()
+            return
+        else:
+            event.ignore()
+            return
+        self._redraw()
+
+    def _let_go(self) -> None:
+        """Drop what is being dragged or marked."""
+        held, self._drag, self._held = self._held, None, None
+        self.mark(None)
+        if held is not None:
+            self.dropped.emit()
+
+    def _anchor(self) -> float | None:
+        """Return the middle of the chosen maneuver if it is in sight, so that it stays there."""
+        span = self.chosen_span
+        if span is None:
+            return None
+        middle = (span.start + span.stop) / 2.0
+        return middle if self.view.start <= middle <= self.view.stop else None

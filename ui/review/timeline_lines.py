@@ -1,0 +1,137 @@
+"""Which channels stand together in a chart of the time line, and how their axes are chosen. No Qt.
+
+Pitch is blue everywhere, roll purple, yaw rust: a surface has the color of what it moves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.quantities import FloatArray, channel
+from gsapp.session.review.traces import Traces
+from ui.strips.furniture import Display
+from ui.strips.ticks import round_range
+from ui.words import symbol_text, unit_text
+
+GROUPS = (
+    ("de", "da", "dr"),
+    ("q", "p", "r"),
+    ("alpha", "beta"),
+    ("V",),
+    ("an", "ay"),
+)
+"""Channels of each chart, from top to bottom."""
+
+CHANNELS = tuple(name for group in GROUPS for name in group)
+"""All that the time line can show."""
+
+_COLORS = {
+    **dict.fromkeys(("de", "q", "alpha", "an", "V"), "blue"),
+    **dict.fromkeys(("da", "p"), "purple"),
+    **dict.fromkeys(("dr", "r", "beta", "ay"), "rust"),
+}
+_MARGIN = 0.06
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Line:
+    """One channel in sight.
+
+    Attributes
+    ----------
+    channel : str
+    title : str
+        Symbol as it is shown.
+    color : str
+        Name of a trace color.
+    times, values : ndarray, shape (n,)
+        s, and in the unit of the chart; NaN where missing.
+    dense : bool
+        Whether each column has its lowest and highest value only.
+    """
+
+    channel: str
+    title: str
+    color: str
+    times: FloatArray
+    values: FloatArray
+    dense: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LineChart:
+    """One chart of the time line: its lines, and the range of its axis in the unit shown."""
+
+    lines: tuple[Line, ...]
+    unit: str
+    low: float
+    high: float
+
+
+def trace_color(channel_id: str) -> str:
+    """Return the name of the trace color of a channel."""
+    return _COLORS[channel_id]
+
+
+def charts(
+    traces: Traces, wanted: Collection[str], start: float, stop: float, columns: int, units: str
+) -> tuple[LineChart, ...]:
+    """Return the charts in sight.
+
+    Parameters
+    ----------
+    traces : Traces
+    wanted : collection of str
+        Channels to be shown, those measured of them.
+    start, stop : float
+        In sight, s.
+    columns : int
+        Of the picture.
+    units : str
+        ``US`` or ``SI``.
+    """
+    found = []
+    for group in GROUPS:
+        names = [name for name in group if name in wanted and name in traces.channels]
+        if names:
+            found.append(_chart(traces, names, start, stop, columns, units))
+    return tuple(found)
+
+
+def _chart(
+    traces: Traces, names: list[str], start: float, stop: float, columns: int, units: str
+) -> LineChart:
+    lines, ends = [], []
+    displays = {name: Display.of(channel(name), units) for name in names}
+    for name in names:
+        times, values = traces.line(name, start, stop, columns)
+        shown = displays[name].shown(values)
+        finite = shown[np.isfinite(shown)]
+        if finite.size:
+            ends += [float(finite.min()), float(finite.max())]
+        lines.append(
+            Line(
+                channel=name,
+                title=symbol_text(channel(name).symbol),
+                color=_COLORS[name],
+                times=times,
+                values=shown,
+                dense=times.size > 1 and bool(times[0] == times[1]),
+            )
+        )
+    least = max(display.least_span for display in displays.values())
+    low, high = _range(min(ends, default=math.nan), max(ends, default=math.nan), least)
+    return LineChart(
+        lines=tuple(lines), unit=unit_text(displays[names[0]].unit), low=low, high=high
+    )
+
+
+def _range(low: float, high: float, least: float) -> tuple[float, float]:
+    if not math.isfinite(low):
+        return -least / 2.0, least / 2.0
+    room = max(_MARGIN * (high - low), (least - (high - low)) / 2.0)
+    return round_range(low - room, high + room)
