@@ -23,14 +23,14 @@ from gsapp.quantities import channel
 from gsapp.report.linear_words import AXIS_TITLES, comparison_json
 
 FILE_TITLES: Final[Mapping[str, str]] = {
-    "derivatives.csv": "Derivatives: mean, bound, scatter (CSV)",
-    "values.csv": "Every value of every maneuver (CSV)",
-    "derivatives.mat": "Derivatives and linear models (MATLAB)",
+    "derivatives.csv": "Derivatives (CSV)",
+    "values.csv": "Values of each maneuver (CSV)",
+    "derivatives.mat": "Derivatives, models (MATLAB)",
     "campaign.json": "All results (JSON)",
-    "model.toml": "Model with the means (TOML)",
-    "linear-lon.toml": "Longitudinal linear model (TOML)",
-    "linear-lat.toml": "Lateral linear model (TOML)",
-    "linear-models.json": "Comparison of linear models with flight (JSON)",
+    "model.toml": "Model of the means (TOML)",
+    "linear-lon.toml": "Longitudinal model (TOML)",
+    "linear-lat.toml": "Lateral model (TOML)",
+    "linear-models.json": "Linear models, flight (JSON)",
 }
 """What can be written of a campaign, by name of the file, in words."""
 

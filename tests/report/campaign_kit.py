@@ -1,0 +1,63 @@
+"""A small campaign with known derivatives, estimated once: elevator doublets of two flights.
+
+The maneuvers are those of `virtual_maneuvers`, so they cost little; one of them was flown by
+another aircraft than the rest, which makes it wild.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from gsapp.dynamics.model import load_model
+from gsapp.identification.campaign import CampaignSettings, run_campaign
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings
+from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.summary import summarize_campaign
+from gsapp.identification.summary.linear import linear_models
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
+
+from virtual_maneuvers import fly
+
+TRUTH = load_model("b777")
+SEEDS = (41, 42, 43, 44, 45, 46)
+WILD = "2:M5"
+"""The maneuver of the other aircraft."""
+
+
+@cache
+def maneuvers() -> tuple[Maneuver, ...]:
+    """Return six maneuvers, four of flight A and two of flight B, the last but one wild."""
+    other = TRUTH.with_derivatives(
+        {"Cm_de": -2.2, "Cm_q": -60.0, "Cm_alpha": -0.9, "CN_alpha": 3.0}
+    )
+    found = []
+    for place, seed in enumerate(SEEDS):
+        number, flight = (1, "A") if place < 4 else (2, "B")
+        name = f"{number}:M{place + 1}"
+        model = other if name == WILD else TRUTH
+        flown = fly(seed, "lon", dt=0.02, duration=6.0, model=model).maneuver
+        found.append(replace(flown, id=name, flight=flight))
+    return tuple(found)
+
+
+@cache
+def outcome() -> Outcome:
+    """Return what maximum likelihood makes of them, with the truth as what was known before."""
+    settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH))
+    result = run_campaign(maneuvers(), settings)
+    summary = summarize_campaign(result)
+    models, why_not = linear_models(result, summary)
+    return Outcome(
+        request=RunRequest(flights=(Path("A"), Path("B")), settings=settings, label="trial"),
+        aircraft="B777",
+        result=result,
+        summary=summary,
+        models=models,
+        remarks=why_not,
+    )

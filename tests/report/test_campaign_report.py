@@ -1,0 +1,174 @@
+"""The report on a run: what it says, and that its files hold what it says."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.io import loadmat
+
+from gsapp.dynamics.model import load_model
+from gsapp.identification.campaign import CanceledError
+from gsapp.identification.linear_models.files import load_linear_model
+from gsapp.identification.runs.excluding import excluding
+from gsapp.report.campaign_writing import write_campaign_report
+from gsapp.report.document import Document, Paragraph, Table
+from gsapp.report.estimate_files import campaign_files, file_names
+from gsapp.report.estimate_report import Reported, estimate_document
+from gsapp.report.hearing import Heard
+from gsapp.report.linear_figures import linear_picture
+from gsapp.report.linear_report import LinearComparison, compare_linear_models
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from campaign_kit import TRUTH, WILD, outcome
+
+
+@pytest.fixture(scope="module")
+def compared() -> LinearComparison:
+    """Return linear models of the campaign, judged on flight B."""
+    return compare_linear_models(outcome())
+
+
+def words_of(document: Document) -> str:
+    """Return every sentence and cell of a document."""
+    found = [document.title, document.written, *(f"{one}: {two}" for one, two in document.facts)]
+    for section in document.sections:
+        found.append(section.title)
+        for part in section.parts:
+            if isinstance(part, Paragraph):
+                found.append(part.text)
+            elif isinstance(part, Table):
+                found += [part.caption, " ".join(part.columns), *map(" ".join, part.rows)]
+            else:
+                found.append(part.caption)
+    return "\n".join(found)
+
+
+def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> None:
+    """Wild maneuver, honesty, linear models on what they never saw, modes, residuals, settings."""
+    heard = (Heard(flight="A", why="there are too few samples"),)
+    said = words_of(
+        estimate_document(Reported(outcome=outcome(), heard=heard, linear=compared), units="SI")
+    )
+    for words in (
+        "Derivatives of the B777",
+        f"Maneuver {WILD} is wild",
+        "times as much as their bounds promise",
+        "times the plain Cramer-Rao bounds",
+        "fitted on 4 maneuvers and judged on 2 maneuvers that none of them saw (flight B)",
+        "RMS error over range, percent, of the longitudinal models",
+        "maximum likelihood, appendix A",
+        "short period",
+        "Residuals: in how many fits they may be white noise",
+        "A: FTR did not listen: there are too few samples",
+        "each maneuver by the surfaces it moved",
+    ):
+        assert words in said, words
+    assert "Written" not in said
+
+
+def test_pictures_have_names_of_their_own(compared: LinearComparison) -> None:
+    """A page finds each picture by its name: two of one name would show one of them twice."""
+    document = estimate_document(Reported(outcome=outcome(), linear=compared))
+    names = [one.name for one in document.pictures]
+    assert len(names) == len(set(names)) > 8
+
+
+def test_what_was_left_out_by_hand_is_said_and_marked(compared: LinearComparison) -> None:
+    """In words, in the table of values, and in the JSON; the mean is that of the others."""
+    without = excluding(outcome(), [WILD])
+    said = words_of(estimate_document(Reported(outcome=without, linear=compared)))
+    assert f"Left out of all means by hand: 1 maneuver ({WILD})." in said
+    assert "is wild" not in said
+    files = campaign_files(without, compared)
+    rows = list(csv.DictReader(io.StringIO(files["values.csv"].decode())))
+    out = {(row["maneuver"], row["left_out"]) for row in rows if row["derivative"] == "Cm_de"}
+    assert (WILD, "1") in out
+    assert ("1:M1", "0") in out
+    content = json.loads(files["campaign.json"])
+    assert content["left_out_by_hand"] == [WILD]
+    assert content["campaign"]["Cm_de"]["n"] == 5
+
+
+def test_every_file_can_be_read_back(compared: LinearComparison, tmp_path: Path) -> None:
+    """CSV, MATLAB, JSON, model and linear model: the same means, near the truth."""
+    run = outcome()
+    files = campaign_files(run, compared)
+    assert set(files) == set(file_names(run, compared)) == {
+        "derivatives.csv", "values.csv", "derivatives.mat", "campaign.json", "model.toml",
+        "linear-lon.toml", "linear-models.json",
+    }  # fmt: skip
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    mean = run.summary.derivatives["Cm_de"].value.mean
+    assert mean == pytest.approx(TRUTH.derivative("Cm_de"), rel=0.02)
+    rows = list(csv.DictReader(io.StringIO(files["derivatives.csv"].decode())))
+    assert {row["derivative"]: float(row["mean"]) for row in rows}["Cm_de"] == mean
+    mat = loadmat(tmp_path / "derivatives.mat", simplify_cells=True)
+    assert mat["derivatives"]["Cm_de"]["mean"] == mean
+    assert np.array_equal(mat["linear_lon"]["A"], run.models["lon"].A)
+    assert json.loads(files["campaign.json"])["campaign"]["Cm_de"]["mean"] == mean
+    model = load_model(tmp_path / "model.toml")
+    assert (model.derivative("Cm_de"), model.parent) == (mean, "b777")
+    linear = load_linear_model(tmp_path / "linear-lon.toml").model()
+    assert np.allclose(linear.A, run.models["lon"].A, rtol=1e-12)
+    judged = json.loads(files["linear-models.json"])
+    assert judged["lon"]["bls"]["judged_on"] == [WILD, "2:M6"]
+    assert judged["lon"]["ml"]["by_maneuver_pct"]["q"] == compared.axes["lon"].errors["ml"]["q"]
+    assert judged["lat"] is None
+
+
+def test_a_report_that_is_stopped_leaves_nothing(
+    compared: LinearComparison, tmp_path: Path
+) -> None:
+    """Stopped while the pages for print are set, after all figures: no file, no folder."""
+    told: list[str] = []
+
+    def step(done: int, total: int, what: str) -> bool:
+        told.append(what)
+        return done < total and "pages" not in what
+
+    small = excluding(outcome(), [one.maneuver.id for one in outcome().result.results[1:]])
+    with pytest.raises(CanceledError):
+        write_campaign_report(small, tmp_path / "out.pdf", heard=(), linear=compared, progress=step)
+    assert told[-1] == "setting the pages"
+    with pytest.raises(CanceledError):
+        write_campaign_report(
+            small, tmp_path / "out", heard=(), linear=compared, progress=lambda *_: False
+        )
+    assert not list(tmp_path.iterdir())
+
+
+def test_linear_models_are_drawn_with_the_numbers_shown(compared: LinearComparison) -> None:
+    """A chart for each variable of each maneuver, which names its maneuver; measured is solid."""
+    picture = linear_picture(compared.axes["lon"], units="SI")
+    figure = Figure(figsize=(7, picture.height))
+    picture.draw(figure)
+    charts = figure.get_axes()
+    assert len(charts) == 4 * 2
+    assert {chart.get_gid() for chart in charts} == {f"maneuver:{WILD}", "maneuver:2:M6"}
+    measured, *computed = charts[2].get_lines()
+    assert measured.get_linestyle() == "-"
+    assert [line.get_linestyle() for line in computed] == ["--"] * 3
+    assert picture.numbers is not None
+    table = picture.numbers()
+    assert table.columns[:4] == ("maneuver", "time [s]", "delta_e [deg]", "a_n [g] measured")
+    shown = np.array([float(row[3]) for row in table.rows if row[0] == WILD])
+    assert np.array_equal(shown, measured.get_ydata())
+
+
+def test_the_flights_that_judge_must_be_among_those_of_the_report() -> None:
+    """One sentence with the remedy for a strange flight, and where none is left to fit on."""
+    for flights, words in (
+        ((Path("C"),), "not among the flights"),
+        ((Path("A"), Path("B")), "fewer"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            compare_linear_models(outcome(), flights)
