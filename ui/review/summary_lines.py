@@ -1,0 +1,260 @@
+"""Lines and words of the page Summary: derivatives, what to look at, linear models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from ui.flight.tables import Line
+from ui.words import DASH, MINUS, derivative_text, number_text, symbol_text
+
+if TYPE_CHECKING:
+    # The window starts without the numerics behind an estimation.
+    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.summary import DerivativeSummary
+    from gsapp.identification.summary.linear_comparison import LinearComparison
+
+DERIVATIVE_TITLES: Final = (
+    "", "Mean", "Bound", "%", "Scatter", "n", "Out", "Before", "What to know",
+)  # fmt: skip
+"""Scatter from maneuver to maneuver is in times what the bounds promise."""
+REMARK: Final = len(DERIVATIVE_TITLES) - 1
+"""The column of words."""
+_HONESTY: Final = 4
+_SCATTERS: Final = 1.4
+"""Scatter over bounds from which it is said."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attention:
+    """Something in a campaign that a crew should look at.
+
+    Attributes
+    ----------
+    kind : {"wild", "outlier", "failed", "excluded"}
+    maneuver : str
+    derivative : str
+        Empty where it is about the maneuver as a whole.
+    """
+
+    kind: Literal["wild", "outlier", "failed", "excluded"]
+    maneuver: str
+    derivative: str = ""
+
+
+def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
+    """Return a line for each derivative that was earned, then for each that was not."""
+    from gsapp.report.estimate_words import derivative_rows, known_before, unknown_rows
+
+    known = known_before(outcome.result)
+    lines = []
+    for row in derivative_rows(outcome.summary, known):
+        name, mean, bound, percent, _scatter, ratio, n, out, before = row
+        one = outcome.summary.derivatives[name]
+        scatters = one.honesty is not None and one.honesty.ratio > _SCATTERS
+        lines.append(
+            Line(
+                key=name,
+                cells=(
+                    derivative_text(name), _minus(mean), bound, percent,
+                    f"{ratio} ×" if ratio else DASH, n, out, _minus(before),
+                    "; ".join(_remarks(one, scatters=scatters)),
+                ),
+                state="caution" if scatters else "plain",
+                colored=frozenset({_HONESTY}),
+                detail=derivative_words(outcome, name),
+            )
+        )  # fmt: skip
+    for name, status, why in unknown_rows(outcome.result):
+        # Never a number that was not earned.
+        cells = (derivative_text(name), *(DASH,) * 4, "0", "", DASH, f"{_status(status)}: {why}")
+        lines.append(Line(key=name, cells=cells, italic=True, detail=why))
+    return tuple(lines)
+
+
+def _minus(text: str) -> str:
+    return number_text(float(text), len(text.partition(".")[2])) if text else DASH
+
+
+def _status(status: str) -> str:
+    return "not identifiable" if status == "not-identifiable" else status
+
+
+def _remarks(one: DerivativeSummary, *, scatters: bool) -> list[str]:
+    from gsapp.quantities import channel
+
+    found = []
+    if scatters:
+        found.append("scatters beyond its bounds")
+    found += [
+        f"changes with {channel(trend.condition).title.lower()} "
+        f"(chance {max(trend.p_value, 1e-9):.0e})"
+        for trend in one.trends
+        if trend.proven
+    ]
+    return found
+
+
+def derivative_words(outcome: Outcome, name: str) -> str:
+    """Return all there is to say of one derivative, in sentences."""
+    from gsapp.quantities import channel
+    from gsapp.report.estimate_words import decimals, unknown_rows
+
+    one = outcome.summary.derivatives.get(name)
+    if one is None:
+        for other, status, why in unknown_rows(outcome.result):
+            if other == name:
+                return f"{derivative_text(name)} is {_status(status)}: {why}."
+        return ""
+    digits = decimals(one.value.std)
+    said = [
+        f"{derivative_text(name)} is {number_text(one.value.mean, digits)} ± "
+        f"{one.value.std:.{digits}f} per radian, from {one.value.n} of {len(one.points)} maneuvers."
+    ]
+    if one.honesty is None:
+        said.append("Flown fewer than three times: scatter says nothing of its bounds.")
+    else:
+        said.append(
+            f"Scatter is {one.honesty.ratio:.1f} times what the bounds promise (by chance, were "
+            f"they honest: {one.honesty.p_value:.2g})."
+        )
+    said += [
+        f"Trend with {channel(trend.condition).title.lower()}: "
+        f"{'proven' if trend.proven else 'not proven'} (chance alone: "
+        f"{max(trend.p_value, 1e-9):.2g})."
+        for trend in one.trends
+    ]
+    said += [
+        f"Maneuver {outlier.point.maneuver} is left out, {_sigmas(outlier.sigmas)} off: "
+        f"{'; '.join(outlier.reasons)}."
+        for outlier in one.outliers
+    ]
+    if one.excluded:
+        names = ", ".join(point.maneuver for point in one.excluded)
+        said.append(f"Left out by hand: {names}.")
+    return " ".join(said)
+
+
+def _sigmas(value: float) -> str:
+    return f"{number_text(value, 1)} standard deviations"
+
+
+ATTENTION_TITLES: Final = ("Maneuver", "What", "Why")
+
+
+def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
+    """Return what to look at: wild maneuvers first, then values left out, then failures."""
+    summary = outcome.summary
+    lines = [
+        Line(
+            key=Attention(kind="wild", maneuver=one.maneuver),
+            cells=(
+                one.maneuver,
+                f"wild: {len(one.derivatives)} of {one.of} derivatives"
+                + (", though fitted well" if one.fits_well else ""),
+                "; ".join(one.reasons),
+            ),
+            state="caution",
+            strong=True,
+            detail=", ".join(derivative_text(name) for name in one.derivatives),
+            colored=frozenset({1}),
+        )
+        for one in summary.wild
+    ]
+    lines += [
+        Line(
+            key=Attention(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
+            cells=(
+                outlier.point.maneuver,
+                f"{derivative_text(name)} {number_text(outlier.sigmas, 1)} σ off",
+                "; ".join(outlier.reasons),
+            ),
+        )
+        for name, one in summary.derivatives.items()
+        for outlier in one.outliers
+    ]
+    for one in outcome.result.results:
+        estimate = one.estimate
+        if estimate is not None and estimate.converged:
+            continue
+        why = one.failure if estimate is None else estimate.message
+        lines.append(
+            Line(
+                key=Attention(kind="failed", maneuver=one.maneuver.id),
+                cells=(
+                    one.maneuver.id, "not fitted" if estimate is None else "not converged", why
+                ),
+                state="caution",
+                colored=frozenset({1}),
+            )
+        )  # fmt: skip
+    lines += [
+        Line(
+            key=Attention(kind="excluded", maneuver=maneuver),
+            cells=(maneuver, "left out by hand", "not in any mean"),
+        )
+        for maneuver in sorted(summary.without)
+    ]
+    return tuple(lines)
+
+
+MODE_TITLES: Final = ("Mode", "ω, rad/s", "Damping", "Time constant, s")
+
+
+def mode_lines(outcome: Outcome) -> tuple[Line, ...]:
+    """Return the modes of the linear models with the means, both axes."""
+    from gsapp.report.linear_words import mode_rows
+
+    return tuple(
+        Line(
+            key=(axis, place),
+            cells=(name, *(text.replace("-", MINUS) for text in numbers)),
+            detail=f"pole {pole} 1/s".replace("-", MINUS),
+        )
+        for axis, model in outcome.models.items()
+        for place, (name, pole, *numbers) in enumerate(mode_rows(model))
+    )
+
+
+ERROR_TITLES: Final = ("RMS error over range, %", "Least squares", "Subspace", "Derivatives")
+
+
+def error_lines(comparison: LinearComparison) -> tuple[Line, ...]:
+    """Return the error tables of the linear models, both axes; the least of a row has a star."""
+    from gsapp.report.linear_words import error_rows
+
+    return tuple(
+        Line(key=(axis, name), cells=(symbol_text(name), *errors))
+        for axis, one in comparison.axes.items()
+        for name, *errors in error_rows(one)
+    )
+
+
+def comparison_words(comparison: LinearComparison) -> str:
+    """Return what was fitted on what and judged on what, or why nothing was."""
+    from gsapp.report.linear_words import kept_out_words
+
+    said = [kept_out_words(one) for one in comparison.axes.values()]
+    said += [f"{text[:1].upper()}{text[1:]}." for text in comparison.remarks]
+    return " ".join(said)
+
+
+def table_text(outcome: Outcome) -> str:
+    """Return the table of derivatives as text with tabs, for a spreadsheet: plain numbers."""
+    from gsapp.report.estimate_words import (
+        DERIVATIVE_COLUMNS,
+        derivative_rows,
+        known_before,
+        unknown_rows,
+    )
+
+    rows: list[tuple[str, ...]] = [(*DERIVATIVE_COLUMNS, "status")]
+    rows += [
+        (*row, "estimated")
+        for row in derivative_rows(outcome.summary, known_before(outcome.result))
+    ]
+    blank = ("",) * (len(DERIVATIVE_COLUMNS) - 1)
+    rows += [
+        (name, *blank, f"{status}: {why}") for name, status, why in unknown_rows(outcome.result)
+    ]
+    return "".join("\t".join(row) + "\n" for row in rows)

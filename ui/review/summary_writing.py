@@ -1,0 +1,144 @@
+"""What of a run is written where: the report, everything in a folder, or one file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QObject, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from ui.review.jobs import BeginJob, ReportJob
+from ui.settings import SettingsStore
+from ui.work import CancelledError, Progress, Work
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.summary.linear_comparison import LinearComparison
+
+_REPORTS: Final = "Page for a browser (*.html);;Pages for print (*.pdf)"
+
+
+class SummaryWriter(QObject):
+    """Asks for a place and writes there: reports in the process of the review, files in a thread.
+
+    Parameters
+    ----------
+    store : SettingsStore
+        Remembers the folder.
+    begin_job : BeginJob
+    parent : QWidget
+        Of the dialogs.
+
+    Attributes
+    ----------
+    told : Signal(str)
+        What was written, or why not.
+    written : Path or None
+        What was written last.
+    """
+
+    told = Signal(str)
+
+    def __init__(self, store: SettingsStore, begin_job: BeginJob, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._store = store
+        self._begin_job = begin_job
+        self._window = parent
+        self._work: Work | None = None
+        self.written: Path | None = None
+
+    def ask_report(self, outcome: Outcome, units: str, linear: LinearComparison | None) -> None:
+        """Ask for a file and write the report there."""
+        start = self._folder() / f"{_title(outcome)} report.html"
+        path, kind = QFileDialog.getSaveFileName(
+            self._window, "Write the report", str(start), _REPORTS
+        )
+        if path:
+            chosen = Path(path)
+            if chosen.suffix not in (".html", ".pdf"):
+                chosen = chosen.with_name(f"{chosen.name}{'.pdf' if '.pdf' in kind else '.html'}")
+            self.report(outcome, chosen, units, linear)
+
+    def ask_everything(self, outcome: Outcome, units: str, linear: LinearComparison | None) -> None:
+        """Ask for a folder and write the report, its figures and all files there."""
+        path = QFileDialog.getExistingDirectory(
+            self._window, "Write report and files into this folder", str(self._folder())
+        )
+        if path:
+            self.report(outcome, Path(path), units, linear)
+
+    def report(
+        self, outcome: Outcome, path: Path, units: str, linear: LinearComparison | None
+    ) -> None:
+        """Write a report, or everything where `path` is a folder."""
+        self._remember(path if path.is_dir() else path.parent)
+        self._begin_job(
+            ReportJob(outcome=outcome, path=path, units=units, linear=linear),
+            self._done,
+            failed=lambda error: self._failed(path, error),
+        )
+
+    def ask_file(self, outcome: Outcome, name: str, linear: LinearComparison | None) -> None:
+        """Ask for a place and write one of the files of a campaign there."""
+        ending = Path(name).suffix
+        start = self._folder() / f"{_title(outcome)} {name}"
+        path, _kind = QFileDialog.getSaveFileName(
+            self._window, "Write the file", str(start), f"{ending[1:].upper()} (*{ending})"
+        )
+        if path:
+            chosen = Path(path)
+            self.file(
+                outcome, name, chosen if chosen.suffix else chosen.with_suffix(ending), linear
+            )
+
+    def file(
+        self, outcome: Outcome, name: str, path: Path, linear: LinearComparison | None
+    ) -> None:
+        """Write one of the files of a campaign."""
+        self._remember(path.parent)
+
+        def run(_progress: Progress) -> Path:
+            from gsapp.foundation import write_atomically
+            from gsapp.report.estimate_files import file_content
+
+            return write_atomically(path, file_content(name, outcome, linear))
+
+        work = Work(f"Writing {path.name}", run, self)
+        work.done.connect(self._done)
+        work.failed.connect(lambda error: self._failed(path, error))
+        self._work = work
+        work.start()
+
+    def open(self) -> None:
+        """Open what was written last with the program that this computer has for it."""
+        if self.written is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
+
+    @property
+    def _done(self) -> Callable[[object], None]:
+        def done(path: object) -> None:
+            self.written = Path(str(path))
+            self.told.emit(f"Written: {self.written}")
+
+        return done
+
+    def _failed(self, path: Path, error: BaseException) -> None:
+        why = "stopped; nothing was left behind" if isinstance(error, CancelledError) else error
+        self.told.emit(f"{path.name} was not written: {why}")
+
+    def _folder(self) -> Path:
+        remembered = self._store.current.review_folder or self._store.current.folder
+        return Path(remembered) if remembered else Path.home()
+
+    def _remember(self, folder: Path) -> None:
+        self._store.change(review_folder=str(folder))
+
+
+def _title(outcome: Outcome) -> str:
+    """Return what a file of a run is called: its label, or its flights."""
+    flights = [path.stem for path in outcome.request.flights]
+    names = flights[0] if len(flights) == 1 else f"{flights[0]} and {len(flights) - 1} more"
+    return outcome.request.label or names
