@@ -1,41 +1,18 @@
-"""A drawn figure on screen: points that can be chosen, charts that are moved and zoomed.
-
-What is chosen is painted over the finished picture, so that choosing never draws it anew. While
-another view is being drawn, the old picture stands in, moved and stretched.
-"""
+"""A figure on screen under mouse and keys: points are chosen, charts moved and zoomed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QFocusEvent,
-    QHelpEvent,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QWheelEvent,
-)
-from PySide6.QtWidgets import QToolTip, QWidget
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QHelpEvent, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QToolTip
 
-from ui.gap.marking import focus_frame
 from ui.keyboard import ArrowKeys
 from ui.look import Look
-from ui.review.figure_drawing import Drawing
-from ui.review.figure_geometry import (
-    Pane,
-    Spot,
-    View,
-    alike,
-    moved,
-    nearest,
-    stepped,
-    zoomed,
-)
-from ui.review.figure_marks import paint_busy, paint_marks, paint_moved, paint_words
+from ui.review.figure_geometry import Pane, Spot, View, moved, nearest, stepped, zoomed
+from ui.review.figure_paper import FigurePaper, same_spot
 
 _REACH = 14
 """Points around the mouse in which a point of the figure is meant."""
@@ -66,8 +43,8 @@ _SHIFT = Qt.KeyboardModifier.ShiftModifier
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
-class FigureCanvas(ArrowKeys, QWidget):
-    """Shows a `Drawing`.
+class FigureCanvas(ArrowKeys, FigurePaper):
+    """A figure that answers to mouse and keys.
 
     Arrows walk from point to point (in figures without points they move and zoom), Shift and
     arrows move the chart, plus and minus zoom, Home shows everything, Enter opens the fit,
@@ -100,112 +77,12 @@ class FigureCanvas(ArrowKeys, QWidget):
     views_changed = Signal()
 
     def __init__(self, look: Look, describe: Callable[[str, str], str]) -> None:
-        super().__init__()
-        self._look = look
+        super().__init__(look)
         self._describe = describe
-        self.drawing: Drawing | None = None
-        self.views: dict[int, View] = {}
-        self.maneuver = ""
-        self.current: Spot | None = None
-        self.waiting = ""
         self.wheel_free = False
-        self._pane = 0
         self._pressed: tuple[QPointF, Pane | None] | None = None
         self._dragged: View | None = None
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
-
-    # What is shown
-
-    def show_drawing(self, drawing: Drawing) -> None:
-        """Show a finished figure; the point that the keyboard stands on stays where it is there."""
-        former = self.current
-        self.drawing = drawing
-        self.current = None
-        if former is not None:
-            self.current = _same(drawing.spots, former)
-        if self._pane not in {one.place for one in drawing.panes}:
-            self._pane = drawing.panes[0].place if drawing.panes else 0
-        self.waiting = ""
-        self.updateGeometry()
-        self.update()
-
-    def show_waiting(self, words: str) -> None:
-        """Say what is being done in the corner of what is there."""
-        self.waiting = words
-        self.update()
-
-    def choose(self, maneuver: str) -> None:
-        """Ring the points of a maneuver."""
-        self.maneuver = maneuver
-        if self.current is not None and self.current.maneuver != maneuver:
-            self.current = next(
-                (
-                    one
-                    for one in self._spots()
-                    if one.maneuver == maneuver and one.pane == self.current.pane
-                ),
-                None,
-            )
-        self.update()
-
-    def forget_views(self) -> None:
-        """Show everything with the next drawing."""
-        self.views = {}
-        self.current = None
-
-    def sizeHint(self) -> QSize:
-        """Return the size of what is drawn."""
-        drawing = self.drawing
-        return QSize(drawing.width, drawing.height) if drawing is not None else QSize(0, 0)
-
-    def _panes(self) -> tuple[Pane, ...]:
-        return self.drawing.panes if self.drawing is not None else ()
-
-    def _spots(self) -> tuple[Spot, ...]:
-        return self.drawing.spots if self.drawing is not None else ()
-
-    def pane(self, place: int) -> Pane | None:
-        """Return a chart by its place."""
-        return next((one for one in self._panes() if one.place == place), None)
-
-    def shown_spots(self) -> tuple[Spot, ...]:
-        """Return the points where they lie on screen now, those out of sight left out."""
-        if not self.views:
-            return self._spots()
-        found = []
-        for one in self._spots():
-            pane = self.pane(one.pane)
-            if pane is None:
-                continue
-            x, y = pane.seen_as(self.view_of(pane), one.x, one.y)
-            if pane.holds(x, y) or alike(self.view_of(pane), pane.view):
-                found.append(replace(one, x=x, y=y))
-        return tuple(found)
-
-    def view_of(self, pane: Pane) -> View:
-        """Return what a chart is to show."""
-        return self.views.get(pane.place, pane.view)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the picture, what is chosen in it, and where the keyboard is."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), self._look.color("panel"))
-        drawing = self.drawing
-        if drawing is not None and drawing.image is not None:
-            painter.drawImage(0, 0, drawing.image)
-            for pane in drawing.panes:
-                if not alike(self.view_of(pane), pane.view):
-                    paint_moved(painter, drawing.image, pane, self.view_of(pane), self._look)
-            chosen = [one for one in self.shown_spots() if one.maneuver == self.maneuver]
-            paint_marks(painter, chosen, self.current, self._look)
-        elif drawing is not None:
-            paint_words(painter, QRectF(self.rect()), drawing.words, self._look)
-        if self.waiting:
-            paint_busy(painter, QRectF(self.rect()), self.waiting, self._look)
-        if self.hasFocus():
-            focus_frame(painter, self.rect(), self._look)
-        painter.end()
 
     # Choosing
 
@@ -213,14 +90,14 @@ class FigureCanvas(ArrowKeys, QWidget):
         return nearest(self.shown_spots(), point.x(), point.y(), self._look.px(_REACH))
 
     def _pane_at(self, point: QPointF) -> Pane | None:
-        return next((one for one in self._panes() if one.holds(point.x(), point.y())), None)
+        return next((one for one in self.panes if one.holds(point.x(), point.y())), None)
 
     def _choose_spot(self, spot: Spot) -> None:
         pane = self.pane(spot.pane)
         self.current = next(
-            one for one in self._spots() if (one.pane, one.maneuver) == (spot.pane, spot.maneuver)
+            one for one in self.spots if (one.pane, one.maneuver) == (spot.pane, spot.maneuver)
         )
-        self._pane = spot.pane
+        self.place = spot.pane
         self.maneuver = spot.maneuver
         name = pane.name if pane is not None else ""
         self.setAccessibleDescription(self._describe(name, spot.maneuver))
@@ -230,13 +107,7 @@ class FigureCanvas(ArrowKeys, QWidget):
     def event(self, event: QEvent) -> bool:
         """Tell what a point is; keep the keys that move and zoom."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            spot = self._at(QPointF(event.pos()))
-            if spot is None:
-                QToolTip.hideText()
-            else:
-                pane = self.pane(spot.pane)
-                words = self._describe(pane.name if pane is not None else "", spot.maneuver)
-                QToolTip.showText(event.globalPos(), words, self)
+            QToolTip.showText(event.globalPos(), self.words_at(QPointF(event.pos())), self)
             return True
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             shifted = bool(event.modifiers() & _SHIFT) and Qt.Key(event.key()) in _MOVES
@@ -245,6 +116,16 @@ class FigureCanvas(ArrowKeys, QWidget):
                 event.accept()
                 return True
         return super().event(event)
+
+    def words_at(self, point: QPointF) -> str:
+        """Return what lies under the mouse: a point, or the values of the axes there."""
+        spot, pane = self._at(point), self._pane_at(point)
+        if spot is not None:
+            of = self.pane(spot.pane)
+            return self._describe(of.name if of is not None else "", spot.maneuver)
+        if pane is None:
+            return ""
+        return pane.reading(self.view_of(pane), point.x(), point.y())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a click or a drag."""
@@ -279,7 +160,7 @@ class FigureCanvas(ArrowKeys, QWidget):
             self.unsetCursor()
             return
         if pressed[1] is not None:
-            self._pane = pressed[1].place
+            self.place = pressed[1].place
         spot = self._at(event.position())
         if spot is not None:
             self._choose_spot(spot)
@@ -309,8 +190,8 @@ class FigureCanvas(ArrowKeys, QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Walk, move, zoom, open."""
         key = Qt.Key(event.key())
-        pane = self.pane(self._pane)
-        if key in _WALKS and self._spots() and not event.modifiers() & _SHIFT:
+        pane = self.pane(self.place)
+        if key in _WALKS and self.spots and not event.modifiers() & _SHIFT:
             self._walk(_WALKS[key])
         elif key in _MOVES and pane is not None:
             self._move(pane, *_MOVES[key])
@@ -328,7 +209,7 @@ class FigureCanvas(ArrowKeys, QWidget):
     def _walk(self, way: str) -> None:
         """Go to the next point; the first step goes to the chosen maneuver, or the first point."""
         spots = self.shown_spots()
-        here = None if self.current is None else _same(spots, self.current)
+        here = None if self.current is None else same_spot(spots, self.current)
         if here is not None:
             spot = stepped(spots, here, way)
         else:
@@ -355,7 +236,7 @@ class FigureCanvas(ArrowKeys, QWidget):
 
     def _show_view(self, pane: Pane, view: View) -> None:
         """Want another part of a chart, and the same stretch of what shares its axis."""
-        for one in self._panes():
+        for one in self.panes:
             if one.group == pane.group:
                 former = self.view_of(one)
                 self.views[one.place] = view if one is pane else replace(former, x=view.x)
@@ -366,19 +247,3 @@ class FigureCanvas(ArrowKeys, QWidget):
         if self.views:
             self.views = {}
             self.views_changed.emit()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show that the keyboard is here."""
-        super().focusInEvent(event)
-        self.update()
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Show that the keyboard is elsewhere."""
-        super().focusOutEvent(event)
-        self.update()
-
-
-def _same(spots: Sequence[Spot], wanted: Spot) -> Spot | None:
-    """Return the point of the same maneuver in the same chart."""
-    pair = (wanted.pane, wanted.maneuver)
-    return next((one for one in spots if (one.pane, one.maneuver) == pair), None)

@@ -158,7 +158,9 @@ def _panes(figure: Figure, ratio: float) -> tuple[Pane, ...]:
         if not axes.get_visible():
             continue
         box = axes.get_window_extent()
-        siblings = [places[one] for one in axes.get_shared_x_axes().get_siblings(axes)]
+        shared = axes.get_shared_x_axes().get_siblings(axes)
+        siblings = [places[one] for one in shared]
+        titles = (one.get_xlabel() for one in sorted(shared, key=places.__getitem__))
         found.append(
             Pane(
                 place=place,
@@ -173,6 +175,10 @@ def _panes(figure: Figure, ratio: float) -> tuple[Pane, ...]:
                 ),
                 group=min(siblings),
                 over_time=len(siblings) > 1,
+                x_title=next(filter(None, titles), ""),
+                y_title=(axes.get_ylabel() or axes.get_title(loc="left")).replace("\n", " "),
+                x_log=axes.get_xscale() == "log",
+                y_log=axes.get_yscale() == "log",
             )
         )
     return tuple(found)

@@ -38,6 +38,10 @@ class Pane:
         Charts of one group have the x axis in common.
     over_time : bool
         Whether it shares its x axis with others: then only that is moved and zoomed.
+    x_title, y_title : str
+        Along its axes.
+    x_log, y_log : bool
+        Whether an axis is logarithmic.
     """
 
     place: int
@@ -49,6 +53,10 @@ class Pane:
     view: View
     group: int
     over_time: bool
+    x_title: str = ""
+    y_title: str = ""
+    x_log: bool = False
+    y_log: bool = False
 
     def holds(self, x: float, y: float) -> bool:
         """Return whether a pixel lies within."""
@@ -58,6 +66,18 @@ class Pane:
         """Return where a pixel lies: shares of width from the left and height from the bottom."""
         wide, high = max(self.right - self.left, 1.0), max(self.bottom - self.top, 1.0)
         return (x - self.left) / wide, (self.bottom - y) / high
+
+    def reading(self, view: View, x: float, y: float) -> str:
+        """Return the values at a pixel, each beside its axis' title; a title less is left out."""
+        said = []
+        for title, limits, share, log in zip(
+            (self.x_title, self.y_title), (view.x, view.y), self.shares(x, y),
+            (self.x_log, self.y_log), strict=True,
+        ):  # fmt: skip
+            value = limits[0] + share * (limits[1] - limits[0])
+            if title:
+                said.append(f"{title} {10.0**value if log else value:.5g}")
+        return "\n".join(said)
 
     def seen_as(self, view: View, x: float, y: float) -> tuple[float, float]:
         """Return where what was drawn at a pixel lies when the chart shows another view."""

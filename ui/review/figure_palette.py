@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from gsapp.report.palette import Palette
 from ui.look import mixed
-from ui.theme import Theme
+from ui.theme import Theme, luminance
 
 _FLIGHTS = ("blue", "rust", "purple", "olive", "sky", "ink")
 """Trace colors of flights, in the order in which they are handed out."""
 _PAPER_LINE = 1.8
 """Width of a trace of the window at which a picture's lines are as heavy as on paper."""
-_BAND = 0.14
+_BAND, _BAND_ON_DARK = 0.14, 0.28
 """How far bands lie from the background to the color of measured traces."""
 
 
 def window_palette(theme: Theme) -> Palette:
     """Return the colors in which pictures are drawn in a theme."""
+    dark = luminance(theme.plot) < luminance(theme.text)
     return Palette(
         background=theme.plot,
         ink=theme.text,
@@ -24,7 +25,7 @@ def window_palette(theme: Theme) -> Palette:
         measured=theme.traces["blue"],
         computed=theme.traces["rust"],
         previous=theme.previous,
-        band=mixed(theme.plot, theme.traces["blue"], _BAND).name(),
+        band=mixed(theme.plot, theme.traces["blue"], _BAND_ON_DARK if dark else _BAND).name(),
         left_out=theme.previous,
         flights=tuple(theme.traces[name] for name in _FLIGHTS),
         weight=theme.line_width / _PAPER_LINE,

@@ -11,7 +11,25 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from ui.review.figure_drawing import Room
-from ui.review.figures_material import Material, maneuver_words, run_name
+from ui.review.figures_material import Material, result_of, run_name
+from ui.review.figures_options import (
+    AXES,
+    JOINT,
+    LONGITUDINAL,
+    Option,
+    axis_formed,
+    axis_judged,
+    axis_words,
+    beside_of,
+    chosen,
+    fit_of,
+    flight_of,
+    group_of,
+    kept_out_of,
+    maneuver_of,
+    names_in,
+    over_of,
+)
 
 if TYPE_CHECKING:
     from gsapp.identification.results import Estimate
@@ -19,39 +37,14 @@ if TYPE_CHECKING:
     from gsapp.report.document import Picture, Table
     from gsapp.report.palette import Palette
 
-Choices = tuple[tuple[str, str], ...]
-"""Keys and words of a list."""
-
 _CHART = 2.3
 """Inches that a small chart of a value takes at least."""
 _HISTORY = 3.2
 """Inches of a history over a flight."""
-_CONDITIONS = (("number", "maneuver"), ("V", "speed"), ("alpha", "angle of attack"),
-               ("beta", "sideslip"))  # fmt: skip
-_LONGITUDINAL = ("CN", "CA", "Cm")
-_COEFFICIENTS = (*_LONGITUDINAL, "CY", "Cl", "Cn")
-_AXES = {"lon": "longitudinal", "lat": "lateral"}
 _NO_RESPONSES = (
     "{method} computes no responses to hold against the measured ones. Estimate with maximum "
     "likelihood to see how well this maneuver is followed."
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Option:
-    """A list above a figure.
-
-    Attributes
-    ----------
-    id : str
-        Key of what is chosen.
-    title : str
-    choices : tuple of (key, words)
-    """
-
-    id: str
-    title: str
-    choices: Choices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,64 +75,7 @@ class FigureKind:
     table: Callable[[Material], Table | None] | None = None
 
 
-def chosen(material: Material, option: Option) -> str:
-    """Return what is chosen in a list: the first where the last choice is not there."""
-    wanted = material.chosen.get(option.id, "")
-    keys = [key for key, _ in option.choices]
-    return wanted if wanted in keys else keys[0] if keys else ""
-
-
 # Values
-
-
-def group_of(material: Material) -> Option:
-    """Return which derivatives can be looked at together, and each alone."""
-    names = [name for name in material.outcome.summary.derivatives if not name.endswith("_0")]
-    families = [one for one in _COEFFICIENTS if any(_of(name, one) for name in names)]
-    axes = [
-        (axis, f"all {words}")
-        for axis, words in _AXES.items()
-        if any((one in _LONGITUDINAL) == (axis == "lon") for one in families)
-    ]
-    return Option(
-        id="group",
-        title="Derivatives",
-        choices=(
-            *axes,
-            *((one, f"of {one}") for one in families),
-            *((name, name) for name in names),
-        ),
-    )
-
-
-def names_in(material: Material, group: str) -> tuple[str, ...]:
-    """Return the derivatives of a group."""
-    names = [name for name in material.outcome.summary.derivatives if not name.endswith("_0")]
-    if group in _AXES:
-        return tuple(
-            name for name in names if (name.partition("_")[0] in _LONGITUDINAL) == (group == "lon")
-        )
-    if group in _COEFFICIENTS:
-        return tuple(name for name in names if _of(name, group))
-    return (group,) if group in names else tuple(names)
-
-
-def _of(name: str, coefficient: str) -> bool:
-    return name.partition("_")[0] == coefficient
-
-
-def _over(material: Material) -> Option:
-    flown = {
-        name
-        for one in material.outcome.summary.derivatives.values()
-        for point in one.points
-        for name in point.conditions
-    }
-    return Option(
-        id="over",
-        title="Against",
-        choices=tuple(one for one in _CONDITIONS if one[0] == "number" or one[0] in flown),
-    )
 
 
 def _values(material: Material, palette: Palette, room: Room) -> Picture | str:
@@ -149,33 +85,12 @@ def _values(material: Material, palette: Palette, room: Room) -> Picture | str:
     if not names:
         return "No maneuver of this run earned a derivative; the page Summary says why."
     return values_picture(
-        material.outcome.summary, names, chosen(material, _over(material)), units=material.units,
+        material.outcome.summary, names, chosen(material, over_of(material)), units=material.units,
         known=material.known, palette=palette, across=max(1, int(room.width / _CHART)),
     )  # fmt: skip
 
 
 # One maneuver
-
-
-def _maneuver(material: Material) -> Option:
-    return Option(
-        id="maneuver",
-        title="Maneuver",
-        choices=tuple(
-            (one.maneuver.id, maneuver_words(one)) for one in material.outcome.result.results
-        ),
-    )
-
-
-def _beside(material: Material) -> Option:
-    return Option(
-        id="beside",
-        title="Compare with",
-        choices=(
-            ("", "no other run"),
-            *((str(place), run_name(one)) for place, one in enumerate(material.others)),
-        ),
-    )
 
 
 def _no_fit(material: Material) -> str:
@@ -189,9 +104,8 @@ def _no_fit(material: Material) -> str:
 
 def _fit(material: Material, palette: Palette, _room: Room) -> Picture | str:
     from gsapp.report.fit_figures import fit_picture
-    from ui.review.figures_material import result_of
 
-    place = chosen(material, _beside(material))
+    place = chosen(material, beside_of(material))
     other = material.others[int(place)] if place else None
     picture = fit_picture(
         material.looked_at, units=material.units, palette=palette,
@@ -208,26 +122,12 @@ def _residuals(material: Material, palette: Palette, _room: Room) -> Picture | s
     return picture or _no_fit(material)
 
 
-def _fits(material: Material) -> Option:
-    joint = tuple(
-        (f"joint {place}", f"{len(one.maneuvers)} maneuvers together, {_axis_words(one)}")
-        for place, one in enumerate(material.outcome.result.joint)
-    )
-    single = _maneuver(material)
-    return Option(id="maneuver", title="Fit", choices=(*single.choices, *joint))
-
-
-def _axis_words(estimate: Estimate) -> str:
-    return _AXES.get(estimate.axis, "six degrees of freedom")
-
-
 def _estimate(material: Material) -> tuple[Estimate | None, str]:
     """Return the fit that is looked at, and what it is of, in words."""
-    place = material.chosen.get("maneuver", "")
-    joint = material.outcome.result.joint
-    if place.startswith("joint ") and int(place.split()[1]) < len(joint):
-        one = joint[int(place.split()[1])]
-        return one, f"{len(one.maneuvers)} {_axis_words(one)} maneuvers together"
+    key = chosen(material, fit_of(material))
+    if key.startswith(JOINT):
+        one = material.outcome.result.joint[int(key.removeprefix(JOINT))]
+        return one, f"{len(one.maneuvers)} {axis_words(one)} maneuvers together"
     looked_at = material.looked_at
     return looked_at.estimate, f"maneuver {looked_at.maneuver.id} of {looked_at.maneuver.flight}"
 
@@ -256,32 +156,20 @@ def _bounds(material: Material, palette: Palette, _room: Room) -> Picture | str:
 # In flight
 
 
-def _flight(material: Material) -> Option:
-    return Option(
-        id="flight",
-        title="Flight",
-        choices=tuple((one.flight, one.flight) for one in material.heard or ()),
-    )
-
-
-def _formed(_material: Material) -> Option:
-    return Option(id="axis", title="Axis", choices=tuple(_AXES.items()))
-
-
 def _online(material: Material, palette: Palette, room: Room) -> Picture | str:
     from gsapp.report.online_figures import online_picture
 
     flights = list(material.heard or ())
-    name = chosen(material, _flight(material))
+    name = chosen(material, flight_of(material))
     one = next((one for one in flights if one.flight == name), None)
     if one is None or not one.histories:
         why = f" ({one.why})" if one is not None and one.why else ""
         return f"FTR did not listen to this flight{why}."
-    lon = chosen(material, _formed(material)) == "lon"
+    lon = chosen(material, axis_formed(material)) == "lon"
     histories = [
         history
         for derivative, history in one.histories.items()
-        if not derivative.endswith("_0") and (derivative.partition("_")[0] in _LONGITUDINAL) == lon
+        if not derivative.endswith("_0") and (derivative.partition("_")[0] in LONGITUDINAL) == lon
     ]
     # Those that formed come first: a page holds so many.
     histories.sort(key=lambda history: not bool((history.values == history.values).any()))
@@ -294,35 +182,17 @@ def _online(material: Material, palette: Palette, room: Room) -> Picture | str:
 # Linear models
 
 
-def _judged(material: Material) -> Option:
-    axes = () if material.comparison is None else tuple(material.comparison.axes)
-    return Option(id="axis", title="Axis", choices=tuple((one, _AXES[one]) for one in axes))
-
-
-def _kept_out(material: Material) -> Option:
-    """Return the maneuvers that the linear models were judged on."""
-    axis = chosen(material, _judged(material))
-    traces = material.comparison.axes[axis].traces if material.comparison and axis else ()
-    return Option(
-        id="kept_out",
-        title="Maneuver",
-        choices=(
-            ("", "some of them"),
-            *((one.maneuver, f"{one.maneuver} of {one.flight}") for one in traces),
-        ),
-    )
-
-
-def _linear(material: Material, palette: Palette, _room: Room) -> Picture | str:
-    from gsapp.report.linear_figures import linear_picture
+def _linear(material: Material, palette: Palette, room: Room) -> Picture | str:
+    from gsapp.report.linear_figures import linear_picture, shown_traces
 
     comparison = material.comparison
-    axis = chosen(material, _judged(material))
+    axis = chosen(material, axis_judged(material))
     if comparison is None or not axis:
         remarks = () if comparison is None else comparison.remarks
         return "There are no linear models to compare" + "".join(f": {one}" for one in remarks)
-    one, name = comparison.axes[axis], chosen(material, _kept_out(material))
+    one, name = comparison.axes[axis], chosen(material, kept_out_of(material))
     traces = tuple(trace for trace in one.traces if trace.maneuver == name)
+    traces = traces or shown_traces(one)[: max(1, int(room.width / _CHART))]
     return linear_picture(one, traces, units=material.units, palette=palette)
 
 
@@ -330,7 +200,7 @@ def _errors(material: Material) -> Table | None:
     from gsapp.report.linear_report import error_table
 
     comparison = material.comparison
-    axis = chosen(material, _judged(material))
+    axis = chosen(material, axis_judged(material))
     if comparison is None or not axis:
         return None
     return error_table(comparison.axes[axis], comparison.method)
@@ -341,7 +211,7 @@ def _spread_modes(material: Material) -> dict[str, tuple[SpreadMode, ...]]:
 
     outcome = material.outcome
     return {
-        _AXES[axis]: mode_spread(outcome.result, outcome.summary, axis) for axis in outcome.models
+        AXES[axis]: mode_spread(outcome.result, outcome.summary, axis) for axis in outcome.models
     }
 
 
@@ -364,39 +234,39 @@ KINDS = (
     FigureKind(
         id="values", title="Values",
         tells="Each derivative, maneuver by maneuver, with bounds and mean.",
-        options=lambda material: (group_of(material), _over(material)), make=_values,
+        options=lambda material: (group_of(material), over_of(material)), make=_values,
     ),
     FigureKind(
         id="fit", title="Fit",
         tells="What was moved, and measured against computed responses.",
-        options=lambda material: (_maneuver(material), _beside(material)), make=_fit,
+        options=lambda material: (maneuver_of(material), beside_of(material)), make=_fit,
     ),
     FigureKind(
         id="residuals", title="Residuals",
         tells="What the fit leaves over, and whether it is white.",
-        options=lambda material: (_maneuver(material),), make=_residuals,
+        options=lambda material: (maneuver_of(material),), make=_residuals,
     ),
     FigureKind(
         id="online", title="In flight",
         tells="Derivatives as FTR formed them, against the points on the ground.",
-        options=lambda material: (_flight(material), _formed(material)), make=_online,
+        options=lambda material: (flight_of(material), axis_formed(material)), make=_online,
         needs="heard",
     ),
     FigureKind(
         id="linear", title="Linear models",
         tells="Linear models on maneuvers that they never saw.",
-        options=lambda material: (_judged(material), _kept_out(material)), make=_linear,
+        options=lambda material: (axis_judged(material), kept_out_of(material)), make=_linear,
         needs="comparison", table=_errors,
     ),
     FigureKind(
         id="correlations", title="Correlations",
         tells="What a fit cannot tell apart.",
-        options=lambda material: (_fits(material),), make=_correlations,
+        options=lambda material: (fit_of(material),), make=_correlations,
     ),
     FigureKind(
         id="bounds", title="Bounds",
         tells="Bounds in percent, as white noise would have them and corrected.",
-        options=lambda material: (_fits(material),), make=_bounds,
+        options=lambda material: (fit_of(material),), make=_bounds,
     ),
     FigureKind(
         id="modes", title="Modes",

@@ -57,9 +57,11 @@ class Material:
 
     @property
     def known(self) -> Mapping[str, float]:
-        """Return the derivatives known before."""
-        model = self.outcome.request.settings.model
-        return {} if model is None else model.derivatives
+        """Return the derivatives known before: of the model, and those that the fit leaned on."""
+        settings = self.outcome.request.settings
+        model = {} if settings.model is None else settings.model.derivatives
+        priors = {name: value for name, (value, _) in settings.likelihood.priors.items()}
+        return {**model, **priors}
 
 
 def result_of(outcome: Outcome, maneuver: str) -> ManeuverResult | None:

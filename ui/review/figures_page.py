@@ -7,23 +7,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QListWidget, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QVBoxLayout
 
 from ui.commands import Need
-from ui.flight.controls import ActionButton
-from ui.gap.parts import Choice, button_row
-from ui.layouts import FlowLayout
 from ui.look import Look
-from ui.pages import label
 from ui.review.figure_drawing import Drawing
-from ui.review.figure_table import ReportTable
-from ui.review.figure_view import FigureView
+from ui.review.figures_frame import FiguresFrame
 from ui.review.figures_history import Exclusions
-from ui.review.figures_kinds import KINDS, FigureKind, Option, chosen, group_of, names_in
+from ui.review.figures_kinds import KINDS, FigureKind
 from ui.review.figures_material import Material, point_words, result_of
 from ui.review.figures_needs import FigureNeeds
+from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
 from ui.review.figures_saving import FigureSaver
 from ui.review.jobs import BeginJob
 from ui.review.page import ReviewPage
@@ -35,12 +31,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_LIST = 152
-"""Points of width of the list of figures ..."""
-_WIDE = 820
-"""... that stands at the left where the page has so many; else above."""
-_HIGH = 380
-"""Points of height below which the buttons give way to the figure."""
 _KEPT = 4
 """Runs looked at before that a fit can be compared with."""
 _POINTED = frozenset({"values", "online"})
@@ -91,65 +81,24 @@ class FiguresPage(ReviewPage):
         self._needs = FigureNeeds(begin_job, self)
         self._saver = FigureSaver(store, self)
         self.kind: FigureKind = KINDS[0]
-        self._build(actions)
-        self._needs.changed.connect(self._needed)
-        self._saver.told.connect(self._tell)
-        selection.maneuver_changed.connect(self._maneuver_chosen)
-        selection.derivative_changed.connect(self._derivative_chosen)
-        look.changed.connect(self._restyle)
-        self._restyle()
-        self.show_outcome(None)
-
-    def _build(self, actions: Mapping[str, QAction]) -> None:
-        look = self.look
-        row = QHBoxLayout(self)
-        self._row = row
-        self.list = QListWidget()
-        self.list.setProperty("role", "boxed")
-        self.list.setAccessibleName("Figures")
-        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        for kind in KINDS:
-            self.list.addItem(kind.title)
-            self.list.item(self.list.count() - 1).setToolTip(kind.tells)
-        self.list.setCurrentRow(0)
-        self.list.currentRowChanged.connect(lambda place: self.show_kind(KINDS[place].id))
-        row.addWidget(self.list)
-        column = QVBoxLayout()
-        self._column = column
-        row.addLayout(column, 1)
-        bar = QWidget()
-        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-        policy.setHeightForWidth(True)
-        bar.setSizePolicy(policy)
-        self._bar = FlowLayout(bar, spacing=look.px(8))
-        self.figure_choice = Choice(look, "Figure")
-        self.figure_choice.show_choices([(one.id, one.title) for one in KINDS], "values")
-        self.figure_choice.box.currentIndexChanged.connect(
-            lambda _place: self.show_kind(self.figure_choice.value)
-        )
-        self._bar.addWidget(self.figure_choice)
-        self.choices: dict[str, Choice] = {}
-        column.addWidget(bar)
-        self.table = ReportTable(look)
-        self.detail = label("", wrap=True)
-        self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.caption = label("", "hint", wrap=True)
-        below = (self.table, self.detail, self.caption)
-        self.view = FigureView(look, self._describe, "Figure", below)
+        column = QVBoxLayout(self)
+        self.frame = FiguresFrame(actions, look, self._describe)
+        column.addWidget(self.frame)
+        self.frame.kind_chosen.connect(self.show_kind)
+        self.frame.option_chosen.connect(self._choose)
+        self.view = self.frame.view
         self.view.drawn.connect(self._drawn)
         self.view.failed.connect(_log_failure)
         self.view.canvas.spot_chosen.connect(self._spot_chosen)
         self.view.canvas.opened.connect(self.open_fit)
         self.view.canvas.pane_opened.connect(self._open_pane)
-        column.addWidget(self.view, 1)
-        self.buttons = button_row(
-            look,
-            ActionButton(actions["review_exclude"], "Leave out or take in", look),
-            ActionButton(actions["review_open_fit"], "Its fit", look),
-            ActionButton(actions["review_figure_copy"], "Copy", look),
-            ActionButton(actions["review_figure_save"], "Save…", look),
-        )
-        column.addWidget(self.buttons)
+        self._needs.changed.connect(self._needed)
+        self._saver.told.connect(self.frame.tell)
+        selection.maneuver_changed.connect(self._maneuver_chosen)
+        selection.derivative_changed.connect(self._derivative_chosen)
+        look.changed.connect(self._restyle)
+        self._restyle()
+        self.show_outcome(None)
 
     # Commands
 
@@ -177,7 +126,7 @@ class FiguresPage(ReviewPage):
 
     def begin(self) -> None:
         """Put the keyboard into the figure, or on the list where there is none."""
-        (self.view if self._material is not None else self.list).setFocus()
+        (self.view if self._material is not None else self.frame.list).setFocus()
 
     # The run
 
@@ -221,9 +170,6 @@ class FiguresPage(ReviewPage):
     def show_kind(self, name: str) -> None:
         """Show another figure."""
         self.kind = next(one for one in KINDS if one.id == name)
-        with QSignalBlocker(self.list):
-            self.list.setCurrentRow(KINDS.index(self.kind))
-        self.figure_choice.show_choices([(one.id, one.title) for one in KINDS], name)
         self._needs.again()
         self._refresh()
         self.changed.emit()
@@ -233,11 +179,11 @@ class FiguresPage(ReviewPage):
         self.show_kind(KINDS[min(max(place, 0), len(KINDS) - 1)].id)
 
     def _refresh(self, *, same: bool = False) -> None:
-        material, kind = self._material, self.kind
-        self._tell("")
-        self._show_options(() if material is None else kind.options(material))
-        self.view.setAccessibleName(f"{kind.title}: {kind.tells}")
-        self.view.canvas.setAccessibleName(f"{kind.title}: {kind.tells}")
+        material, kind, frame = self._material, self.kind, self.frame
+        frame.tell("")
+        frame.show_kind(kind)
+        options = () if material is None else kind.options(material)
+        frame.show_options([(one, self._key(one)) for one in options])
         if material is None:
             self.view.show_figure(lambda _palette, _room: _NOTHING)
             return
@@ -250,32 +196,21 @@ class FiguresPage(ReviewPage):
         self.view.show_figure(lambda palette, room: kind.make(material, palette, room), same=same)
         self._show_detail()
 
-    def _show_options(self, options: tuple[Option, ...]) -> None:
-        for option in options:
-            if option.id not in self.choices:
-                choice = Choice(self.look, option.title, letters=18)
-                choice.box.currentIndexChanged.connect(
-                    lambda _place, name=option.id: self._choose(name)
-                )
-                self.choices[option.id] = choice
-                self._bar.addWidget(choice)
-            choice = self.choices[option.id]
-            choice.title.setText(option.title)
-            current = "" if self._material is None else chosen(self._material, option)
-            if option.id == "maneuver" and not current.startswith("joint"):
-                current = self._material.looked_at.maneuver.id if self._material else ""
-            choice.show_choices(option.choices, current)
-        shown = {option.id for option in options if option.choices}
-        for name, choice in self.choices.items():
-            choice.setVisible(name in shown)
+    def _key(self, option: Option) -> str:
+        """Return what is chosen in a list; the maneuver is the one that all pages look at."""
+        if self._material is None:
+            return ""
+        key = chosen(self._material, option)
+        if option.id == "maneuver" and not key.startswith(JOINT):
+            return self._material.looked_at.maneuver.id
+        return key
 
-    def _choose(self, name: str) -> None:
+    def _choose(self, name: str, value: str) -> None:
         """Take what was chosen in a list."""
-        value = self.choices[name].value
         self._chosen[name] = value
         if self._material is None:
             return
-        if name == "maneuver" and not value.startswith("joint"):
+        if name == "maneuver" and not value.startswith(JOINT):
             self._selection.choose_maneuver(value)
         self._take(replace(self._material, chosen=dict(self._chosen)))
 
@@ -296,12 +231,10 @@ class FiguresPage(ReviewPage):
         return make
 
     def _drawn(self, drawing: Drawing) -> None:
-        picture = drawing.picture
-        self.caption.setText("" if picture is None else picture.caption)
-        self.caption.setVisible(picture is not None)
-        table = self.kind.table
+        picture, table = drawing.picture, self.kind.table
+        self.frame.show_caption("" if picture is None else picture.caption)
         there = picture is not None and table is not None and self._material is not None
-        self.table.show_table(table(self._material) if there else None)
+        self.frame.table.show_table(table(self._material) if there else None)
 
     def _describe(self, pane: str, maneuver: str) -> str:
         if self._material is None:
@@ -313,14 +246,10 @@ class FiguresPage(ReviewPage):
         material, maneuver = self._material, self._selection.maneuver
         pointed = self.kind.id in _POINTED
         if material is None or not pointed or result_of(material.outcome, maneuver) is None:
-            self._tell("")
+            self.frame.tell("")
             return
         words = point_words(material, self._selection.derivative, maneuver)
-        self._tell(" · ".join(words.splitlines()))
-
-    def _tell(self, words: str) -> None:
-        self.detail.setText(words)
-        self.detail.setVisible(bool(words))
+        self.frame.tell(" · ".join(words.splitlines()))
 
     # Choosing
 
@@ -413,31 +342,11 @@ class FiguresPage(ReviewPage):
         self._take(replace(self._material, outcome=outcome), same=True)
         self.exclusion_changed.emit(outcome)
 
-    # Look
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the list above the figure where the page is narrow."""
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        wide = self.width() >= self.look.px(_WIDE)
-        self.list.setVisible(wide)
-        self.figure_choice.setVisible(not wide)
-        # Their keys and the menu are still there.
-        self.buttons.setVisible(self.height() >= self.look.px(_HIGH))
-
     def _restyle(self) -> None:
-        look = self.look
-        margin = look.px(12)
-        self._row.setContentsMargins(margin, margin, margin, margin)
-        self._row.setSpacing(look.px(12))
-        self._column.setSpacing(look.px(6))
-        self._bar.setSpacing(look.px(8))
-        self.list.setFixedWidth(look.px(_LIST))
-        self._fit()
-        if self._material is not None and self._material.units != look.units:
-            self._take(replace(self._material, units=look.units))
+        margin = self.look.px(12)
+        self.layout().setContentsMargins(margin, margin, margin, margin)
+        if self._material is not None and self._material.units != self.look.units:
+            self._take(replace(self._material, units=self.look.units))
 
 
 def _log_failure(error: BaseException) -> None:

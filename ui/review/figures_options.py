@@ -1,0 +1,171 @@
+"""What can be chosen above each figure: derivatives, conditions, maneuvers, runs. No Qt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ui.review.figures_material import Material, maneuver_words, run_name
+
+if TYPE_CHECKING:
+    from gsapp.identification.results import Estimate
+
+Choices = tuple[tuple[str, str], ...]
+"""Keys and words of a list."""
+
+JOINT = "joint "
+"""Begins the key of a fit of several maneuvers together."""
+_CONDITIONS = (("number", "maneuver"), ("V", "speed"), ("alpha", "angle of attack"),
+               ("beta", "sideslip"))  # fmt: skip
+LONGITUDINAL = ("CN", "CA", "Cm")
+"""Coefficients of the longitudinal axis."""
+_COEFFICIENTS = (*LONGITUDINAL, "CY", "Cl", "Cn")
+AXES = {"lon": "longitudinal", "lat": "lateral"}
+"""Words for the axes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Option:
+    """A list above a figure.
+
+    Attributes
+    ----------
+    id : str
+        Key of what is chosen.
+    title : str
+    choices : tuple of (key, words)
+    """
+
+    id: str
+    title: str
+    choices: Choices
+
+
+def chosen(material: Material, option: Option) -> str:
+    """Return what is chosen in a list: the first where the last choice is not there."""
+    wanted = material.chosen.get(option.id, "")
+    keys = [key for key, _ in option.choices]
+    return wanted if wanted in keys else keys[0] if keys else ""
+
+
+def group_of(material: Material) -> Option:
+    """Return which derivatives can be looked at together, and each alone."""
+    names = [name for name in material.outcome.summary.derivatives if not name.endswith("_0")]
+    families = [one for one in _COEFFICIENTS if any(_of(name, one) for name in names)]
+    axes = [
+        (axis, f"all {words}")
+        for axis, words in AXES.items()
+        if any((one in LONGITUDINAL) == (axis == "lon") for one in families)
+    ]
+    return Option(
+        id="group",
+        title="Derivatives",
+        choices=(
+            *axes,
+            *((one, f"of {one}") for one in families),
+            *((name, name) for name in names),
+        ),
+    )
+
+
+def names_in(material: Material, group: str) -> tuple[str, ...]:
+    """Return the derivatives of a group."""
+    names = [name for name in material.outcome.summary.derivatives if not name.endswith("_0")]
+    if group in AXES:
+        return tuple(
+            name for name in names if (name.partition("_")[0] in LONGITUDINAL) == (group == "lon")
+        )
+    if group in _COEFFICIENTS:
+        return tuple(name for name in names if _of(name, group))
+    return (group,) if group in names else tuple(names)
+
+
+def _of(name: str, coefficient: str) -> bool:
+    return name.partition("_")[0] == coefficient
+
+
+def over_of(material: Material) -> Option:
+    """Return what values can be drawn against: only what was measured."""
+    flown = {
+        name
+        for one in material.outcome.summary.derivatives.values()
+        for point in one.points
+        for name in point.conditions
+    }
+    return Option(
+        id="over",
+        title="Against",
+        choices=tuple(one for one in _CONDITIONS if one[0] == "number" or one[0] in flown),
+    )
+
+
+def maneuver_of(material: Material) -> Option:
+    """Return the maneuvers of the run."""
+    return Option(
+        id="maneuver",
+        title="Maneuver",
+        choices=tuple(
+            (one.maneuver.id, maneuver_words(one)) for one in material.outcome.result.results
+        ),
+    )
+
+
+def beside_of(material: Material) -> Option:
+    """Return the runs that a fit can be compared with."""
+    return Option(
+        id="beside",
+        title="Compare with",
+        choices=(
+            ("", "no other run"),
+            *((str(place), run_name(one)) for place, one in enumerate(material.others)),
+        ),
+    )
+
+
+def fit_of(material: Material) -> Option:
+    """Return the fits of the run: of each maneuver, and of several together."""
+    joint = tuple(
+        (f"{JOINT}{place}", f"{len(one.maneuvers)} maneuvers together, {axis_words(one)}")
+        for place, one in enumerate(material.outcome.result.joint)
+    )
+    single = maneuver_of(material)
+    return Option(id="maneuver", title="Fit", choices=(*single.choices, *joint))
+
+
+def axis_words(estimate: Estimate) -> str:
+    """Return the axis of a fit in words."""
+    return AXES.get(estimate.axis, "six degrees of freedom")
+
+
+def flight_of(material: Material) -> Option:
+    """Return the flights that FTR listened to."""
+    return Option(
+        id="flight",
+        title="Flight",
+        choices=tuple((one.flight, one.flight) for one in material.heard or ()),
+    )
+
+
+def axis_formed(_material: Material) -> Option:
+    """Return the axes whose derivatives formed in flight."""
+    return Option(id="axis", title="Axis", choices=tuple(AXES.items()))
+
+
+def axis_judged(material: Material) -> Option:
+    """Return the axes that linear models were judged in."""
+    axes = () if material.comparison is None else tuple(material.comparison.axes)
+    return Option(id="axis", title="Axis", choices=tuple((one, AXES[one]) for one in axes))
+
+
+def kept_out_of(material: Material) -> Option:
+    """Return the maneuvers that the linear models were judged on."""
+    axis = chosen(material, axis_judged(material))
+    traces = material.comparison.axes[axis].traces if material.comparison and axis else ()
+    return Option(
+        id="kept_out",
+        title="Maneuver",
+        choices=(
+            ("", "some of them"),
+            *((one.maneuver, f"{one.maneuver} of {one.flight}") for one in traces),
+        ),
+    )
