@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.identification.campaign import Step
+    from gsapp.identification.campaign import CampaignResult, Step
     from gsapp.identification.runs.choosing import Doing
 
 Result = TypeVar("Result")
@@ -36,3 +36,12 @@ def with_bar(console: Console, work: Callable[[Doing, Step], Result]) -> Result:
             bar.update(task, completed=done, total=total, description=what or "done")
 
         return work(doing, step)
+
+
+def check_fitted(result: CampaignResult) -> None:
+    """Raise `FlightError` where no maneuver gave anything."""
+    from gsapp.foundation import FlightError
+
+    failures = [one.failure for one in result.results if one.estimate is None]
+    if len(failures) == len(result.results):
+        raise FlightError(f"no maneuver could be fitted: {failures[0]}")

@@ -103,10 +103,9 @@ def run(
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._flight_text import calibration_list, check_catalog
     from gsapp.cli._results import on_screen, write_result
-    from gsapp.cli._running import with_bar
+    from gsapp.cli._running import check_fitted, with_bar
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
-    from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.estimate_json import campaign_json
     from gsapp.identification.maximum_likelihood import MLSettings
@@ -175,9 +174,7 @@ def run(
         text = json_module.dumps(content, indent=1, allow_nan=False)
         write_result(json, text + "\n")
     _describe(console, outcome)
-    failures = [one.failure for one in result.results if one.estimate is None]
-    if len(failures) == len(result.results):
-        raise FlightError(f"no maneuver could be fitted: {failures[0]}")
+    check_fitted(result)
     if json is not None and not on_screen(json):
         console.print(f"written to {json}", highlight=False, soft_wrap=True)
     if kept:

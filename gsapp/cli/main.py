@@ -675,6 +675,7 @@ def report(
     every_grade: Annotated[
         bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
     ] = False,
+    as_found: AsFound = False,
     validate: Annotated[
         Optional[list[Path]],  # noqa: UP045
         typer.Option(
@@ -699,8 +700,9 @@ def report(
 
     command.run(
         flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
-        model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade, units=units,
-        dated=dated, channel_map=channel_map, calibration=calibration, validate=validate or (),
+        model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade,
+        as_found=as_found, units=units, dated=dated, channel_map=channel_map,
+        calibration=calibration, validate=validate or (),
     )  # fmt: skip
 
 

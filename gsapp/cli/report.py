@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from gsapp.identification.campaign import CampaignResult
+    from gsapp.identification.campaign import Step
+    from gsapp.identification.runs.choosing import Doing
+    from gsapp.identification.runs.outcome import Outcome
 
 _FILES = frozenset({".csv", ".tlog", ".mat", ".parquet"})
 """Flights that are one file and need no map to be read."""
@@ -25,6 +27,7 @@ def run(
     joint: bool = False,
     maneuver: Sequence[str] = (),
     every_grade: bool = False,
+    as_found: bool = False,
     units: Literal["US", "SI"] = "US",
     dated: bool = True,
     channel_map: str | None = None,
@@ -47,6 +50,8 @@ def run(
     joint : bool
     maneuver : sequence of str
     every_grade : bool
+    as_found : bool
+        Leave out what was changed by hand.
     units : {"US", "SI"}
         Of pictures and tables.
     dated : bool
@@ -60,8 +65,8 @@ def run(
         If a file or name is wrong, or no maneuver gives anything.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from gsapp.cli._running import check_fitted, with_bar
     from gsapp.flight.info import now
     from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.runs.request import RunRequest
@@ -84,24 +89,15 @@ def run(
         channel_map=channel_map or "",
         given=tuple(maneuver),
         every_grade=every_grade,
+        as_found=as_found,
         weights=weights or "",
         model=model or "",
     )
     shelf = FlightShelf()
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("reading", total=None)
 
-        def step(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=what or "done")
-
-        outcome = estimate(
-            request,
-            flights=shelf,
-            doing=lambda words: bar.update(task, total=None, description=words),
-            progress=step,
-        )
-        _check(outcome.result)
+    def work(doing: Doing, step: Step) -> tuple[Outcome, tuple[Path, ...]]:
+        outcome = estimate(request, flights=shelf, doing=doing, progress=step)
+        check_fitted(outcome.result)
         linear = None
         if validate:
             linear = compare_linear_models(outcome, validate, progress=step)
@@ -109,6 +105,9 @@ def run(
             outcome, out, units=units, written=now() if dated else None, linear=linear,
             flights=shelf, progress=step,
         )  # fmt: skip
+        return outcome, written
+
+    outcome, written = with_bar(console, work)
     console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
     for sentence in wild_words(outcome.summary):
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
@@ -144,11 +143,3 @@ def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:
             )
         found += inside
     return tuple(found)
-
-
-def _check(result: CampaignResult) -> None:
-    from gsapp.foundation import FlightError
-
-    failures = [one.failure for one in result.results if one.estimate is None]
-    if len(failures) == len(result.results):
-        raise FlightError(f"no maneuver could be fitted: {failures[0]}")
