@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QAction, QGuiApplication, QResizeEvent
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
+from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from ui.commands import Need
@@ -133,6 +133,7 @@ class SummaryPage(ReviewPage):
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
         self.table.opened.connect(lambda _key: self._actions["review_figures"].trigger())
+        self.table.installEventFilter(self)
         self.detail = label("", wrap=True)
         self.detail.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -211,10 +212,11 @@ class SummaryPage(ReviewPage):
         self._column.setContentsMargins(self.look.px(24), gap, self.look.px(24), gap)
         self._column.setSpacing(self.look.px(8))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Leave out columns where the table has little room."""
-        super().resizeEvent(event)
-        self._fit()
+        if watched is self.table and event.type() == QEvent.Type.Resize:
+            self._fit()
+        return super().eventFilter(watched, event)
 
     def _fit(self) -> None:
         narrow = self.table.width() < self.look.px(_ROOMY)

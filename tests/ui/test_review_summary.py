@@ -1,0 +1,216 @@
+"""The page Summary, by keys: what it tells of a campaign, what it chooses, what it writes."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QApplication, QFileDialog, QMainWindow
+from pytestqt.qtbot import QtBot
+
+from gsapp.identification.runs.excluding import excluding
+from gsapp.report.estimate_report import Reported, estimate_document
+from ui.appearance import Appearance
+from ui.commands import CommandSet
+from ui.look import Look
+from ui.review.jobs import Job
+from ui.review.selection import Selection
+from ui.review.summary_page import SummaryPage
+from ui.review.work import ReviewWork
+from ui.review.worker import ReviewBench
+from ui.settings import SettingsStore
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+
+from campaign_kit import WILD, outcome
+from window_kit import until
+
+CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+class Here:
+    """Does the jobs of the review as its process does, without one."""
+
+    def do(self, job: Job, tell: object) -> object:
+        """Do a job."""
+        return ReviewBench(tell).do(job)  # type: ignore[arg-type]
+
+    def close(self) -> None:
+        """End nothing."""
+
+
+class Room:
+    """A window with the page alone, its commands and its keys."""
+
+    def __init__(self, folder: Path) -> None:
+        self.window = QMainWindow()
+        self.look = Look()
+        self.store = SettingsStore(folder / "window.toml")
+        self.appearance = Appearance(self.look, self.store)
+        self.appearance.apply()
+        self.commands = CommandSet(self.window)
+        self.selection = Selection()
+        self.errors: list[BaseException] = []
+        self.work = ReviewWork(Here(), self.errors.append)
+        self.page = SummaryPage(
+            self.commands.actions, self.look, self.store, self.selection, self.work.begin
+        )
+        for name, act in self.page.handlers.items():
+            self.commands.actions[name].triggered.connect(lambda _on=False, act=act: act())
+        self.page.changed.connect(lambda: self.commands.enable(self.page.present))
+        self.window.setCentralWidget(self.page)
+        self.window.resize(1280, 800)
+        self.window.show()
+
+    def cells(self, key: str) -> dict[str, str]:
+        """Return the cells of a derivative by the titles of their columns."""
+        model = self.page.table.lines
+        line = next(one for one in model.lines if one.key == key)
+        titles = [
+            str(model.headerData(column, Qt.Orientation.Horizontal))
+            for column in range(model.columnCount())
+        ]
+        return dict(zip(titles, line.cells, strict=True))
+
+
+@pytest.fixture
+def room(qapp: QApplication, tmp_path: Path) -> Iterator[Room]:
+    """Return the page with the campaign of `campaign_kit`."""
+    made = Room(tmp_path / "settings")
+    made.page.show_outcome(outcome())
+    made.page.begin()
+    yield made
+    made.work.close()
+    made.window.close()
+    made.window.deleteLater()
+
+
+def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> None:
+    """Headline, mean with its bound, what was known before, scatter, the value left out."""
+    page = room.page
+    assert page.headline.text().startswith("6 maneuvers of 2 flights give 9 derivatives")
+    assert "times as much as their bounds promise" in page.trust.text()
+    cells = room.cells("Cm_de")
+    one = outcome().summary.derivatives["Cm_de"]
+    assert float(cells["Mean"].replace("−", "-")) == pytest.approx(one.value.mean, abs=1e-3)
+    assert cells["Before"].startswith("−1.10")
+    assert (cells["n"], cells["Out"]) == ("5", "1")
+    assert cells["Scatter"] == f"{one.honesty.ratio:.1f} ×"  # type: ignore[union-attr]
+    assert page.attention.lines.lines[0].cells[0] == WILD
+    assert "wild: " in page.attention.lines.lines[0].cells[1]
+    assert page.state.words == "1 wild maneuver"
+
+
+def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> None:
+    """Down in the table chooses a derivative; in the list of what to look at, a maneuver.
+
+    What is chosen elsewhere is chosen here.
+    """
+    page = room.page
+    qtbot.keyClick(page.table, Qt.Key.Key_Down)
+    assert room.selection.derivative == page.table.lines.lines[1].key == "CN_alpha"
+    assert page.detail.text().startswith("CNα is 4.4")
+    qtbot.keyClick(page.attention, Qt.Key.Key_Down)
+    qtbot.keyClick(page.attention, Qt.Key.Key_Up)
+    assert room.selection.maneuver == WILD
+    room.selection.choose_derivative("Cm_q")
+    assert page.table.current_key() == "Cm_q"
+    assert f"Maneuver {WILD} is left out" in page.detail.text()
+
+
+def test_the_chosen_row_is_seen_in_every_theme(room: Room, qtbot: QtBot) -> None:
+    """Pixels: the row of the keyboard differs from the next one, text from its ground."""
+    view = room.page.table.viewport()
+    for theme in ("daylight", "dark", "high-contrast"):
+        room.look.set_theme(theme)
+        qtbot.wait(30)
+        grabbed = view.grab().toImage()
+        ratio = grabbed.devicePixelRatio()
+
+        def line(row: int, image: object = grabbed, ratio: float = ratio) -> np.ndarray:
+            box = room.page.table.visualRect(room.page.table.lines.index(row, 1))
+            y = round(box.center().y() * ratio)
+            colors = [image.pixelColor(round(x * ratio), y) for x in range(box.left(), box.right())]  # type: ignore[attr-defined]
+            return np.array([[one.red(), one.green(), one.blue()] for one in colors])
+
+        chosen, other = line(0), line(1)
+        assert np.abs(chosen[2] - other[2]).max() > 15, theme
+        assert np.abs(other - other[2]).max() > 120, theme
+
+
+def test_the_table_is_copied_for_a_spreadsheet(room: Room, qtbot: QtBot) -> None:
+    """Ctrl+C: tabs, plain minus signs, a row for each derivative."""
+    qtbot.keyClick(room.window, Qt.Key.Key_C, CONTROL)
+    rows = [line.split("\t") for line in QGuiApplication.clipboard().text().splitlines()]
+    assert rows[0][:3] == ["derivative", "mean", "bound"]
+    assert {len(row) for row in rows} == {len(rows[0])}
+    found = {row[0]: row for row in rows}
+    assert float(found["Cm_de"][1]) == pytest.approx(-1.104, abs=0.02)
+    assert "clipboard" in room.page.told.text()
+
+
+def test_one_file_is_written_by_a_key_and_its_folder_remembered(
+    room: Room, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "out" / "all"
+    room.page.file.box.setCurrentIndex(room.page.file.box.findData("campaign.json"))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    qtbot.keyClick(room.window, Qt.Key.Key_S, CONTROL)
+    until(qtbot, lambda: room.page.writer.written is not None)
+    content = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))
+    assert content["campaign"]["Cm_de"]["n"] == 5
+    assert room.store.current.review_folder == str(tmp_path / "out")
+    assert room.commands.actions["review_open_written"].isEnabled()
+    assert not room.page.buttons["review_open_written"].isHidden()
+
+
+def test_a_report_that_cannot_be_written_says_why(
+    room: Room, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The flights are gone: one sentence on the page, an error told, no file."""
+    target = tmp_path / "report.html"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    qtbot.keyClick(room.window, Qt.Key.Key_P, CONTROL)
+    until(qtbot, lambda: bool(room.errors))
+    assert "was not written: " in room.page.told.text()
+    assert "A" in str(room.errors[0])
+    assert not target.exists()
+
+
+def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
+    """The table holds the errors of the report, the words say what judged."""
+    assert room.page.errors.isHidden()
+    qtbot.keyClick(room.window, Qt.Key.Key_L, CONTROL | ALT)
+    until(qtbot, lambda: not room.page.errors.isHidden())
+    assert "judged on 2 maneuvers that none of them saw (flight B)" in room.page.compared.text()
+    comparison = room.page._needs.comparison
+    assert comparison is not None
+    document = estimate_document(Reported(outcome=outcome(), linear=comparison))
+    table = next(
+        part
+        for section in document.sections
+        for part in section.parts
+        if getattr(part, "caption", "").startswith("RMS error over range")
+    )
+    shown = [line.cells[1:] for line in room.page.errors.lines.lines]
+    assert shown == [row[1:] for row in table.rows]
+
+
+def test_what_is_left_out_by_hand_is_shown(room: Room) -> None:
+    """Another outcome takes the place of the first; without one the page says what to do."""
+    room.page.show_outcome(excluding(outcome(), [WILD]))
+    last = room.page.attention.lines.lines[-1]
+    assert last.cells[:2] == (WILD, "left out by hand")
+    assert f"({WILD})" in room.page.trust.text()
+    assert room.cells("Cm_de")["n"] == "5"
+    room.page.show_outcome(None)
+    assert "Nothing is estimated yet" in room.page.headline.text()
+    assert "review_results" not in room.page.present
