@@ -84,8 +84,6 @@ class Setting:
                 channel_map = folder.channel_map_file
             if folder.certificate_files():
                 own = load_certificates(folder.calibration_folder)
-            if aircraft is None and folder.aircraft_file.is_file():
-                aircraft = folder.aircraft_file
         if isinstance(channel_map, (str, Path)):
             channel_map = load_channel_map(channel_map)
         return Setting(
@@ -93,7 +91,7 @@ class Setting:
             certificates=own if certificates is None else load_certificates(certificates),
             given="" if certificates is None else str(certificates),
             own=own,
-            aircraft=load_aircraft(aircraft) if isinstance(aircraft, (str, Path)) else aircraft,
+            aircraft=aircraft_of(path, aircraft),
             rate=rate,
         )
 
@@ -130,3 +128,25 @@ class Setting:
         """
         used = {} if channel_map is None else self.certificates_for(channel_map)
         return CertificatesUsed(used=used, given=self.given, own=self.own)
+
+
+def aircraft_of(path: Path, given: Aircraft | Name | None = None) -> Aircraft | None:
+    """Return the aircraft that is given, else the copy in the flight's folder; None for neither.
+
+    Parameters
+    ----------
+    path : Path
+        Flight folder or file.
+    given : name, path or Aircraft, optional
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes.
+    UnknownNameError
+        If there is none of that name.
+    """
+    if given is None and path.is_dir():
+        copy = FlightFolder(path=path).aircraft_file
+        given = copy if copy.is_file() else None
+    return load_aircraft(given) if isinstance(given, (str, Path)) else given

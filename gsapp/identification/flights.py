@@ -11,7 +11,7 @@ from gsapp.flight import Flight, load_flight
 from gsapp.flight.as_flown import AsFlown, as_flown
 from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey
 from gsapp.flight.maneuvers.given import FlightManeuvers
-from gsapp.flight.setting import Setting
+from gsapp.flight.setting import aircraft_of
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
 from gsapp.quantities import FloatArray
 from gsapp.quantities.fields import Position
@@ -72,7 +72,7 @@ def open_flight(
 ) -> OpenedFlight:
     """Open a flight with the aircraft that flew it; see `flown_flights` for the parameters."""
     flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
-    file = Setting.find(path, aircraft=aircraft).aircraft or load_aircraft(USUAL_AIRCRAFT)
+    file = aircraft_of(path, aircraft) or load_aircraft(USUAL_AIRCRAFT)
     carded = as_flown(file, flight.info)
     return OpenedFlight(
         flight=flight, carded=carded, mass=mass_over_flight(flight, carded.aircraft)
