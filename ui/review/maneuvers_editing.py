@@ -68,9 +68,7 @@ class ManeuverEditing(QObject):
         flight = self._flights.flight
         if flight is None:
             return
-        # Where the eye is, should the chosen maneuver be gone afterwards.
-        row = self.row
-        at = row.maneuver.t_start if row is not None else flight.span[0]
+        at = self._where()
         try:
             name = change(flight)
         except GroundStationError as error:
@@ -81,9 +79,25 @@ class ManeuverEditing(QObject):
             self._keeping.keep(flight)
             if name:
                 self._selection.choose_maneuver(self._review.campaign_id(flight, name))
-        self.settle(at)
+        self._settle(at)
 
-    def settle(self, at: float = 0.0) -> None:
+    def follow(self) -> None:
+        """Take in what other windows changed."""
+        at = self._where()
+        try:
+            changed = self._review.poll()
+        except GroundStationError as error:
+            self.said.emit(str(error), "warning")
+            return
+        if changed:
+            self._settle(at)
+
+    def _where(self) -> float:
+        """Return where the eye is, s, should the chosen maneuver be gone afterwards."""
+        row = self.row
+        return row.maneuver.t_start if row is not None else 0.0
+
+    def _settle(self, at: float) -> None:
         """Look at what stands; a maneuver that is gone gives its place to the one next to it."""
         flight = self._flights.flight
         if flight is not None and self._review.located(self._selection.maneuver) is None:

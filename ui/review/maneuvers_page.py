@@ -85,7 +85,7 @@ class ManeuversPage(ReviewPage):
         self._bind()
         self._poll = QTimer(self)
         self._poll.setInterval(_POLL)
-        self._poll.timeout.connect(self._follow)
+        self._poll.timeout.connect(self.editing.follow)
         self.flights.open_remembered()
         self._refresh()
 
@@ -316,22 +316,12 @@ class ManeuversPage(ReviewPage):
         if dialog.exec():
             self.editing.regrade(dialog.grade, dialog.reason.text())
 
-    def _follow(self) -> None:
-        """Take in what other windows changed."""
-        try:
-            changed = self.review.poll()
-        except GroundStationError as error:
-            self.details.say(str(error), "warning")
-            return
-        if changed:
-            self.editing.settle()
-
     # Showing
 
     def showEvent(self, event: QShowEvent) -> None:
         """Follow other windows while on screen."""
         super().showEvent(event)
-        self._follow()
+        self.editing.follow()
         self._poll.start()
 
     def hideEvent(self, event: QHideEvent) -> None:

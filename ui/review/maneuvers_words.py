@@ -59,10 +59,13 @@ def grade_text(maneuver: FoundManeuver) -> str:
 def reasons_text(maneuver: FoundManeuver) -> str:
     """Return what the grade means and why it was given."""
     meaning = GRADES[maneuver.grade]
-    whose = "Graded by hand. " if maneuver.graded_by == CREW else ""
-    reasons = "; ".join(maneuver.reasons)
-    said = f"{meaning[0].upper()}{meaning[1:]}."
-    return f"{whose}{said} {_sentence(reasons)}".strip()
+    parts = [f"{meaning[0].upper()}{meaning[1:]}."]
+    if maneuver.graded_by == CREW:
+        parts.insert(0, "Graded by hand.")
+    if maneuver.reasons:
+        # A reason may begin with a symbol, which is never written large.
+        parts.append(f"Why: {'; '.join(maneuver.reasons)}.")
+    return " ".join(parts)
 
 
 def remarks_text(row: ManeuverRow) -> str:
@@ -85,7 +88,3 @@ def grades_text(maneuvers: tuple[FoundManeuver, ...]) -> str:
     """Return how many have which grade: ``A 3, B 2, D 1``."""
     counts = {grade: sum(one.grade == grade for one in maneuvers) for grade in GRADES}
     return ", ".join(f"{grade} {count}" for grade, count in counts.items() if count)
-
-
-def _sentence(words: str) -> str:
-    return f"{words[:1].upper()}{words[1:].rstrip('.')}." if words else ""

@@ -130,12 +130,25 @@ class ReviewedFlight:
         return any(one.id == name for edit in self._log.book.edits for one in edit.added)
 
     def in_use(self, maneuver: FoundManeuver) -> bool:
-        """Return whether a maneuver takes part in estimates.
+        """Return whether a maneuver takes part in estimates."""
+        return self.use.get(maneuver.id, self._fit_for_use(maneuver))
 
-        The only one of a flight does, unfit or not: what it cannot give its estimate says.
+    def set_use(self, name: str, wanted: bool) -> None:
+        """Let a maneuver take part in estimates, or not.
+
+        Only what differs from its grade is a decision that outlasts another grade.
         """
-        usual = maneuver.grade != "D" or len(self.maneuvers) == 1
-        return self.use.get(maneuver.id, usual)
+        if wanted == self._fit_for_use(self[name]):
+            self.use.pop(name, None)
+        else:
+            self.use[name] = wanted
+
+    def _fit_for_use(self, maneuver: FoundManeuver) -> bool:
+        """Return whether the grade lets it take part.
+
+        The only one of a flight may, unfit or not: what it cannot give its estimate says.
+        """
+        return maneuver.grade != "D" or len(self.maneuvers) == 1
 
     def verdict(self, maneuver: FoundManeuver) -> StoredVerdict | None:
         """Return what the pilot was told of the input within a maneuver; None for nothing."""

@@ -116,7 +116,7 @@ class Review:
         place = self.located(campaign_id)
         if place is not None:
             flight, maneuver = place
-            flight.use[maneuver.id] = wanted
+            flight.set_use(maneuver.id, wanted)
 
     def chosen(self, ids: Collection[str] | None = None) -> tuple[ChosenManeuver, ...]:
         """Return maneuvers for a run, with their edges as they stand.

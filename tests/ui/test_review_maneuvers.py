@@ -1,0 +1,366 @@
+"""The first chapter of the review, driven by keys and mouse: maneuvers corrected by hand."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
+
+from maneuver_kit import EVERYTHING, make_flight
+from window_kit import open_window, until
+
+import ui.window
+from gsapp.cli.maneuvers import run
+from gsapp.flight.catalog import Catalog, search_maneuvers
+from gsapp.flight.writers import write_block
+from gsapp.session.review import open_reviewed
+from ui.review.grade_dialog import GradeDialog
+from ui.review.maneuvers_page import ManeuversPage
+from ui.review.timeline_view import TimeView
+from ui.settings import catalog_path
+from ui.theme import THEMES, contrast
+from ui.window import MainWindow
+
+CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+PLAIN = Qt.KeyboardModifier.NoModifier
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("record") / "a.csv"
+    return write_block(path, make_flight(EVERYTHING, seconds=125.0, rate=50.0).block, "csv", "us")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    """Return one window for all tests of the module: styling a window takes a second."""
+    folder = tmp_path_factory.mktemp("window")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
+        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+        made = open_window(folder)
+        yield made
+        made.close()
+        made.deleteLater()
+
+
+@pytest.fixture
+def window(made: MainWindow, qtbot: QtBot, record: Path, tmp_path: Path) -> Iterator[MainWindow]:
+    """Return the window at the review of one flight of its own, as it was opened by keys."""
+    made.look.set_theme("daylight")
+    made.look.set_scale(100)
+    made.resize(1280, 800)
+    made.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    made.show_place("flight")
+    qtbot.keyClick(made, Qt.Key.Key_F4)
+    qtbot.keyClick(made, Qt.Key.Key_1, ALT)
+    page = page_of(made)
+    page.opening.open([Path(shutil.copy(record, tmp_path / "a.csv"))])
+    until(qtbot, lambda: bool(page.review.flights) and not page.opening.doing)
+    page.begin()
+    yield made
+    until(qtbot, lambda: not page.keeping.busy)
+    while page.flights.flight is not None:
+        page.flights.take_out()
+    catalog_path(made.store.current).unlink(missing_ok=True)
+
+
+def page_of(window: MainWindow) -> ManeuversPage:
+    page = window.review.page
+    assert isinstance(page, ManeuversPage)
+    return page
+
+
+def press(qtbot: QtBot, key: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN, times: int = 1) -> None:
+    """Press a key where the keyboard is."""
+    for _ in range(times):
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        qtbot.keyClick(focus, key, modifier)
+    QApplication.processEvents()
+
+
+def pixels(widget: QWidget) -> np.ndarray:
+    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
+    QApplication.processEvents()
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
+    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
+
+
+def chosen_columns(page: ManeuversPage) -> tuple[float, float]:
+    """Return from which to which time (s) the charts are shaded as the chosen maneuver."""
+    timeline = page.timeline
+    plot, look = timeline.places.plot, page.look
+    shown = pixels(timeline)
+    from ui.look import mixed
+
+    shade = mixed(look.theme.plot, look.theme.traces["blue"], 0.24).rgb() & 0xFFFFFF
+    rows = shown[round(plot.top()) + 2 : round(plot.bottom()) - 2]
+    columns = np.flatnonzero((rows == shade).sum(axis=0) > 20)
+    assert columns.size
+    return timeline.scale.time(columns[0]), timeline.scale.time(columns[-1] + 1)
+
+
+def drag(
+    qtbot: QtBot, page: ManeuversPage, start: float, stop: float, *, drop: bool = True
+) -> None:
+    """Drag on the charts from one time to another, s."""
+    timeline = page.timeline
+    height = round(timeline.places.plot.top()) + 12
+    places = [QPoint(round(timeline.scale.x(time)), height) for time in (start, stop)]
+    qtbot.mousePress(timeline, Qt.MouseButton.LeftButton, pos=places[0])
+    for share in (0.3, 0.7, 1.0):
+        at = QPointF(places[0]) + share * QPointF(places[1] - places[0])
+        move(timeline, at.toPoint())
+    if drop:
+        qtbot.mouseRelease(timeline, Qt.MouseButton.LeftButton, pos=places[1])
+
+
+def move(widget: QWidget, at: QPoint) -> None:
+    """Move the mouse with its button held: Qt's own helper lets go of it."""
+    from PySide6.QtCore import QEvent
+    from PySide6.QtGui import QMouseEvent
+
+    left = Qt.MouseButton.LeftButton
+    event = QMouseEvent(
+        QEvent.Type.MouseMove, QPointF(at), QPointF(widget.mapToGlobal(at)),
+        Qt.MouseButton.NoButton, left, PLAIN,
+    )  # fmt: skip
+    QApplication.sendEvent(widget, event)
+    QApplication.processEvents()
+
+
+def written(page: ManeuversPage) -> list[str]:
+    """Return what the events file tells of, line by line."""
+    path = Path(f"{page.flights.flight.path}.events.jsonl")
+    return [json.loads(line)["text"] for line in path.read_text().splitlines()]
+
+
+def listed(page: ManeuversPage, out: Path) -> list[dict[str, object]]:
+    """Return what ``gsapp maneuvers --json`` finds in the flight on screen."""
+    run(flight=page.flights.flight.path, json=out)
+    return list(json.loads(out.read_text()))
+
+
+def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
+    """A tenth of a second and one sample at a time; spans, grade, file and command agree."""
+    page = page_of(window)
+    first = page.flights.flight["1"]
+    press(qtbot, Qt.Key.Key_PageDown, ALT)
+    second = page.flights.flight["2"]
+    assert "aileron doublet" in page.details.title.text()
+    press(qtbot, Qt.Key.Key_Return)
+    press(qtbot, Qt.Key.Key_Right, CONTROL, times=3)
+    press(qtbot, Qt.Key.Key_Left, ALT | SHIFT, times=2)
+    start, stop = second.t_start + 0.3, second.t_end - 0.04
+    moved = page.flights.flight["2"]
+    assert (moved.t_start, moved.t_end) == (pytest.approx(start), pytest.approx(stop))
+    assert chosen_columns(page) == (pytest.approx(start, abs=0.03), pytest.approx(stop, abs=0.03))
+    assert f"{start:.2f} to {stop:.2f} s" in page.details.times.text()
+    assert len(written(page)) == 5
+    found = listed(page, tmp_path / "m.json")
+    assert (found[1]["t_start"], found[1]["t_end"]) == (pytest.approx(start), pytest.approx(stop))
+    press(qtbot, Qt.Key.Key_Z, CONTROL, times=5)
+    assert page.flights.flight["2"] == second
+    assert "Taken back: move 2" in page.details.said.text()
+    press(qtbot, Qt.Key.Key_Y, CONTROL)
+    assert page.flights.flight["2"].t_start == pytest.approx(second.t_start + 0.1)
+    # What cannot be is said, and changes nothing.
+    press(qtbot, Qt.Key.Key_PageUp, ALT)
+    press(qtbot, Qt.Key.Key_Left, CONTROL | SHIFT, times=60)
+    assert "too short" in page.details.said.text()
+    assert page.flights.flight["1"].t_start == first.t_start
+
+
+def test_an_edge_is_dragged_and_its_grade_follows(window, qtbot):
+    """While it is held the page says what it would be; Esc leaves it, letting go writes it."""
+    page = page_of(window)
+    one = page.flights.flight["1"]
+    grade = f"Grade {one.grade}"
+    assert page.details.grade.text() == grade
+    press(qtbot, Qt.Key.Key_Return)
+    drag(qtbot, page, one.t_end, one.t_input_end + 0.2, drop=False)
+    assert page.details.grade.text() > grade
+    assert "hands off" in page.details.reasons.text()
+    assert chosen_columns(page)[1] == pytest.approx(one.t_input_end + 0.2, abs=0.05)
+    press(qtbot, Qt.Key.Key_Escape)
+    assert page.details.grade.text() == grade
+    assert page.flights.flight["1"] == one
+    drag(qtbot, page, one.t_end, one.t_end - 1.0)
+    moved = page.flights.flight["1"]
+    assert moved.t_end == pytest.approx(one.t_end - 1.0, abs=0.03)
+    assert moved.t_end in page.flights.flight.flight.block.times
+    assert written(page) == [f"move 1 to {moved.t_start:.2f} to {moved.t_end:.2f} s"]
+
+
+def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
+    """By mouse and keys; the events file, the command and the catalog hold it."""
+    page = page_of(window)
+    page.timeline.zoom_to(58.0, 80.0)
+    drag(qtbot, page, 65.0, 69.0)
+    assert page.timeline.stretch is not None
+    press(qtbot, Qt.Key.Key_N, CONTROL)
+    assert page.timeline.stretch is None
+    added = page.flights.flight["6"]
+    assert (added.t_start, added.t_end) == (
+        pytest.approx(65.0, abs=0.1),
+        pytest.approx(69, abs=0.1),
+    )
+    assert window.review.selection.maneuver == "6"
+    # With the next one in time.
+    press(qtbot, Qt.Key.Key_J, CONTROL)
+    merged = page.flights.flight["6"]
+    assert (merged.t_start, merged.inputs) == (added.t_start, ("da",))
+    press(qtbot, Qt.Key.Key_B, CONTROL)
+    editor = QApplication.focusWidget()
+    assert isinstance(editor, QLineEdit)
+    qtbot.keyClicks(editor, "calm air")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page.flights.flight["6"].note == "calm air")
+    press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
+    qtbot.keyClicks(QApplication.focusWidget(), "aileron")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: window.review.selection.maneuver == "aileron")
+    assert page.flights.flight["aileron"].note == "calm air"
+    assert written(page)[1:] == ["merge 6, 2", "note on 6", "rename 6 to aileron"]
+    assert [one["id"] for one in listed(page, tmp_path / "m.json")] == [
+        "1", "aileron", "3", "4", "5",
+    ]  # fmt: skip
+    until(qtbot, lambda: not page.keeping.busy)
+    with Catalog(catalog_path(window.store.current)) as opened:
+        kept = {one.maneuver.id: one.maneuver for one in search_maneuvers(opened)}
+    assert kept["aileron"].note == "calm air"
+    assert len(kept) == 5
+
+
+def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
+    """Space, U and a grade by hand decide; several rows are removed as one change."""
+    page = page_of(window)
+    page.table.setFocus()
+    press(qtbot, Qt.Key.Key_Down)
+    press(qtbot, Qt.Key.Key_Space)
+    assert [one.id for one in page.review.chosen()] == ["1", "3", "4", "5"]
+    assert not page.bar.use.isChecked()
+    press(qtbot, Qt.Key.Key_U)
+    assert len(page.review.chosen()) == 5
+
+    def grade() -> None:
+        dialog = QApplication.activeModalWidget()
+        assert isinstance(dialog, GradeDialog)
+        dialog.choice.setCurrentIndex(3)
+        qtbot.keyClicks(dialog.reason, "a gust")
+        dialog.accept()
+
+    QTimer.singleShot(0, grade)
+    press(qtbot, Qt.Key.Key_G, CONTROL | SHIFT)
+    graded = page.flights.flight["2"]
+    assert (graded.grade, graded.reasons) == ("D", ("a gust",))
+    assert [one.id for one in page.review.chosen()] == ["1", "3", "4", "5"]
+    assert "by hand" in page.details.grade.text()
+    window.activateWindow()
+    page.table.setFocus()
+    until(qtbot, lambda: QApplication.focusWidget() is page.table)
+    press(qtbot, Qt.Key.Key_Down, SHIFT)
+    assert page.table.ids == ("2", "3")
+    press(qtbot, Qt.Key.Key_Delete)
+    assert [one.id for one in page.flights.flight.maneuvers] == ["1", "4", "5"]
+    press(qtbot, Qt.Key.Key_Z, CONTROL, times=2)
+    assert len(page.review.chosen()) == 5
+    # Sorted by what it says, not by its letters: 96 s before 107 s.
+    page.table.sortByColumn(3, Qt.SortOrder.AscendingOrder)
+    order = [page.table.model().index(row, 1).data() for row in range(5)]
+    assert order == ["1", "2", "3", "4", "5"]
+
+
+def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeypatch):
+    """A maneuver chosen anywhere brings its flight; changes made elsewhere are followed."""
+    page = page_of(window)
+    monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(tmp_path / "b.csv")], ""))
+    shutil.copy(record, tmp_path / "b.csv")
+    press(qtbot, Qt.Key.Key_F, CONTROL | ALT)
+    until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.doing)
+    # The one that was looked at is called otherwise now.
+    assert window.review.selection.maneuver == "1:1"
+    window.review.selection.choose_maneuver("2:4")
+    assert page.flights.flight.name == "b"
+    assert page.timeline.accessibleDescription().startswith("maneuver 4")
+    other = open_reviewed(tmp_path / "b.csv")
+    other.remove("4")
+    until(qtbot, lambda: len(page.flights.flight.maneuvers) == 4)
+    # Its neighbor is looked at in its place.
+    assert window.review.selection.maneuver in ("2:3", "2:5")
+    assert len(window.store.current.review_flights) == 2
+    monkeypatch.setattr(
+        QFileDialog, "getOpenFileNames", lambda *_: ([str(tmp_path / "none.csv")], "")
+    )
+    press(qtbot, Qt.Key.Key_F, CONTROL | ALT)
+    until(qtbot, lambda: "none.csv is not opened" in page.details.said.text())
+
+
+@pytest.mark.parametrize("theme", ["dark", "high-contrast"])
+def test_the_time_line_in_other_themes_and_sizes(window, qtbot, theme):
+    """The chosen span is where its maneuver is, and its edges can be told from it."""
+    page = page_of(window)
+    window.look.set_theme(theme)
+    window.look.set_scale(200)
+    QApplication.processEvents()
+    one = page.flights.flight["3"]
+    window.review.selection.choose_maneuver("3")
+    page.zoom()
+    assert chosen_columns(page) == (
+        pytest.approx(one.t_start, abs=0.05), pytest.approx(one.t_end, abs=0.05),
+    )  # fmt: skip
+    from ui.look import mixed
+
+    colors = THEMES[theme]
+    shade = mixed(colors.plot, colors.traces["blue"], 0.24).name()
+    assert contrast(colors.selection, shade) > 3.0
+    shown = pixels(page.timeline)
+    x = round(page.timeline.scale.x(one.t_start))
+    plot = page.timeline.places.plot
+    edge = shown[round(plot.top()) + 4 : round(plot.bottom()) - 4, x]
+    assert (edge == int(colors.selection[1:], 16)).mean() > 0.8
+    window.look.set_scale(100)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    deeds=st.lists(
+        st.tuples(st.sampled_from(["zoom", "pan", "show", "bring"]), st.floats(-30.0, 130.0)),
+        max_size=12,
+    )
+)
+def test_the_view_never_leaves_the_flight(deeds):
+    view = TimeView(10.0, 110.0)
+    for deed, size in deeds:
+        if deed == "zoom":
+            view.zoom(0.5 + abs(size) / 50.0, size)
+        elif deed == "pan":
+            view.pan(size)
+        elif deed == "show":
+            view.show(size, size + 7.0)
+        else:
+            low = min(max(size, 10.0), 104.0)
+            view.bring(low, low + 6.0)
+            assert view.start <= low + 1e-9
+            assert view.stop >= low + 6.0 - 1e-9
+        assert view.start >= 10.0 - 1e-9
+        assert view.stop <= 110.0 + 1e-9
+        assert view.seconds >= 0.5 - 1e-9
