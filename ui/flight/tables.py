@@ -258,7 +258,9 @@ class LinesView(QTableView):
             int(Qt.Key.Key_Enter): self.opened.emit,
             int(Qt.Key.Key_Delete): self.deleted.emit,
         }
-        if key is not None and event.key() in acts:
+        # Enter ends the typing in a cell and comes by here, too: then it opens nothing.
+        editing = self.state() == QAbstractItemView.State.EditingState
+        if key is not None and event.key() in acts and not editing:
             acts[event.key()](key)
         else:
             super().keyPressEvent(event)

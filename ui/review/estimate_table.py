@@ -219,7 +219,10 @@ class DerivativeTable(QTableView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Turn with Space, take back with Delete, write with any other letter."""
         index = self.currentIndex()
-        if index.isValid() and event.key() == Qt.Key.Key_Space:
+        if self.state() == QAbstractItemView.State.EditingState:
+            # Enter ends the typing and comes by here, too.
+            super().keyPressEvent(event)
+        elif index.isValid() and event.key() == Qt.Key.Key_Space:
             self.model_of.turn(index.row())
         elif index.isValid() and event.key() == Qt.Key.Key_Delete:
             self.model_of.clear(index.row())

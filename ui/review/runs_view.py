@@ -84,7 +84,7 @@ class RunsView(QWidget):
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.said)
         self.values = Lines(
-            look, "Values of the run", _VALUES, stretch=0, widths={1: 156, 2: 156, 3: 96},
+            look, "Values of the run", _VALUES, stretch=0, widths={1: 164, 2: 164, 3: 96},
             right=frozenset({1, 2, 3}), most=12,
         )  # fmt: skip
         self._column.addWidget(self.values)

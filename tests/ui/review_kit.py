@@ -1,0 +1,61 @@
+"""What the tests of the review share: two short flights, and the work done in this process."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
+
+from runs_kit import write_flights
+
+from gsapp.identification.campaign import CanceledError
+from ui.process.serving import Tell
+from ui.review.worker import ReviewBench
+from ui.work import CancelledError
+
+__all__ = ["ThreadEngine", "write_flights"]
+
+
+class ThreadEngine:
+    """The bench of the process, at work in a thread: spawning a process takes seconds.
+
+    Attributes
+    ----------
+    jobs : list
+        What was asked for.
+    hold : threading.Event
+        While cleared, a job that reports waits there until it is stopped.
+    """
+
+    def __init__(self) -> None:
+        self.jobs: list[Any] = []
+        self.hold = threading.Event()
+        self.hold.set()
+        self.closed = False
+        self._tell: Tell = lambda _share, _words: None
+        self._bench = ReviewBench(self._told)
+
+    def _told(self, share: float | None, words: str) -> None:
+        self._tell(share, words)
+        while not self.hold.is_set():
+            time.sleep(0.005)
+            self._tell(share, words)
+
+    def do(self, job: Any, tell: Callable[[float | None, str], object]) -> object:
+        """Do a job; see `ui.process.engine.Engine.do`."""
+        self.jobs.append(job)
+        self._tell = tell
+        try:
+            return self._bench.do(job)
+        except CanceledError as error:
+            raise CancelledError from error
+
+    def close(self) -> None:
+        """Note that the window closed."""
+        self.closed = True
+        self.hold.set()

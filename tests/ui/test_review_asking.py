@@ -1,0 +1,133 @@
+"""From the panel of the estimate to what is asked for, and back; nothing of it needs a window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gsapp.identification.axes import RESPONSES, axis_derivatives
+from ui.review.estimate_asking import FieldError, problem_of, run_request, wishes_of
+from ui.review.estimate_wishes import DerivativeWish, Wishes
+from ui.review.estimate_words import EXPLAINED, maneuver_count
+from ui.settings import Settings
+
+NAMES = axis_derivatives("both")
+NUMBERS = st.floats(-1e3, 1e3, allow_nan=False).map(repr)
+POSITIVE = st.floats(1e-6, 1e3).map(repr)
+CHANNELS = st.lists(st.sampled_from(RESPONSES["both"]), unique=True, min_size=1).map(tuple)
+
+
+@st.composite
+def derivative_wishes(draw: st.DrawFn) -> DerivativeWish:
+    """Return a wish as one can type it: held with its value, or free with what is known."""
+    treated = draw(st.sampled_from(["tables", "free", "held"]))
+    if treated == "held":
+        return DerivativeWish(treated="held", value=draw(NUMBERS))
+    known = draw(st.booleans())
+    return DerivativeWish(
+        treated=treated,
+        start=draw(st.one_of(st.just(""), NUMBERS)),
+        prior=draw(NUMBERS) if known else "",
+        deviation=draw(POSITIVE) if known else "",
+    )
+
+
+@st.composite
+def wishes(draw: st.DrawFn) -> Wishes:
+    """Return a panel for all six degrees of freedom, where everything can be chosen."""
+    names = draw(st.lists(st.sampled_from(NAMES), unique=True, max_size=6))
+    return Wishes(
+        six_degrees=True,
+        joint=draw(st.booleans()),
+        derivatives={name: draw(derivative_wishes()) for name in names},
+        noise=draw(st.sampled_from(["diagonal", "full"])),
+        integration=draw(st.sampled_from(["rk4", "euler"])),
+        bound_factor=draw(st.one_of(st.just(""), POSITIVE)),
+        responses=draw(st.one_of(st.none(), CHANNELS)),
+        biases=draw(st.one_of(st.none(), CHANNELS)),
+        scale_factors=draw(CHANNELS),
+        stand_ins=draw(st.sampled_from(["", "V=30", "V=30, alpha=0.05"])),
+        weights=draw(st.sampled_from(["", "table-6.2.7"])),
+        model=draw(st.sampled_from(["", "b777"])),
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(wishes())
+def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: Wishes) -> None:
+    """Whatever stands on the panel: asked for, shown again, asked for again, it is the same."""
+    request = run_request(panel, (Path("a"),), ())
+    again = wishes_of(request)
+    assert run_request(again, (Path("a"),), ()) == request
+    kept = Settings(review_estimate=again)
+    assert Settings.model_validate(kept.model_dump()).review_estimate == again
+
+
+@pytest.mark.parametrize(
+    ("panel", "field", "words"),
+    [
+        ({"Cm_q": {"treated": "held"}}, "derivatives", "Cm_q is held: type the value"),
+        ({"Cm_q": {"treated": "held", "value": "x"}}, "derivatives", "'x' is no number"),
+        ({"Cm_q": {"prior": "-20"}}, "derivatives", "needs a deviation"),
+        ({"Cm_q": {"prior": "-20", "deviation": "0"}}, "derivatives", "above zero"),
+        ({"Cm_q": {"start": "nan"}}, "derivatives", "'nan' is no number"),
+    ],
+)
+def test_what_cannot_be_asked_of_a_derivative_is_said(
+    panel: dict[str, dict[str, str]], field: str, words: str
+) -> None:
+    wished = Wishes.model_validate({"derivatives": panel})
+    problem = problem_of(wished)
+    assert problem is not None
+    assert problem.field == field
+    assert words in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "words"),
+    [
+        ({"bound_factor": "0"}, "bound_factor", "above 0"),
+        ({"stand_ins": "V30"}, "stand_ins", "write NAME=VALUE"),
+        ({"weights": "/nowhere.toml"}, "weights", "nowhere"),
+        ({"model": "no such"}, "model", "no such"),
+        ({"axis": "lon", "responses": ("thrust",)}, "channels", "thrust is not among"),
+        (
+            {"axis": "lon", "derivatives": dict.fromkeys(
+                axis_derivatives("lon"), DerivativeWish(treated="held", value="1"))},
+            "derivatives", "free at least one",
+        ),
+    ],
+)  # fmt: skip
+def test_each_field_says_what_is_wrong_with_it(
+    changes: dict[str, object], field: str, words: str
+) -> None:
+    problem = problem_of(Wishes().changed(**changes))
+    assert problem is not None
+    assert (problem.field, words in str(problem)) == (field, True), str(problem)
+
+
+def test_what_a_method_does_not_heed_is_neither_asked_for_nor_judged() -> None:
+    """FTR takes no weights; a mistake in their field keeps nobody from running it."""
+    panel = Wishes(
+        weights="/nowhere.toml", bound_factor="x", stand_ins="?",
+        derivatives={"Cm_q": DerivativeWish(treated="held", value="-20")},
+    )  # fmt: skip
+    assert problem_of(panel) is not None
+    assert problem_of(panel.changed(method="ftr")) is None
+    asked = run_request(panel.changed(method="ftr"), (Path("a"),), ())
+    assert (asked.weights, dict(asked.settings.held)) == ("", {})
+    with pytest.raises(FieldError):
+        run_request(panel.changed(method="ee"), (Path("a"),), ())
+
+
+def test_every_choice_says_what_it_does_and_maneuvers_are_counted() -> None:
+    for words in EXPLAINED.values():
+        assert words.does.endswith(".")
+        assert len(words.does) < 250
+    assert maneuver_count([("de",), ("de",), ("da", "dr")], 2) == (
+        "3 maneuvers of 2 flights: 2 de, 1 da+dr"
+    )
+    assert maneuver_count([("de",)], 1) == "1 maneuver: 1 de"

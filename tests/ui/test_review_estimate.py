@@ -1,0 +1,252 @@
+"""The chapter Estimate, driven by keys: settings, runs kept, compared, repeated, stopped."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from review_kit import ThreadEngine, write_flights
+from window_kit import open_window, until
+
+import ui.review.place
+import ui.window
+from gsapp.flight.catalog import Catalog
+from gsapp.identification.runs.keeping import kept_runs
+from ui.review.estimate_page import EstimatePage
+from ui.review.estimate_table import LAST, TREATED, VALUE
+from ui.review.estimate_wishes import Wishes
+from ui.settings import catalog_path
+from ui.window import MainWindow
+
+CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+PLAIN = Qt.KeyboardModifier.NoModifier
+QUICK = Wishes(axis="lon")
+"""Where it does not matter what is estimated."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    """Return one window with two flights under review for all tests of the module."""
+    folder = tmp_path_factory.mktemp("window")
+    (folder / "flights").mkdir()
+    flights = write_flights(folder / "flights")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
+        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+        patch.setattr(ui.review.place, "review_engine", ThreadEngine)
+        made = open_window(
+            folder, review_flights=tuple(str(path) for path in flights), review_chapter="estimate"
+        )
+        yield made
+        made.close()
+        made.deleteLater()
+
+
+@pytest.fixture
+def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
+    """Return the page as it is when the place is opened by its key."""
+    made.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    made.show_place("flight")
+    press(qtbot, Qt.Key.Key_F4)
+    press(qtbot, Qt.Key.Key_2, ALT)
+    page = made.review.pages["estimate"]
+    assert isinstance(page, EstimatePage)
+    page._show(QUICK)
+    until(qtbot, lambda: page.can_run and len(made.review.review.flights) == 2)
+    page.begin()
+    yield page
+    made.review.work._engine.hold.set()
+    made.review.work.cancel()
+    until(qtbot, lambda: not made.review.work.running)
+
+
+def press(qtbot: QtBot, key: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN) -> None:
+    """Press a key where the keyboard is."""
+    focus = QApplication.focusWidget()
+    assert focus is not None
+    qtbot.keyClick(focus, key, modifier)
+
+
+def run(page: EstimatePage, qtbot: QtBot) -> None:
+    """Run what the panel asks for, and wait until it is kept and listed."""
+    count = len(page.book.runs)
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._running, 30000)
+
+
+def test_enter_alone_runs_and_the_run_is_kept(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    """The keyboard waits on the button; what came out stands beside the settings and in the list.
+
+    The catalog holds the run, as `gsapp runs` shows it.
+    """
+    page._show(Wishes())
+    assert page.button.hasFocus()
+    count = len(made.review.review.chosen())
+    assert f"{count} maneuvers of 2 flights" in page.sentence.text()
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: bool(page.book.runs), 30000)
+    outcome = made.review.outcome
+    assert outcome is not None
+    assert outcome.number == 1
+    assert "Run 1:" in page.sentence.text()
+    table = page.panel.derivatives.model_of
+    shown = table.data(table.index(table.names.index("Cm_de"), LAST))
+    mean = outcome.summary.derivatives["Cm_de"].value.mean
+    assert float(str(shown).split()[0].replace("−", "-")) == pytest.approx(mean, rel=0.02)
+    assert page.state.words == f"run 1: {count} maneuvers"
+    with Catalog(catalog_path(made.store.current)) as catalog:
+        (kept,) = kept_runs(catalog)
+    assert kept.values["Cm_de"].mean == mean
+    assert page.runs.values.lines.lines[0].cells[0] == "CN_0"
+
+
+def test_a_derivative_is_held_by_keys_taken_back_and_explained(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    """Typed over the value it is held; without a number the field says so and nothing runs."""
+    table = page.panel.derivatives
+    table.setFocus()
+    assert "Hold one at a value" in page.explained.text()
+    row = table.model_of.names.index("Cm_q")
+    table.setCurrentIndex(table.model_of.index(row, VALUE))
+    for letter in "-2x":
+        qtbot.keyClicks(QApplication.focusWidget(), letter)
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page._wishes.derivative("Cm_q").treated == "held")
+    assert "'-2x' is no number" in page.sentence.text()
+    assert not page.can_run
+    assert not made.commands.actions["review_run"].isEnabled()
+    table.setFocus()
+    table.setCurrentIndex(table.model_of.index(row, VALUE))
+    press(qtbot, Qt.Key.Key_Return)
+    editor = QApplication.focusWidget()
+    assert isinstance(editor, QLineEdit)
+    editor.setText("-22.5")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page.can_run)
+    assert made.store.current.review_estimate == page._wishes
+    run(page, qtbot)
+    outcome = made.review.outcome
+    assert outcome is not None
+    held = outcome.result.results[0].estimate.derivatives["Cm_q"]
+    assert (held.status, held.value) == ("held", -22.5)
+    table.setFocus()
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert page._wishes.derivative("Cm_q").treated == "tables"
+    press(qtbot, Qt.Key.Key_Y, CONTROL)
+    assert page._wishes.derivative("Cm_q").treated == "held"
+    table.setCurrentIndex(table.model_of.index(row, TREATED))
+    press(qtbot, Qt.Key.Key_Delete)
+    until(qtbot, lambda: page._wishes == QUICK)
+
+
+def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_again(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    until(qtbot, lambda: bool(page.book.runs) or not page.book.catalog.is_file())
+    run(page, qtbot)
+    page.panel.bound_factor.setFocus()
+    qtbot.keyClicks(page.panel.bound_factor, "10")
+    until(qtbot, lambda: page._wishes.bound_factor == "10")
+    run(page, qtbot)
+    newest, before = page.book.runs[0].number, page.book.runs[1].number
+    runs = page.runs.list
+    runs.setFocus()
+    runs.choose(before)
+    press(qtbot, Qt.Key.Key_Space)
+    runs.choose(newest)
+    differing = [line.cells for line in page.runs.settings.lines.lines]
+    assert differing == [("bounds", "Cramer-Rao times 10", "corrected for colored residuals")]
+    one, other = (page.book.run(number) for number in (newest, before))
+    assert one is not None
+    assert other is not None
+    name = page.runs.values.lines.lines[0].cells[0]
+    apart = abs(one.values[name].mean - other.values[name].mean) / math.hypot(
+        one.values[name].std, other.values[name].std
+    )
+    assert page.runs.values.lines.lines[0].cells[3].endswith(f"{apart:.1f} bounds")
+    press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
+    editor = QApplication.focusWidget()
+    assert isinstance(editor, QLineEdit)
+    editor.setText("as in the source")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page.book.runs[0].label == "as in the source")
+    runs.choose(before)
+    press(qtbot, Qt.Key.Key_U, CONTROL | SHIFT)
+    assert page._wishes == QUICK
+    assert f"those of run {before}" in page.sentence.text()
+    runs.setFocus()
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: "same to the last bit" in page.sentence.text(), 30000)
+    count = len(page.book.runs)
+    runs.choose(newest)
+    press(qtbot, Qt.Key.Key_Delete)
+    until(qtbot, lambda: len(page.book.runs) == count - 1)
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    until(qtbot, lambda: page.book.run(newest) is not None)
+
+
+def test_a_run_that_is_stopped_leaves_nothing(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    """Stopped by its key in the midst: nothing kept, the outcome before stays, the next works."""
+    until(qtbot, lambda: bool(page.book.runs) or not page.book.catalog.is_file())
+    before, count = made.review.outcome, len(page.book.runs)
+    engine = made.review.work._engine
+    engine.hold.clear()
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    until(qtbot, lambda: made.review.strip.isVisible() and "left" not in page.sentence.text())
+    assert not made.commands.actions["review_run"].isEnabled()
+    press(qtbot, Qt.Key.Key_Period, CONTROL)
+    until(qtbot, lambda: not made.review.work.running)
+    assert not made.review.strip.isVisible()
+    assert "Stopped; nothing was kept." in page.sentence.text()
+    assert made.review.outcome is before
+    assert len(page.book.runs) == count
+    engine.hold.set()
+    run(page, qtbot)
+
+
+def test_a_run_tells_of_itself_while_another_place_is_on_screen(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    engine = made.review.work._engine
+    engine.hold.clear()
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    press(qtbot, Qt.Key.Key_F2)
+    until(qtbot, lambda: any("Estimating" in text for text in made.banners.texts()))
+    engine.hold.set()
+    until(qtbot, lambda: any(text == "Estimating: done." for text in made.banners.texts()), 30000)
+    banner = next(one for one in made.banners.banners if one.label.text() == "Estimating: done.")
+    banner.buttons[0].click()
+    assert made.review.isVisible()
+
+
+def test_every_control_can_be_reached_and_has_a_name(page: EstimatePage, qtbot: QtBot) -> None:
+    """Tab goes through the whole page and comes back; nothing on the way is nameless."""
+    seen: list[QWidget] = []
+    for _ in range(80):
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        if focus in seen:
+            break
+        seen.append(focus)
+        press(qtbot, Qt.Key.Key_Tab)
+    inside = [one for one in seen if page.isAncestorOf(one)]
+    assert all(one.accessibleName() for one in inside)
+    assert {page.panel.method, page.panel.derivatives, page.panel.stand_ins} <= set(inside)

@@ -1,0 +1,121 @@
+"""The jobs of the review: one after the other, stopped whole, and told to nobody too late."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from ui.process.engine import JobError
+from ui.review.jobs import RepeatJob
+from ui.review.work import ReviewWork
+from ui.review.worker import review_engine
+from ui.work import CancelledError
+
+
+def job(number: int) -> RepeatJob:
+    return RepeatJob(catalog=Path("c.sqlite"), number=number)
+
+
+class Slow:
+    """Does a job when it is let go; number 13 fails."""
+
+    def __init__(self) -> None:
+        self.done: list[int] = []
+        self.go = threading.Event()
+
+    def do(self, asked: Any, tell: Callable[[float | None, str], object]) -> int:
+        tell(0.5, "half")
+        while not self.go.is_set():
+            tell(0.5, "half")
+            time.sleep(0.002)
+        if asked.number == 13:
+            raise JobError("run 13 is not there")
+        self.done.append(asked.number)
+        return int(asked.number)
+
+    def close(self) -> None:
+        self.go.set()
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> SimpleNamespace:
+    """Return an engine, the work over it, and what was heard of it."""
+    engine, errors = Slow(), []
+    work = ReviewWork(engine, errors.append)
+    ended: list[tuple[str, str]] = []
+    work.ended.connect(lambda title, how: ended.append((title, how)))
+    return SimpleNamespace(engine=engine, work=work, errors=errors, ended=ended, results=[])
+
+
+def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(
+    desk: SimpleNamespace, qtbot: QtBot
+) -> None:
+    for number in (1, 2, 1, 2):
+        desk.work.begin(job(number), desk.results.append)
+    assert desk.work.title == "Repeating run 1"
+    desk.engine.go.set()
+    qtbot.waitUntil(lambda: not desk.work.running)
+    assert desk.engine.done == [1, 2]
+    assert desk.results == [1, 1, 2, 2]
+    assert desk.ended == [("Repeating run 1", "done"), ("Repeating run 2", "done")]
+
+
+def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(
+    desk: SimpleNamespace, qtbot: QtBot
+) -> None:
+    why: list[BaseException] = []
+    for number in (1, 2):
+        desk.work.begin(job(number), desk.results.append, failed=why.append)
+    desk.work.cancel()
+    qtbot.waitUntil(lambda: not desk.work.running)
+    assert [type(one) for one in why] == [CancelledError, CancelledError]
+    assert (desk.engine.done, desk.results, desk.errors) == ([], [], [])
+    desk.engine.go.set()
+    desk.work.begin(job(3), desk.results.append)
+    qtbot.waitUntil(lambda: desk.results == [3])
+
+
+def test_an_error_is_told_and_the_next_job_goes_on(desk: SimpleNamespace, qtbot: QtBot) -> None:
+    why: list[BaseException] = []
+    desk.engine.go.set()
+    desk.work.begin(job(13), desk.results.append, failed=why.append)
+    desk.work.begin(job(4), desk.results.append)
+    qtbot.waitUntil(lambda: desk.results == [4])
+    assert [str(one) for one in desk.errors] == ["run 13 is not there"]
+    assert why == desk.errors
+
+
+def test_nobody_is_told_once_the_window_closed(desk: SimpleNamespace, qtbot: QtBot) -> None:
+    why: list[BaseException] = []
+    desk.work.begin(job(1), desk.results.append, failed=why.append)
+    desk.work.begin(job(2), desk.results.append, failed=why.append)
+    desk.work.close()
+    qtbot.waitUntil(lambda: not desk.work.running)
+    assert (desk.results, why) == ([], [])
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal here")
+def test_a_process_that_is_killed_is_missed_and_the_next_one_works(tmp_path: Path) -> None:
+    """One real process: a catalog without the run, a kill from outside in the midst, again."""
+    engine = review_engine()
+    asked = RepeatJob(catalog=tmp_path / "c.sqlite", number=7)
+
+    def kill(_share: float | None, _words: str) -> None:
+        if engine.pid is not None:
+            os.kill(engine.pid, signal.SIGKILL)
+
+    with pytest.raises(JobError, match="work ended without a word"):
+        engine.do(asked, kill)
+    assert engine.pid is None
+    with pytest.raises(JobError, match="no run 7"):
+        engine.do(asked, lambda _share, _words: None)
+    engine.close()
