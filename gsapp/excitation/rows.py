@@ -8,7 +8,7 @@ the link was cut into pieces.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -87,6 +87,10 @@ class FlightRows:
         """Return one channel, shape (n,); NaN where missing, KeyError for what no row holds."""
         return self.values[:, _COLUMNS[name]]
 
+    def together(self, names: Sequence[str]) -> FloatArray:
+        """Return some channels, shape (n, n_names)."""
+        return self.values[:, [_COLUMNS[name] for name in names]]
+
     def part(self, start: int, stop: int) -> FlightRows:
         """Return the rows from `start` to before `stop`, counted from the first of these."""
         return FlightRows(
@@ -135,8 +139,11 @@ class RowStream:
         if not len(block) or not columns:
             return
         index = np.rint(block.times * self.rate).astype(np.int64)
-        cuts = (np.flatnonzero(np.diff(index) > self._longest) + 1).tolist()
         values = block.values[:, columns]
+        if self._newest > _NOT_YET and index[-1] - self._newest <= self._longest:
+            self._put(index, values, places)  # as ever: no pause is that long
+            return
+        cuts = (np.flatnonzero(np.diff(index) > self._longest) + 1).tolist()
         for start, stop in zip([0, *cuts], [*cuts, index.size], strict=True):
             if self._newest > _NOT_YET and index[start] - self._newest > self._longest:
                 yield from self.finish()
@@ -209,6 +216,18 @@ class RowStream:
             known = [column for column, _ in pairs], [place for _, place in pairs]
             self._known[channels] = known
         return known
+
+
+def joined(parts: Sequence[FlightRows]) -> FlightRows:
+    """Return successive rows as one."""
+    if len(parts) == 1:
+        return parts[0]
+    return FlightRows(
+        first=parts[0].first,
+        times=np.concatenate([one.times for one in parts]),
+        values=np.concatenate([one.values for one in parts]),
+        fresh=parts[0].fresh,
+    )
 
 
 def rows_of(block: Block, rate: float) -> FlightRows:

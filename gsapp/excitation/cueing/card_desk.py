@@ -12,7 +12,6 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.cueing.card_points import CardPoints
 from gsapp.excitation.cueing.card_words import card_words, input_words
 from gsapp.excitation.cueing.flown import cards_flown
-from gsapp.excitation.cueing.recent import joined
 from gsapp.excitation.cues import NextCard, Why
 from gsapp.excitation.doublets.verdict import Verdict
 from gsapp.excitation.information.prospect import Outlook
@@ -21,7 +20,7 @@ from gsapp.excitation.points.capture import Capture
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.points.stick_words import stick_words_of
 from gsapp.excitation.points.wanted import WantedInput
-from gsapp.excitation.rows import FlightRows
+from gsapp.excitation.rows import FlightRows, joined
 from gsapp.flight.cards import CardProgress, CardSet, CardsFlown, TestCard
 from gsapp.identification.ftr.estimates import LiveEstimate
 
@@ -85,6 +84,7 @@ class CardDesk:
         self._chosen = ""
         self._rate_switch: float | None = None
         self._settled: tuple[object, ...] = ()
+        self._looked_at: tuple[object, ...] = (self,) * 5
         self._changes = 0
         self.note(())
 
@@ -150,6 +150,11 @@ class CardDesk:
         stay : bool
             Whether that is still being worked out: the card stays unless it is done.
         """
+        # By what follows nothing else can come out than last time, at nearly every tick.
+        asked = (outlook, stay, self._chosen, self._capture.captured, self._changes)
+        if all(one is other for one, other in zip(asked, self._looked_at, strict=True)):
+            return False
+        self._looked_at = asked
         card, why = self._stay() if stay else self._pick(outlook)
         settled = (card and card.id, why, self._changes)
         if settled == self._settled:

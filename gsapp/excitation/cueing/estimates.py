@@ -13,7 +13,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.rows import QUICK, SLOW_LAG, FlightRows
+from gsapp.excitation.rows import QUICK, SLOW_LAG, FlightRows, joined
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.channels import NEEDED_CHANNELS
 from gsapp.identification.ftr.estimates import LiveEstimate
@@ -86,8 +86,7 @@ class FlightEstimates:
         held, self._held = self._held, []
         if not held:
             return
-        for rows in held:
-            self._feed(rows)
+        self._feed(joined(held))
         self._ftr.settle()
         self._conclude(float(held[-1].times[-1]))
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 from itertools import takewhile
 from typing import Final
 
 import numpy as np
 
-from gsapp.excitation.rows import FlightRows
+from gsapp.excitation.rows import FlightRows, joined
 
 KEPT: Final = 60.0
 """Seconds of rows kept: the longest input with its second of trim and its answer is shorter."""
@@ -54,13 +53,3 @@ class RecentRows:
         values = np.concatenate([one[channel] for one in newest])
         values = values[np.isfinite(values)]
         return float(values.mean()) if values.size else None
-
-
-def joined(parts: Sequence[FlightRows]) -> FlightRows:
-    """Return successive rows as one."""
-    return FlightRows(
-        first=parts[0].first,
-        times=np.concatenate([one.times for one in parts]),
-        values=np.concatenate([one.values for one in parts]),
-        fresh=parts[0].fresh,
-    )

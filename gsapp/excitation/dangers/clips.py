@@ -8,7 +8,6 @@ highest value again and again, which noise does not allow.
 
 from __future__ import annotations
 
-from collections import deque
 from typing import Final
 
 import numpy as np
@@ -21,6 +20,9 @@ from gsapp.excitation.dangers.standing import Finding
 from gsapp.excitation.dangers.wording import TITLES
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
 from gsapp.quantities import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.int64]
 
 _SENSORS: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")
 _LEAST: Final = 3
@@ -53,10 +55,13 @@ class ClipRoom:
 
     def restart(self) -> None:
         """Forget everything."""
-        self._changes = {name: deque[float](maxlen=_MEMORY) for name in _SENSORS}
-        self._ends = {name: deque[tuple[float, float]](maxlen=_MEMORY) for name in _SENSORS}
-        self._runs = {name: deque[int](maxlen=_MEMORY) for name in _SENSORS}
-        self._tails: dict[str, FloatArray] = {}
+        count = len(_SENSORS)
+        self._tails = np.full((self._flat_rows, count), np.nan)
+        # Of the latest frames, the oldest first; NaN, and runs of -1, where there were none.
+        self._changes = np.full((_MEMORY, count), np.nan)
+        self._lows = np.full((_MEMORY, count), np.nan)
+        self._highs = np.full((_MEMORY, count), np.nan)
+        self._runs = np.full((_MEMORY, count), -1)
 
     def judge(self, frame: Frame, doubted: frozenset[str]) -> list[Finding]:
         """Return which sensors stand at an end of their range in this frame.
@@ -67,48 +72,64 @@ class ClipRoom:
         doubted : frozenset of str
             Sensors of which something worse is known.
         """
+        values = np.column_stack([frame.rows[name] for name in _SENSORS])
+        flat = self._flat_tops(values)
+        if not _flies(frame):
+            return []
         found = []
-        for name in _SENSORS:
-            values = frame.rows[name]
-            flat = self._flat_top(name, values)
+        for place, name in enumerate(_SENSORS):
             clipped = (
                 name in self._ranges
-                and _longest(at_range_end(values, self._ranges[name])) >= _LEAST
+                and _longest(at_range_end(values[:, place], self._ranges[name])) >= _LEAST
             )
-            if (clipped or flat) and name not in doubted and _flies(frame):
+            if (clipped or flat[place]) and name not in doubted:
                 found.append(_finding(name))
         return found
 
-    def _flat_top(self, name: str, values: FloatArray) -> bool:
-        """Return whether the highest or lowest value of late is held."""
-        if not np.isfinite(values).all():
-            self._tails.pop(name, None)
-            return False
-        tail = self._tails.get(name)
-        line = values if tail is None else np.concatenate((tail, values))
-        self._tails[name] = values[-self._flat_rows :]
-        steps = np.abs(np.diff(line))
-        changes, ends = self._changes[name], self._ends[name]
-        usual = float(np.median(changes)) if len(changes) == _MEMORY else 0.0
-        changes.append(float(np.sqrt(np.mean(steps * steps))))
-        low, high = float(line.min()), float(line.max())
-        still = np.concatenate((steps < _FLAT * usual, [False]))
-        self._runs[name].append(_longest(still))
-        former = list(ends)
-        ends.append((low, high))
-        if usual <= 0.0:
-            return False
-        low = min(low, *(one for one, _ in former))
-        high = max(high, *(one for _, one in former))
+    def _flat_tops(self, values: FloatArray) -> BoolArray:
+        """Return of each sensor whether its highest or lowest value of late is held.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, n_sensors)
+        """
+        whole = np.asarray(np.isfinite(values).all(axis=0))
+        line = np.concatenate((self._tails, values))
+        self._tails = np.where(whole, line[-self._flat_rows :], np.nan)
+        if not whole.any():
+            return whole
+        # A sensor that comes anew has no tail: what is not there is not still, nor an end.
+        steps = np.abs(np.diff(line, axis=0))
+        known = np.maximum(np.isfinite(steps).sum(axis=0), 1)
+        change = np.sqrt(np.nansum(steps * steps, axis=0) / known)
+        low, high = np.fmin.reduce(line, axis=0), np.fmax.reduce(line, axis=0)
+        full = np.isfinite(self._changes[0])
+        usual = np.where(full, np.median(self._changes, axis=0), 0.0)
+        with np.errstate(invalid="ignore"):
+            still = np.concatenate((steps < _FLAT * usual, np.zeros((1, len(usual)), dtype=bool)))
+        lowest = np.fmin(low, np.fmin.reduce(self._lows, axis=0))
+        highest = np.fmax(high, np.fmax.reduce(self._highs, axis=0))
+        for kept, newest in (
+            (self._changes, change),
+            (self._lows, low),
+            (self._highs, high),
+            (self._runs, _longest_runs(still)),
+        ):
+            kept[:-1, whole] = kept[1:, whole]
+            kept[-1, whole] = newest[whole]
+        out: BoolArray = whole & (usual > 0.0) & (0.5 * (highest - lowest) >= _STANDS_OUT * usual)
+        if not out.any():
+            return out
         slack = _FLAT * usual
-        middle = 0.5 * (low + high)
-        if high - middle < _STANDS_OUT * usual:
-            return False
-        at_end = (line >= high - slack) | (line <= low + slack)
+        with np.errstate(invalid="ignore"):
+            at_end = (line >= highest - slack) | (line <= lowest + slack)
         # A slow link repeats itself everywhere, not at the ends only.
-        runs = self._runs[name]
-        usual_run = sorted(runs)[-1 - len(runs) // 10]
-        return _longest(still & at_end) >= max(self._flat_rows - 1, 2 * usual_run + 1)
+        heard = (self._runs >= 0).sum(axis=0)
+        places = _MEMORY - 1 - heard // 10
+        usual_run = np.sort(self._runs, axis=0)[places, np.arange(len(usual))]
+        held = _longest_runs(still & at_end)
+        out &= held >= np.maximum(self._flat_rows - 1, 2 * usual_run + 1)
+        return out
 
 
 def _flies(frame: Frame) -> bool:
@@ -116,12 +137,16 @@ def _flies(frame: Frame) -> bool:
     return frame.airborne and not frame.near_ground
 
 
-def _longest(true: npt.NDArray[np.bool_]) -> int:
+def _longest(true: BoolArray) -> int:
     """Return the length of the longest run of true values, shape (n,)."""
-    if not true.any():
-        return 0
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
-    return int((edges[1::2] - edges[::2]).max())
+    return int(_longest_runs(true[:, np.newaxis])[0]) if true.any() else 0
+
+
+def _longest_runs(true: BoolArray) -> IndexArray:
+    """Return the length of the longest run of true values in each column, shape (m,)."""
+    place = np.arange(len(true))[:, np.newaxis]
+    last_false = np.maximum.accumulate(np.where(true, -1, place), axis=0)
+    return np.asarray((place - last_false).max(axis=0))
 
 
 def _finding(name: str) -> Finding:

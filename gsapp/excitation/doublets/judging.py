@@ -43,7 +43,7 @@ SAMPLES_NEEDED: Final = 0.8
 _LEAST_CROSS: Final = 0.5 * DEGREE
 _CLIPPED_FOR: Final = 0.03
 """Seconds at the end of a sensor's range that count."""
-_ROUGH_BEFORE: Final = 1.5
+_ROUGH_BEFORE: Final = 2.0
 """What the model leaves over counts for gusts up to so many times the unrest before the input: a
 model that is wrong leaves as much over in calm air."""
 _UNREST: Final = 0.6

@@ -22,8 +22,9 @@ from gsapp.excitation.information.learning import (
 )
 from gsapp.excitation.information.prospect import DerivativeBound, Outlook, Prospect
 from gsapp.excitation.information.prospects import Answering, OpenCard, Reply, Request, answer
-from gsapp.excitation.rows import FlightRows
+from gsapp.excitation.rows import FlightRows, joined
 from gsapp.flight.cards import CardSet, CardsFlown, TestCard
+from gsapp.flight.maneuvers.airborne import FRAME
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr.estimates import LiveEstimate
 
@@ -70,6 +71,7 @@ class InformationBook:
     ) -> None:
         self._aircraft, self._model = aircraft, model
         self._rate = rate
+        self._every = max(1, round(FRAME * rate))
         self._wanted = dict(wanted or {})
         self._system = system
         self.budget = FlightBudget(aircraft, rate, longest=longest, reserve=reserve)
@@ -78,6 +80,7 @@ class InformationBook:
     def restart(self) -> None:
         """Forget everything; the flight begins anew."""
         self.budget.restart()
+        self._held: list[FlightRows] = []
         self._lessons: deque[Lesson | FlightRows] = deque()
         self._first_air = FirstAir(_FIRST_AIR)
         self._learning: Learning | None = None
@@ -99,7 +102,20 @@ class InformationBook:
     # --- what comes in --------------------------------------------------------------------------
 
     def take(self, rows: FlightRows) -> None:
-        """Take in the next rows: they count time and fuel, and the first in the air the noise."""
+        """Take in the next rows: they count time and fuel, and the first in the air the noise.
+
+        Both are in no hurry: they are looked at twice a second.
+        """
+        if rows.fresh and self._held:
+            self._count(joined(self._held))
+            self._held = []
+        self._held.append(rows)
+        end = rows.first + len(rows)
+        if end % self._every == 0 or end - self._held[0].first >= self._every:
+            held, self._held = joined(self._held), []
+            self._count(held)
+
+    def _count(self, rows: FlightRows) -> None:
         self.budget.take(rows)
         heard = self._first_air.take(rows, self.budget.took_off)
         if heard is not None and self._knowledge is not None:

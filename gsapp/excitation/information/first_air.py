@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.excitation.rows import FlightRows
+from gsapp.excitation.rows import FlightRows, joined
 
 CLIMB: Final = 8.0
 """Seconds after take-off that are left out: flaps, full throttle, a steep climb."""
@@ -49,13 +49,8 @@ class FirstAir:
         start = took_off + CLIMB
         if newest < start + self._seconds:
             return None
-        times = np.concatenate([one.times for one in self._parts])
-        inside = (times >= start) & (times <= start + self._seconds)
+        heard = joined(self._parts)
+        inside = np.flatnonzero((heard.times >= start) & (heard.times <= start + self._seconds))
         self._given = True
-        if inside.sum() < 2:
-            return None
-        first = int(np.argmax(inside))
-        values = np.concatenate([one.values for one in self._parts])
-        number = self._parts[0].first + first
         self._parts.clear()
-        return FlightRows(first=number, times=times[inside], values=values[inside])
+        return heard.part(int(inside[0]), int(inside[-1]) + 1) if inside.size > 1 else None

@@ -195,10 +195,12 @@ def driven(linear: LinearModel, inputs: FloatArray, dt: float) -> FloatArray:
         forward[:size, size : size + width],
         forward[:size, size + width :],
     )
-    pushed = inputs[:-1] @ (level - ramp).T + inputs[1:] @ ramp.T
     found = np.zeros((len(inputs), size))
-    state = np.zeros(size)
-    for row, push in enumerate(pushed, start=1):
-        state = Phi @ state + push
-        found[row] = state
+    found[1:] = inputs[:-1] @ (level - ramp).T + inputs[1:] @ ramp.T
+    # Each push goes on by one step, then all that came together by two, by four ...
+    reach = 1
+    while reach < len(found):
+        found[reach:] += found[:-reach] @ Phi.T
+        Phi = Phi @ Phi
+        reach *= 2
     return found

@@ -69,7 +69,7 @@ class TickMeans:
             For each tick.
         """
         tick, count = self._tick, len(rows) // self._tick
-        values = np.array([self._read(rows, name) for name in SEEN]).T[: count * tick]
+        values = self._read(rows)[: count * tick]
         still = self._still(values[:, :_QUICK], count)
         shaped = values.reshape(count, tick, len(SEEN))
         # Beyond the limits of its channel an instrument is at fault.
@@ -88,17 +88,18 @@ class TickMeans:
         means[:, :_QUICK][still] = np.nan
         return means, [tuple(SEEN[place] for place in np.flatnonzero(one)) for one in still]
 
-    def _read(self, rows: FlightRows, name: str) -> FloatArray:
-        """Return a channel; of a rate the first sensor that is to be trusted and has a sample."""
-        found = rows[name]
-        if name not in _SPARES:
-            return found
-        if name in self.distrusted:
-            found = np.full(len(rows), np.nan)
-        for spare in _SPARES[name]:
-            if spare not in self.distrusted and np.isnan(found).any():
-                found = np.where(np.isnan(found), rows[spare], found)
-        return found
+    def _read(self, rows: FlightRows) -> FloatArray:
+        """Return what is seen; of a rate the first sensor to be trusted that has a sample."""
+        values = rows.together(SEEN)
+        for name, spares in _SPARES.items():
+            place = PLACE[name]
+            if name in self.distrusted:
+                values[:, place] = np.nan
+            for spare in spares:
+                gone = np.isnan(values[:, place])
+                if spare not in self.distrusted and gone.any():
+                    values[gone, place] = rows[spare][gone]
+        return values
 
     def _still(self, values: FloatArray, count: int) -> BoolArray:
         """Return which channels were stuck at the end of each tick, shape (count, _QUICK)."""

@@ -46,7 +46,7 @@ def signals_of(block: Block) -> FloatArray:
     taken = np.empty((len(block), len(SIGNALS)))
     for name in SURFACES:
         taken[:, COLUMN[name]] = _surface(block, name)
-    for name in (*ANSWERS, "throttle"):
+    for name in ANSWERS:
         taken[:, COLUMN[name]] = _first(block, name)
     taken[:, COLUMN["V"]] = _airspeed(block)
     taken[:, COLUMN["altitude"]] = _altitude(block)
@@ -59,11 +59,15 @@ def signals_of(block: Block) -> FloatArray:
 
 def _first(block: Block, *names: str) -> FloatArray:
     """Return, sample by sample, the first of these channels that has one."""
-    found = np.full(len(block), np.nan)
+    found: FloatArray | None = None
     for name in names:
-        if name in block:
-            found = np.where(np.isnan(found), block[name], found)
-    return found
+        if name not in block:
+            continue
+        if found is None:
+            found = block[name]
+        elif (gone := np.isnan(found)).any():
+            found = np.where(gone, block[name], found)
+    return np.full(len(block), np.nan) if found is None else found
 
 
 def _surface(block: Block, name: str) -> FloatArray:
