@@ -91,8 +91,21 @@ def test_remarks_become_sentences() -> None:
     assert said == "No link. 2 frames lost."
 
 
+_REVIEW_PAGES = {
+    **dict.fromkeys(
+        ("review_flights", "review_flight", "review_maneuver", "review_open"), "maneuvers"
+    ),
+    **dict.fromkeys(("review_panel", "review_ready", "review_run"), "estimate"),
+    **dict.fromkeys(("review_figure", "review_point"), "figures"),
+    **dict.fromkeys(("review_results", "review_written"), "summary"),
+}
+"""Page of the review whose commands need this; the others serve on all of its pages."""
+
+
 def _place(needs: str) -> str:
     """Return the place whose commands need this; empty for commands of the whole window."""
+    if needs.startswith("review"):
+        return f"review {_REVIEW_PAGES.get(needs, '')}"
     if needs in ("preflight", "preflight_future", "checklist", "cards", "card"):
         return "preflight"
     if needs.startswith(("gap", "pilot")):
@@ -109,6 +122,9 @@ def test_no_key_has_two_meanings_and_every_command_can_be_found() -> None:
     for key, places in meanings.items():
         assert len(places) == len(set(places)), key
         assert "" not in places or len(places) == 1, key
+        # What serves on all pages of the review leaves no key to one of them.
+        of_review = [place for place in places if place.startswith("review")]
+        assert "review " not in of_review or len(of_review) == 1, key
     assert len({command.id for command in COMMANDS}) == len(COMMANDS)
     assert all(command.text and command.menu for command in COMMANDS)
 
