@@ -125,7 +125,6 @@ def run(
         biases=_names(biases),
         scale_factors=_names(scales) or (),
         time_shifts=_names(shifts) or (),
-        model=known,
         priors=_priors(prior),
         stand_ins=_values(stand_in, "--stand-in"),
         integration="euler" if euler else "rk4",

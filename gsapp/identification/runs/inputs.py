@@ -77,10 +77,12 @@ def weights_file(request: RunRequest) -> Weights | None:
 def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFile, ...]:
     """Return the files of a run with their sums when they were read.
 
+    Files of a model or of weights are among them only if the settings did not hold these already.
+
     Parameters
     ----------
     request : RunRequest
-        With whole paths.
+        As it was asked, with whole paths.
     shelved : sequence of Shelved
         Its flights.
 
@@ -92,10 +94,11 @@ def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFil
     aircraft = request.aircraft
     if not aircraft and not all(_has_aircraft(path) for path in request.flights):
         aircraft = USUAL_AIRCRAFT
+    held = request.settings
     named = (
         ("aircraft", aircraft, AIRCRAFT_FILES),
-        ("model", request.model, MODELS),
-        ("weights", request.weights, WEIGHTS),
+        ("model", request.model if held.model is None else "", MODELS),
+        ("weights", request.weights if held.weights is None else "", WEIGHTS),
         ("channel map", request.channel_map, MAPS),
     )
     certificates = certificate_files(request.calibration) if request.calibration else ()

@@ -6,6 +6,7 @@ import json
 import os
 import random
 import select
+import shutil
 import signal
 import sqlite3
 import time
@@ -25,6 +26,7 @@ from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.runs.keeping import forget, keep, kept, kept_runs, recall, rename
 from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.runs.request import ChosenManeuver, RunRequest
+from gsapp.identification.runs.running import run
 from gsapp.identification.runs.saving import request_from_json, request_json
 
 forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
@@ -208,27 +210,32 @@ def whole(path: Path, outcome: Outcome) -> int:
 
 
 def forked(work: Callable[[], object]) -> int:
-    """Return the number of a process that does some work and ends."""
+    """Return the number of a process that does some work and ends: with 0 if it did all of it."""
+    # Control C must not reach the child before it can end by it.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     child = os.fork()
     if child:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         return child
     try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         work()
+        os._exit(0)
     except BaseException:
         os._exit(1)
-    os._exit(0)
 
 
 @forks
 def test_a_process_killed_while_it_keeps_leaves_whole_runs(
     outcome: Outcome, tmp_path: Path
 ) -> None:
-    """Killed at 40 moments, the catalog opens each time with every run whole or not there."""
+    """Killed at 30 moments, the catalog opens each time with every run whole or not there."""
     path = tmp_path / "c.sqlite"
     Catalog(path).close()
     chance = random.Random(7)
     amidst = before = 0
-    for _ in range(40):
+    for _ in range(30):
         reading, writing = os.pipe()
 
         def work(writing: int = writing) -> None:
@@ -251,10 +258,41 @@ def test_a_process_killed_while_it_keeps_leaves_whole_runs(
         assert now - before - said.count(b")") in (0, said.count(b"(") - said.count(b")"))
         amidst += said.endswith(b"(")
         before = now
-    assert amidst > 20
+    assert amidst > 15
     with Catalog(path) as catalog:
         assert len(kept_runs(catalog)) == before
         assert catalog.version == len(schema.MIGRATIONS)
+
+
+@forks
+def test_a_run_that_is_interrupted_leaves_nothing_half_done(
+    outcome: Outcome, tmp_path: Path
+) -> None:
+    """Control C at 12 moments of reading, fitting and keeping: a whole run or none, no more."""
+    folder = tmp_path / "flights"
+    folder.mkdir()
+    flights = tuple(Path(shutil.copy(one, folder)) for one in outcome.request.flights)
+    asked = RunRequest(flights=flights, given=outcome.request.given, model="b777")
+    path = tmp_path / "c.sqlite"
+    chance = random.Random(11)
+    ended = 0
+
+    def work() -> None:
+        made = run(asked)
+        with Catalog(path) as catalog:
+            keep(catalog, made)
+
+    for _ in range(12):
+        child = forked(work)
+        time.sleep(chance.uniform(0.0, 0.25))
+        os.kill(child, signal.SIGINT)
+        ended += os.waitpid(child, 0)[1] == 0
+        assert sorted(one.name for one in folder.iterdir()) == ["a.csv", "b.csv"]
+        if path.exists():
+            with Catalog(path) as catalog:
+                assert len(kept_runs(catalog)) in (ended, ended + 1)
+            ended = whole(path, outcome)
+    assert ended < 12
 
 
 @forks

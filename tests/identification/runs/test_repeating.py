@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.foundation import GroundStationError
 from gsapp.identification.campaign import CampaignSettings
@@ -98,6 +99,25 @@ def test_marks_and_notes_change_no_run(campaign: Path) -> None:
     (campaign / "a.csv.events.jsonl").write_text('{"kind": "mark"}\n', encoding="utf-8")
     with Catalog(campaign / "c.sqlite") as catalog:
         assert repeat(catalog, 1).differences == ()
+
+
+def test_a_model_that_is_gone_is_remembered(campaign: Path) -> None:
+    """Its content is kept with the run: its file may change or go."""
+    file = save_model(load_model("b777").with_derivatives({"CN_q": 4.0}), campaign / "own.toml")
+    settings = CampaignSettings(free=("Cm_alpha", "Cm_q", "Cm_de", "Cm_0"))
+    asked = RunRequest(
+        flights=(campaign / "a.csv",), given=("0:6",), settings=settings, model=str(file)
+    )
+    with Catalog(campaign / "c.sqlite") as catalog:
+        made = run(asked)
+        assert [one.role for one in made.inputs] == ["flight", "aircraft", "model"]
+        number = keep(catalog, made)
+        file.unlink()
+        found = repeat(catalog, number)
+    assert (found.same, found.differences) == (True, ())
+    model = found.outcome.result.settings.model
+    assert model is not None
+    assert model.derivative("CN_q") == 4.0
 
 
 def test_two_runs_beside_each_other(campaign: Path, outcome: Outcome) -> None:
