@@ -104,6 +104,9 @@ _REVIEW_PAGES = {
 
 def _place(needs: str) -> str:
     """Return the place whose commands need this; empty for commands of the whole window."""
+    if needs in ("search", "review_busy"):
+        # One key stops whichever work is on screen; the window sees to it.
+        return f"running {needs}"
     if needs.startswith("review"):
         return f"review {_REVIEW_PAGES.get(needs, '')}"
     if needs in ("preflight", "preflight_future", "checklist", "cards", "card"):
