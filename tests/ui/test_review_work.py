@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import threading
 import time
 from collections.abc import Callable
@@ -17,7 +15,6 @@ from pytestqt.qtbot import QtBot
 from ui.process.engine import JobError
 from ui.review.jobs import RepeatJob
 from ui.review.work import ReviewWork
-from ui.review.worker import review_engine
 from ui.work import CancelledError
 
 
@@ -101,21 +98,3 @@ def test_nobody_is_told_once_the_window_closed(desk: SimpleNamespace, qtbot: QtB
     desk.work.close()
     qtbot.waitUntil(lambda: not desk.work.running)
     assert (desk.results, why) == ([], [])
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal here")
-def test_a_process_that_is_killed_is_missed_and_the_next_one_works(tmp_path: Path) -> None:
-    """One real process: a catalog without the run, a kill from outside in the midst, again."""
-    engine = review_engine()
-    asked = RepeatJob(catalog=tmp_path / "c.sqlite", number=7)
-
-    def kill(_share: float | None, _words: str) -> None:
-        if engine.pid is not None:
-            os.kill(engine.pid, signal.SIGKILL)
-
-    with pytest.raises(JobError, match="work ended without a word"):
-        engine.do(asked, kill)
-    assert engine.pid is None
-    with pytest.raises(JobError, match="no run 7"):
-        engine.do(asked, lambda _share, _words: None)
-    engine.close()

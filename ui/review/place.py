@@ -21,8 +21,7 @@ from ui.review.chapters import CHAPTERS
 from ui.review.onboard_desk import OnboardDesk
 from ui.review.page import ReviewPage
 from ui.review.selection import Selection
-from ui.review.work import ReviewWork
-from ui.review.worker import review_engine
+from ui.review.work import ReviewWork, review_engine
 from ui.settings import SettingsStore
 
 if TYPE_CHECKING:

@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from PySide6.QtCore import QObject, Signal
 
-from ui.process.engine import Engine
-from ui.review.jobs import Job
+from ui.process.engine import Engine, ProcessEngine
+from ui.review.worker import serve
 from ui.work import CancelledError, Progress, Work
+
+
+def review_engine() -> ProcessEngine:
+    """Return the process of the review; it begins with its first job."""
+    return ProcessEngine(serve, name="work", remedy="try fewer flights at once")
+
+
+class Job(Protocol):
+    """Anything that an engine does."""
+
+    @property
+    def title(self) -> str:
+        """Return what is being done, in words."""
+
 
 Done = Callable[[object], None]
 Failed = Callable[[BaseException], None]

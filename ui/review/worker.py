@@ -7,7 +7,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ui.process.engine import ProcessEngine
 from ui.process.serving import Stop, Tell, serve_jobs
 from ui.review.jobs import EstimateJob, HearJob, Job, LinearJob, RepeatJob, ReportJob
 
@@ -20,11 +19,6 @@ if TYPE_CHECKING:
 
 _READ, _FITTED = 0.2, 0.98
 """Shares of the bar when the flights are read, and when all is fitted."""
-
-
-def review_engine() -> ProcessEngine:
-    """Return the process of the review; it begins with its first job."""
-    return ProcessEngine(serve, name="work", remedy="try fewer flights at once")
 
 
 def serve(connection: Connection, stop: Stop) -> None:
