@@ -10,9 +10,10 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.filtering.fitting import Fit
-from gsapp.discrepancy.finding import coefficient_map, disagreements
+from gsapp.discrepancy.finding import above_the_rest, coefficient_map, disagreements
 from gsapp.discrepancy.naming import Kind, probabilities, threshold
 from gsapp.discrepancy.observing import VISIBLE, observability
+from gsapp.discrepancy.placing import places
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.discrepancy.results import (
     Candidate,
@@ -109,6 +110,8 @@ def answer_of(
     seen = observability(stages[0].screening, aircraft, {one.effect for one in effects})
     verdict = _verdict(last.decision.kind, effects, values, seen)
     shown = views(held, COEFFICIENTS)
+    if last.decision.kind == "nothing":
+        shown = above_the_rest(shown)
     maps = coefficient_map(shown, COEFFICIENTS)
     misfits = held.misfits()
     steps = tuple(
@@ -125,7 +128,7 @@ def answer_of(
     found = Discrepancy(
         verdict=verdict,
         why="",
-        disagreements=disagreements(shown, COEFFICIENTS, false_alarm),
+        disagreements=disagreements(shown, places(stages[0].fit, stages[0].screening), false_alarm),
         observability=seen,
         steps=steps,
         effects=effects,

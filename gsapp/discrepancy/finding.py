@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import islice
 
 import numpy as np
-from scipy.stats import chi2
 
+from gsapp.discrepancy.placing import Place
 from gsapp.discrepancy.results import Disagreement, ManeuverView, Region
 from gsapp.quantities import FloatArray
 
 _WINDOW = 1.0
-"""Length of the stretches looked at, s."""
-_BANDWIDTH = 3.0
-"""Of the reconstructed coefficients, Hz: twice this many independent samples a second."""
-_MARGIN = 1.3
-"""The noise floor of a reconstructed coefficient is known to about this factor."""
+"""Length of the stretch that is pointed out, s."""
+_FEWEST = 10
 _CHANNELS = {"CX": "ax", "CY": "ay", "CZ": "an", "Cl": "p", "Cm": "q", "Cn": "r"}
 _DEGREES = ("alpha", "beta", "de", "da", "dr", "flap")
 _MOST = 30
@@ -46,58 +45,85 @@ def coefficient_map(
     )
 
 
+def above_the_rest(shown: Sequence[ManeuverView]) -> tuple[ManeuverView, ...]:
+    """Return maneuvers whose coefficients have what is left of them as their floor.
+
+    Where nothing more is proven to be missing, the rest is turbulence, and noise in colors that
+    the smoothing of coefficients does not take away.
+    """
+    rest = {
+        name: float(np.nanmedian([_rms(one.missing[-1][:, column]) for one in shown]))
+        for column, name in enumerate(shown[0].coefficients)
+        if any(np.isfinite(one.missing[-1][:, column]).any() for one in shown)
+    }
+    return tuple(
+        replace(
+            one,
+            coefficient_floor={
+                name: max(floor, rest.get(name, 0.0))
+                for name, floor in one.coefficient_floor.items()
+            },
+        )
+        for one in shown
+    )
+
+
 def _rms(history: FloatArray) -> float:
     good = history[np.isfinite(history)]
     return float(np.sqrt(np.mean(good**2))) if good.size else float("nan")
 
 
 def disagreements(
-    shown: Sequence[ManeuverView], coefficients: Sequence[str], false_alarm: float
+    shown: Sequence[ManeuverView], found: Sequence[Place], false_alarm: float
 ) -> tuple[Disagreement, ...]:
-    """Return the places where the baseline lacks more than noise explains, worst first.
+    """Return the places where the baseline lacks more than noise and turbulence explain.
 
-    Every stretch of a second is tested against the floor with as many independent samples as the
-    bandwidth holds; p-values count all stretches looked at (Bonferroni).
+    Parameters
+    ----------
+    shown : sequence of ManeuverView
+    found : sequence of Place
+        The worst first.
+    false_alarm : float
+        Largest chance that is told.
     """
-    looked_at = sum(
-        max(1, int((one.times[-1] - one.times[0]) / _WINDOW)) * len(coefficients) for one in shown
-    )
-    found = []
-    for one in shown:
-        for column, name in enumerate(coefficients):
-            worst = _worst(one, column, name, looked_at)
-            if worst is not None and worst.p_value < false_alarm:
-                found.append(worst)
-    found.sort(key=lambda one: (one.p_value, -one.rms / one.noise_floor))
-    return tuple(found[:_MOST])
+    views = {one.id: one for one in shown}
+    proven = [one for one in found if one.p_value < false_alarm and one.maneuver in views]
+    told = (_told(views[one.maneuver], one) for one in proven)
+    return tuple(islice((one for one in told if one is not None), _MOST))
 
 
-def _worst(one: ManeuverView, column: int, name: str, looked_at: int) -> Disagreement | None:
-    history = one.missing[0][:, column]
-    good = np.isfinite(history)
-    if good.sum() < 10:
+def _told(view: ManeuverView, place: Place) -> Disagreement | None:
+    """Return a place with the second of its maneuver in which most is missing."""
+    if place.coefficient:
+        column = view.coefficients.index(place.coefficient)
+        history = view.missing[0][:, column]
+        floor, channel = view.coefficient_floor[place.coefficient], _CHANNELS[place.coefficient]
+    elif place.channel in view.channels:
+        column, channel = view.channels.index(place.channel), place.channel
+        history = view.measured[:, column] - view.computed[0][:, column]
+        floor = view.floor[channel]
+    else:
         return None
-    dt = float(np.median(np.diff(one.times)))
+    good = np.isfinite(history)
+    if good.sum() < _FEWEST:
+        return None
+    dt = float(np.median(np.diff(view.times)))
     width = max(2, round(_WINDOW / dt))
     squares = np.where(good, history, 0.0) ** 2
     means = np.convolve(squares, np.ones(width), "valid") / np.maximum(
         np.convolve(good, np.ones(width), "valid"), 1.0
     )
-    floor = one.coefficient_floor[name]
     start = int(np.argmax(means))
-    independent = 2.0 * _BANDWIDTH * _WINDOW
-    statistic = independent * float(means[start]) / (_MARGIN * floor) ** 2
-    p_value = min(1.0, looked_at * float(chi2.sf(statistic, independent)))
     return Disagreement(
-        coefficient=name,
-        channel=_CHANNELS[name],
-        maneuver=one.id,
-        t_start=float(one.times[start]),
-        t_end=float(one.times[min(start + width, len(one.times) - 1)]),
+        coefficient=place.coefficient,
+        channel=channel,
+        maneuver=view.id,
+        t_start=float(view.times[start]),
+        t_end=float(view.times[min(start + width, len(view.times) - 1)]),
         rms=float(np.sqrt(means[start])),
         noise_floor=floor,
-        p_value=p_value,
-        region=_region(one, history),
+        p_value=place.p_value,
+        region=_region(view, history),
     )
 
 

@@ -58,7 +58,8 @@ class Disagreement:
     rms, noise_floor : float
         Of the missing part of the coefficient over that time, and what noise alone would give.
     p_value : float
-        Corrected for the number of places looked at.
+        Chance of as much, corrected for all that was looked at; see
+        `gsapp.discrepancy.placing.Place`.
     region : Region or None
     """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,8 @@ class Screening:
     competitors : tuple of Competitor
     whole, left : Information
         Before and after the model's own parameters took what they can.
+    parts : mapping of str to Information
+        Before that, of each maneuver.
     gain : ndarray, shape (n_competitors,)
         Fall of the sum of squares; 0 for a size that bounds forbid.
     size, std : ndarray, shape (n_competitors,)
@@ -33,6 +35,7 @@ class Screening:
     competitors: tuple[Competitor, ...]
     whole: Information
     left: Information
+    parts: Mapping[str, Information]
     gain: FloatArray
     size: FloatArray
     std: FloatArray
@@ -41,6 +44,16 @@ class Screening:
     def order(self) -> list[int]:
         """Return the places of the competitors, best first."""
         return [int(place) for place in np.argsort(-self.gain, kind="stable")]
+
+    @property
+    def misfit(self) -> float:
+        """Return the mean square of the innovations, in units of what is believed."""
+        return float(self.left.matrix[-1, -1]) / max(self.left.samples, 1.0)
+
+    @property
+    def temper(self) -> float:
+        """Return by how much gains count: less where the innovations are larger than believed."""
+        return 1.0 / max(1.0, self.misfit)
 
     def place(self, effect: str) -> int:
         """Return where a competitor stands."""
@@ -60,7 +73,8 @@ def screen(fit: Fit, competitors: Sequence[Competitor]) -> Screening:
     """Return what single candidates would gain; the fit must have made a pass."""
     names = tuple(one.id for one in competitors)
     columns = (names, lambda linearization: candidate_columns(competitors, linearization))
-    whole = fit.information(columns).with_priors(fit.priors())
+    parts = {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}
+    whole = fit.total(parts.values(), names).with_priors(fit.priors())
     left = whole.projected((*fit.free, *fit.bias_names()))
     order = left.places(names)
     gain, size, std = (one[order] for one in left.gains(whole))
@@ -71,6 +85,7 @@ def screen(fit: Fit, competitors: Sequence[Competitor]) -> Screening:
         competitors=tuple(competitors),
         whole=whole,
         left=left,
+        parts=parts,
         gain=np.where(allowed, gain, 0.0),
         size=size,
         std=std,

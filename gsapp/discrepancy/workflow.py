@@ -222,7 +222,7 @@ class _Search:
 
         No model explains flights that were recorded so; named later, others would come first.
         """
-        if _misfit(baseline.screening) < _FOREIGN:
+        if baseline.screening.misfit < _FOREIGN:
             return []
         stages = [baseline]
         for remark in self._of.instruments(self._tick, try_signs=True):
@@ -237,16 +237,11 @@ class _Search:
         self._tick("trying every effect of the catalog")
         screening = screen(fit, competitors)
         least = threshold(self._settings.false_alarm, len(competitors))
-        temper = self._temper(screening)
+        temper = screening.temper
         decision = decide(screening, screening.gain, least=least, temper=temper)
         if decision.kind in ("name", "ambiguous", "unexplained"):
             decision = self._contest(fit, screening, decision, least, temper)
         return Stage(fit=fit, added=added, screening=screening, decision=decision, forced=forced)
-
-    @staticmethod
-    def _temper(screening: Screening) -> float:
-        """Return by how much gains count: less where the innovations are larger than believed."""
-        return 1.0 / max(1.0, _misfit(screening))
 
     def _contest(
         self, fit: Fit, screening: Screening, decision: Decision, least: float, temper: float
@@ -361,11 +356,6 @@ class _Search:
         self._done = 1.0
         self._tell("done")
         return found
-
-
-def _misfit(screening: Screening) -> float:
-    """Return the mean square of the innovations, in units of what is believed."""
-    return float(screening.left.matrix[-1, -1]) / max(screening.left.samples, 1.0)
 
 
 def _root(model: Model) -> str:

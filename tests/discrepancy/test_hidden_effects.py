@@ -79,6 +79,8 @@ def test_gusts_are_a_disturbance_not_an_effect() -> None:
     assert found.effects == ()
     assert 0.15 < found.disturbance["gust"] < 0.6
     assert "urbulence" in found.why
+    # Residuals of coefficients are full of gusts; none of them is a place to look at.
+    assert found.disagreements == ()
 
 
 def test_wrong_values_are_no_effect() -> None:
@@ -109,6 +111,7 @@ def test_a_hidden_effect_is_named_sized_and_closes_the_gap(case: Case) -> None:
     assert effect.effect == case.kind
     assert found.ranking[0].effect == case.kind
     assert effect.confidence > 0.9
+    assert found.disagreements[0].coefficient == "Cm"
     value, std = next(iter(effect.parameters.values()))
     (true,) = flown.effects.values()
     assert value == pytest.approx(true, rel=0.1)
@@ -131,4 +134,5 @@ def test_what_is_in_no_catalog_gets_no_name() -> None:
     assert found.verdict == "unexplained"
     assert not any(is_named(one.effect) for one in found.effects)
     assert found.ranking[0].effect.startswith("unnamed.Cl.")
+    assert found.disagreements[0].coefficient == "Cl"
     assert "no effect of the catalog" in found.why

@@ -60,6 +60,7 @@ def decided(
         competitors=competitors,
         whole=empty,
         left=empty,
+        parts={},
         gain=gains,
         size=np.zeros(len(names)),
         std=np.ones(len(names)),

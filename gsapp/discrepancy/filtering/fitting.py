@@ -8,7 +8,7 @@ only: sensitivities are so independent of the noise that they are compared with.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -266,10 +266,15 @@ class Fit:
         extra : tuple of names and function, optional
             Columns of candidates. Without them what was seen stays, for `step`.
         """
-        names = (*self.free, *(() if extra is None else extra[0]))
+        parts = (self.information_of(one, extra, keep=extra is None) for one in self.maneuvers)
+        return self.total(parts, () if extra is None else extra[0])
+
+    def total(self, parts: Iterable[Information], extra: tuple[str, ...] = ()) -> Information:
+        """Return the sum of what maneuvers say, with so many columns of candidates."""
+        names = (*self.free, *extra)
         total = Information(names=names, matrix=np.zeros((len(names) + 1,) * 2), samples=0.0)
-        for one in self.maneuvers:
-            total = total + self.information_of(one, extra, keep=extra is None)
+        for one in parts:
+            total = total + one
         return total
 
     def pass_(self) -> Information:
