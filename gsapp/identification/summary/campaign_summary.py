@@ -128,9 +128,9 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
     points = points_of(result)
     order = {name: place for place, name in enumerate(derivative_names())}
     names = sorted(points, key=lambda name: order.get(name, len(order)))
-    count = sum(len(one) for one in points.values())
     by_id = {one.maneuver.id: one for one in result.results}
     out = frozenset(without)
+    count = sum(one.maneuver not in out for found in points.values() for one in found)
     found = {
         name: _summarize(name, points[name], count, by_id, out)
         for name in names

@@ -1,0 +1,245 @@
+"""Figures of a run: where points are drawn, what they are called, colors, numbers, files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from campaign_kit import WILD, outcome
+
+from gsapp.foundation import GroundStationError
+from gsapp.identification.ftr import EstimateHistory
+from gsapp.identification.runs.excluding import excluding
+from gsapp.identification.summary import summarize_campaign
+from gsapp.identification.summary.mode_spread import mode_spread
+from gsapp.report.document import Picture, drawing, picture_png
+from gsapp.report.figure_parts import DERIVATIVE, point_names
+from gsapp.report.fit_figures import autocorrelation, fit_picture, residual_picture
+from gsapp.report.mode_figures import modes_picture, modes_table
+from gsapp.report.online_figures import online_picture
+from gsapp.report.palette import PAPER, Palette
+from gsapp.report.picture_files import save_picture, separated
+from gsapp.report.trust_figures import bounds_picture, correlation_picture, strong_pairs
+from gsapp.report.value_figures import values_picture
+
+NIGHT = Palette(
+    background="#000000", ink="#ffffff", quiet="#dddddd", faint="#222222", measured="#8ac6ff",
+    computed="#ffa875", previous="#9a9a9a", band="#112233", left_out="#777777",
+    flights=("#8ac6ff", "#ffa875"), weight=2.0,
+)  # fmt: skip
+
+
+def drawn(picture: Picture, palette: Palette = PAPER) -> Figure:
+    """Return the figure that a picture draws."""
+    with drawing(palette):
+        figure = Figure(figsize=(7.1, picture.height), dpi=100)
+        FigureCanvasAgg(figure)
+        picture.draw(figure)
+    return figure
+
+
+def points_in(figure: Figure, name: str) -> dict[str, tuple[float, float, str]]:
+    """Return the named points of one derivative: place, height and color, by maneuver."""
+    chart = next(one for one in figure.axes if one.get_gid() == DERIVATIVE + name)
+    return {
+        maneuver: (float(x), float(y), to_hex(line.get_color()))
+        for line in chart.lines
+        for maneuver, x, y in zip(point_names(line), *line.get_data(), strict=False)
+    }
+
+
+@pytest.mark.parametrize("over", ["number", "V", "alpha"])
+def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) -> None:
+    """Every maneuver once, at the value found, in its flight's color; the wild one gray."""
+    summary = outcome().summary
+    picture = values_picture(summary, ["Cm_alpha", "Cm_de"], over, units="SI")
+    found = points_in(drawn(picture), "Cm_alpha")
+    one = summary.derivatives["Cm_alpha"]
+    assert set(found) == {point.maneuver for point in one.points}
+    for point in one.points:
+        x, y, color = found[point.maneuver]
+        value = point.conditions.get(over, 0.0)
+        assert x == pytest.approx(
+            {"number": point.number, "V": value, "alpha": np.degrees(value)}[over]
+        )
+        if point.maneuver == WILD:
+            assert color == PAPER.left_out
+        else:
+            assert y == pytest.approx(point.value)
+            assert color == PAPER.flight(0 if point.flight == "A" else 1)
+
+
+def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None:
+    """Gray, named, at its value; means are as if it were not there; taken in they are as before."""
+    before = outcome()
+    after = excluding(before, {"1:M2"})
+    figure = drawn(values_picture(after.summary, ["Cm_de"], "number"))
+    one = after.summary.derivatives["Cm_de"]
+    (point,) = one.excluded
+    assert points_in(figure, "Cm_de")["1:M2"] == (2.0, pytest.approx(point.value), PAPER.left_out)
+    others = tuple(other for other in before.result.results if other.maneuver.id != "1:M2")
+    alone = summarize_campaign(replace(before.result, results=others))
+    for name, summary in after.summary.derivatives.items():
+        assert summary.value == alone.derivatives[name].value
+        assert summary.value != before.summary.derivatives[name].value
+    again = excluding(after, ())
+    assert again.summary.derivatives["Cm_de"].value == before.summary.derivatives["Cm_de"].value
+    assert again.summary.without == frozenset()
+
+
+def test_pictures_take_every_color_from_the_palette() -> None:
+    """In a dark palette nothing of the paper's own colors is left, but what lies between two."""
+    one = outcome().result.results[0]
+    assert one.estimate is not None
+    pictures = (
+        values_picture(outcome().summary, ["Cm_de"], "V", palette=NIGHT),
+        fit_picture(one, palette=NIGHT),
+        bounds_picture(one.estimate, "it", palette=NIGHT),
+        correlation_picture(one.estimate, "it", palette=NIGHT),
+    )
+    paper = {PAPER.ink, PAPER.measured, PAPER.computed, PAPER.band, PAPER.faint, "#ffffff"}
+    for picture in pictures:
+        assert picture is not None
+        canvas = drawn(picture, NIGHT).canvas
+        assert isinstance(canvas, FigureCanvasAgg)
+        with drawing(NIGHT):
+            canvas.draw()
+        pixels = np.asarray(canvas.buffer_rgba())[..., :3]
+        counts = np.bincount((pixels @ np.array([65536, 256, 1])).ravel())
+        shown = {f"#{color:06x}" for color in np.flatnonzero(counts > 40)}
+        assert NIGHT.background in shown
+        assert not shown & (paper - {NIGHT.ink})
+
+
+def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history() -> None:
+    """Three lines of a response; the table holds measured and computed, in the units asked for."""
+    one = outcome().result.results[0]
+    picture = fit_picture(one, units="SI", other=one, other_name="before")
+    assert picture is not None
+    figure = drawn(picture)
+    colors = [to_hex(line.get_color()) for line in figure.axes[-1].lines]
+    assert sorted(colors) == sorted([PAPER.measured, PAPER.computed, PAPER.previous])
+    assert picture.numbers is not None
+    table = picture.numbers()
+    assert one.estimate is not None
+    (history,) = one.estimate.histories
+    column = table.columns.index("q [deg/s] computed")
+    told = np.array([float(row[column]) for row in table.rows])
+    expected = np.degrees(history.computed[:, history.channels.index("q")])
+    np.testing.assert_allclose(told, expected, rtol=1e-12)
+    left = residual_picture(one, units="SI")
+    assert left is not None
+    chart = drawn(left).axes[2 * history.channels.index("q")]
+    missed = np.degrees((history.measured - history.computed)[:, history.channels.index("q")])
+    np.testing.assert_allclose(np.asarray(chart.lines[0].get_ydata()), missed)
+
+
+def test_autocorrelation_tells_white_noise_from_what_repeats() -> None:
+    """White noise keeps within its band in 95 %; a wave of ten samples comes back after ten."""
+    generator = np.random.default_rng(3)
+    _, white, band = autocorrelation(generator.standard_normal(4000), 0.01)
+    assert 0.88 < np.mean(np.abs(white[1:]) < band) <= 1.0
+    lags, wave, band = autocorrelation(np.sin(2 * np.pi * np.arange(4000) / 10), 0.01)
+    assert lags[10] == pytest.approx(0.1)
+    assert wave[10] > 0.95
+    assert wave[5] < -0.95
+
+
+def test_histories_carry_the_points_of_the_flight_alone() -> None:
+    """FTR's line, and only the maneuvers of that flight, at the time when each ended."""
+    found = outcome()
+    times = np.linspace(0.0, 60.0, 400)
+    values = np.where(times > 20.0, -0.33, np.nan)
+    history = EstimateHistory(
+        name="Cm_alpha", times=times, values=values, stds=np.full(400, 0.01),
+        signal_to_noise=np.full(400, 9.0),
+    )  # fmt: skip
+    unknown = replace(history, name="Cn_beta", values=np.full(400, np.nan))
+    picture = online_picture([history, unknown], found.result, found.summary, "A", 1)
+    figure = drawn(picture)
+    points = points_in(figure, "Cm_alpha")
+    ends = {one.maneuver.id: one.maneuver.t_end for one in found.result.results}
+    assert {name: x for name, (x, _, _) in points.items()} == {
+        f"1:M{k}": ends[f"1:M{k}"] for k in (1, 2, 3, 4)
+    }
+    texts = [text.get_text() for text in figure.axes[1].texts]
+    assert any("unknown" in text for text in texts)
+    low, high = figure.axes[0].get_ylim()
+    assert low < -0.33 < high
+
+
+def test_close_pairs_are_named_and_biases_are_not() -> None:
+    """A made-up covariance: the one pair beyond 0.9 is told, with its sign."""
+    estimate = outcome().result.results[0].estimate
+    assert estimate is not None
+    covariance = np.array([[1.0, -0.95, 0.99], [-0.95, 1.0, -0.2], [0.99, -0.2, 1.0]])
+    made = replace(estimate, free=("Cm_q", "Cm_de", "Cm_0"), covariance=covariance)
+    assert strong_pairs(made) == (("Cm_q", "Cm_de", -0.95),)
+    picture = correlation_picture(made, "maneuver 1")
+    assert picture is not None
+    assert "Cm_q and Cm_de (-0.95)" in picture.caption
+    assert len(drawn(picture).axes[0].patches) == 2
+
+
+def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
+    """Short period: a smaller bound of Cm_alpha alone lets its frequency stray less."""
+    found = outcome()
+    modes = mode_spread(found.result, found.summary, "lon")
+    assert {"short period"} <= {one.mode.name for one in modes}
+    short = next(one for one in modes if one.mode.name == "short period")
+    assert 0.0 < short.frequency < 0.1 * short.mode.frequency
+    summaries = dict(found.summary.derivatives)
+    for name in ("Cm_alpha", "Cm_q"):
+        value = replace(summaries[name].value, std=10.0 * summaries[name].value.std)
+        summaries[name] = replace(summaries[name], value=value)
+    wider = mode_spread(found.result, replace(found.summary, derivatives=summaries), "lon")
+    other = next(one for one in wider if one.mode.name == "short period")
+    assert other.mode == short.mode
+    assert other.frequency > 3.0 * short.frequency
+    table = modes_table({"longitudinal": modes})
+    assert table.rows[0][1] == "short period"
+    assert "±" in table.rows[0][2]
+    figure = drawn(modes_picture({"longitudinal": modes}))
+    poles = {
+        (round(float(line.get_xdata()[0]), 6), round(float(line.get_ydata()[0]), 6))
+        for line in figure.axes[0].lines
+        if len(line.get_xdata()) == 1
+    }
+    assert (round(short.mode.pole.real, 6), round(short.mode.pole.imag, 6)) in poles
+
+
+def test_a_picture_is_saved_the_same_each_time_and_its_numbers_are_read_back(
+    tmp_path: Path,
+) -> None:
+    """PNG, PDF and SVG byte for byte; CSV with every point; another ending is refused."""
+    picture = values_picture(outcome().summary, ["Cm_alpha"], "alpha")
+    for kind in ("png", "pdf", "svg"):
+        one, other = (
+            save_picture(picture, tmp_path / f"{name}.{kind}").read_bytes() for name in "ab"
+        )
+        assert one == other
+        assert len(one) > 1000
+    assert (tmp_path / "a.png").read_bytes() == picture_png(picture)
+    text = save_picture(picture, tmp_path / "a.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    told = {(row["derivative"], row["maneuver"]): float(row["value"]) for row in rows}
+    assert told == {
+        ("Cm_alpha", point.maneuver): point.value
+        for point in outcome().summary.derivatives["Cm_alpha"].points
+    }
+    assert {row["maneuver"] for row in rows if row["left out"] == "outlier"} == {WILD}
+    assert picture.numbers is not None
+    assert separated(picture.numbers(), "\t").count("\t") > len(rows)
+    with pytest.raises(GroundStationError, match="ends in"):
+        save_picture(picture, tmp_path / "a.doc")
