@@ -72,6 +72,7 @@ def chosen_of(request: RunRequest, flown: Sequence[FlownManeuvers]) -> tuple[Cho
             t_end=one.t_end,
             inputs=one.inputs,
             kind=one.kind,
+            found=one,
         )
         for path, own in zip(request.flights, flown, strict=True)
         for one in own.found
@@ -129,8 +130,8 @@ def _named(
             )
             for own in named
         )
-        found: tuple[FoundManeuver, ...] = ()
-        if named:
+        found = tuple(own.found for own in named if own.found is not None and _is(own.found, own))
+        if len(found) < len(named):
             surveyed = shelf.surveyed(opening, latest=False, doing=doing)
             found = tuple(_found(own, surveyed, opened) for own in named)
         flown.append(FlownManeuvers(found=found, cut=cut, stored=found, remarks=opened.remarks))
@@ -139,12 +140,16 @@ def _named(
 
 def _found(own: ChosenManeuver, surveyed: FlightManeuvers, opened: OpenedFlight) -> FoundManeuver:
     """Return all that is known of a maneuver that was named."""
-    for one in surveyed.maneuvers:
-        if (one.id, one.t_start, one.t_end) == (own.id, own.t_start, own.t_end):
+    for one in (own.found, *surveyed.maneuvers):
+        if one is not None and _is(one, own):
             return one
     assessor = Assessor(opened.flight, opened.aircraft, surveyed.noise)
     seen = assessor.assess(own.id, own.t_start, own.t_end)
     return replace(seen, inputs=own.inputs or seen.inputs, kind=own.kind or seen.kind)
+
+
+def _is(found: FoundManeuver, own: ChosenManeuver) -> bool:
+    return (found.id, found.t_start, found.t_end) == (own.id, own.t_start, own.t_end)
 
 
 def in_order(request: RunRequest, flown: Sequence[FlownManeuvers]) -> list[Maneuver]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from gsapp.flight.maneuvers.found import FoundManeuver
 from gsapp.identification.campaign import CampaignSettings
 
 
@@ -24,6 +25,9 @@ class ChosenManeuver:
         Surfaces moved, of ``de``, ``da``, ``dr``.
     kind : str
         ``doublet`` ...
+    found : FoundManeuver or None
+        All that is known of it, where it is at hand: for the catalog, which wants its grade. It
+        changes no number, and is not kept with a run.
     """
 
     flight: Path
@@ -32,6 +36,7 @@ class ChosenManeuver:
     t_end: float
     inputs: tuple[str, ...]
     kind: str = ""
+    found: FoundManeuver | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

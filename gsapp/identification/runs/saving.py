@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -29,7 +30,8 @@ def request_json(request: RunRequest, folder: Path) -> dict[str, Any]:
     folder : Path
         Of the file it is kept in; paths within it are kept from there.
     """
-    content = _adapter().dump_python(request, mode="json")
+    plain = replace(request, maneuvers=tuple(replace(one, found=None) for one in request.maneuvers))
+    content = _adapter().dump_python(plain, mode="json")
     return _moved(content, lambda path: _inward(path, folder.absolute()))
 
 

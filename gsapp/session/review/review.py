@@ -136,6 +136,7 @@ class Review:
                 t_end=maneuver.t_end,
                 inputs=maneuver.inputs,
                 kind=maneuver.kind,
+                found=maneuver,
             )
             for flight in self.flights
             for maneuver in flight.maneuvers

@@ -47,6 +47,10 @@ def test_edges_inputs_and_order_are_those_asked_for(outcome: Outcome) -> None:
     assert (cut.t_start, cut.t_end) == pytest.approx((0.5, 5.5))
     assert (cut.inputs, cut.kind) == (first.inputs, "by hand")
     assert found.request.maneuvers == (second, moved)
+    # A catalog is told of the maneuver as it was used, graded anew.
+    stored = {one.id: one for one in found.flights[0].maneuvers}
+    assert (stored["1"].t_start, stored["1"].t_end) == pytest.approx((0.5, 5.5))
+    assert stored["2"] == second.found
     # The second flight went in with none of its maneuvers.
     assert [len(one.maneuvers) for one in found.flights] == [2, 0]
 
