@@ -117,6 +117,9 @@ def run(
 
     console = Console(stderr=on_screen(json))
     check_catalog(catalog, calibration)
+    if catalog is not None and (catalog.exists() or not catalog.parent.is_dir()):
+        # What cannot be kept is told before the work; a new file is made after it.
+        Catalog(catalog).close()
     known = None if model is None else load_model(model)
     likelihood = MLSettings(
         axis="lon",

@@ -114,3 +114,12 @@ def test_what_is_not_there_is_told(campaign: Path, tmp_path: Path) -> None:
         gsapp("runs", tmp_path / "none.sqlite")
     with pytest.raises(UnknownNameError, match="no run 9; it has 1, 2"):
         gsapp("runs", campaign, "show", 9)
+
+
+def test_what_cannot_be_kept_is_told_before_the_work(campaign: Path, tmp_path: Path) -> None:
+    """A catalog that is none, or has no folder: told though the flight is not there either."""
+    notes = tmp_path / "notes.txt"
+    notes.write_text("no catalog " * 100, encoding="utf-8")
+    for place, words in ((notes, "no catalog at all"), (tmp_path / "x" / "c.sqlite", "no folder")):
+        with pytest.raises(FlightError, match=words):
+            gsapp("estimate", tmp_path / "none.csv", "--catalog", place)
