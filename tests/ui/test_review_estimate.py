@@ -93,9 +93,8 @@ def test_enter_alone_runs_and_the_run_is_kept(
 
     The catalog holds the run, as `gsapp runs` shows it.
     """
-    page._show(Wishes())
     assert page.button.hasFocus()
-    count = len(made.review.review.chosen())
+    count = len(page._asked_maneuvers())
     assert f"{count} maneuvers of 2 flights" in page.sentence.text()
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: bool(page.book.runs), 30000)

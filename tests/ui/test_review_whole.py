@@ -1,0 +1,147 @@
+"""A whole review by keys, with the real process: a flight opened, corrected, run, looked at, told.
+
+On the way the run is stopped in the midst, and its process is killed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtWidgets import QApplication, QFileDialog
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from review_kit import write_flights
+from window_kit import open_window, until
+
+import ui.window
+from gsapp.flight.catalog import Catalog
+from gsapp.identification.runs.keeping import kept_runs
+from ui.review.estimate_page import EstimatePage
+from ui.review.estimate_wishes import Wishes
+from ui.window import MainWindow
+
+CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    """Return a window with a short flight of its own, not yet under review."""
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    (tmp_path / "flights").mkdir()
+    shutil.move(write_flights(tmp_path)[0], tmp_path / "flights" / "a.csv")
+    made = open_window(tmp_path, review_estimate=Wishes(axis="lon").model_dump())
+    made.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    yield made
+    made.close()
+    made.deleteLater()
+
+
+def press(
+    qtbot: QtBot,
+    key: Qt.Key,
+    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    times: int = 1,
+) -> None:
+    """Press a key where the keyboard is."""
+    for _ in range(times):
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        qtbot.keyClick(focus, key, modifier)
+
+
+def test_a_whole_review_by_keys(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flight = tmp_path / "flights" / "a.csv"
+    window.desk.open_flight(flight, playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    press(qtbot, Qt.Key.Key_F4)
+    review = window.review.review
+    until(qtbot, lambda: len(review.flights) == 1)
+    # Correct the first maneuver: its end, a tenth of a second at a time.
+    first = review.flights[0].maneuvers[0]
+    until(qtbot, lambda: window.review.selection.maneuver == first.id)
+    press(qtbot, Qt.Key.Key_Left, CONTROL | SHIFT, times=3)
+    corrected = review.flights[0][first.id]
+    assert corrected.t_end == pytest.approx(first.t_end - 0.3, abs=0.02)
+    # Stopped in the midst: nothing is kept, and nothing stands half done.
+    press(qtbot, Qt.Key.Key_2, ALT)
+    page = window.review.pages["estimate"]
+    assert isinstance(page, EstimatePage)
+    until(qtbot, lambda: page.can_run)
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, window.review.strip.isVisible)
+    press(qtbot, Qt.Key.Key_Period, CONTROL)
+    until(qtbot, lambda: not window.review.work.running)
+    assert "Stopped" in page.sentence.text()
+    assert kept(page) == []
+    # Killed in the midst: it is told, and the next run works.
+    if hasattr(signal, "SIGKILL"):
+        press(qtbot, Qt.Key.Key_Return)
+        engine = window.review.work._engine
+        until(qtbot, lambda: engine.pid is not None)
+        os.kill(engine.pid, signal.SIGKILL)
+        until(qtbot, lambda: not window.review.work.running, 20000)
+        until(qtbot, lambda: any("without a word" in text for text in window.banners.texts()))
+        assert kept(page) == []
+        window.banners.dismiss()
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: window.review.outcome is not None, 30000)
+    outcome = window.review.outcome
+    assert outcome is not None
+    assert kept(page) == [outcome.number]
+    used = {one.id: one for one in outcome.request.maneuvers}
+    assert used[first.id].t_end == corrected.t_end
+    # A figure: what was estimated is drawn, and a point is chosen there.
+    press(qtbot, Qt.Key.Key_3, ALT)
+    figures = window.review.pages["figures"]
+    until(qtbot, lambda: drawn(figures.view.canvas), 20000)
+    # Export and report.
+    table, report = tmp_path / "derivatives.csv", tmp_path / "report.html"
+    press(qtbot, Qt.Key.Key_4, ALT)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(table), ""))
+    press(qtbot, Qt.Key.Key_S, CONTROL)
+    until(qtbot, table.is_file)
+    assert "Cm_de" in table.read_text(encoding="utf-8")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(report), ""))
+    press(qtbot, Qt.Key.Key_P, CONTROL)
+    until(qtbot, lambda: report.is_file() and not window.review.work.running, 60000)
+    assert "Cm" in report.read_text(encoding="utf-8")
+    # The correction stands beside the flight, for every command.
+    events = [
+        json.loads(line) for line in flight.with_name("a.csv.events.jsonl").read_text().splitlines()
+    ]
+    assert [one["kind"] for one in events] == ["maneuver-edit"] * 3
+
+
+def kept(page: EstimatePage) -> list[int]:
+    """Return the numbers of the runs in the catalog, which holds the corrected maneuvers, too."""
+    with Catalog(page.book.catalog) as catalog:
+        return [one.number for one in kept_runs(catalog)]
+
+
+def drawn(widget: object) -> bool:
+    """Return whether a figure holds traces in the first color of the palette."""
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    if image.isNull():
+        return False
+    flat = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(image.height(), -1)
+    colors = flat[:, : image.width()] & 0xFFFFFF
+    values, counts = np.unique(colors, return_counts=True)
+    blue = (values & 0xFF).astype(int) - ((values >> 16) & 0xFF).astype(int) > 60
+    return bool(counts[blue].sum() > 200)
