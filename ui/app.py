@@ -88,6 +88,7 @@ def run_window(
     aircraft: str | None = None,
     speed: float | str = 1.0,
     settings: Path | None = None,
+    place: str = "",
 ) -> int:
     """Open the ground station window and run until it is closed.
 
@@ -105,6 +106,8 @@ def run_window(
         Of a replay, times real time, 0.1 to 50; ``max`` for as fast as it can.
     settings : Path, optional
         Settings file in place of the user's own.
+    place : str
+        Where to begin, as `ui.places` names it; the usual one where empty.
 
     Returns
     -------
@@ -135,6 +138,8 @@ def run_window(
         faults.install()
         window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
         window.show()
+    if place:
+        QTimer.singleShot(0, lambda: window.show_place(place))
     if flight is not None:
         QTimer.singleShot(
             0,

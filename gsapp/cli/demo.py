@@ -2,7 +2,8 @@
 
 The virtual aircraft streams over a real link, a recorder process writes it down, a session (and
 the window, unless headless) shows it live; then the record is replayed, compared with what was
-seen live, summed up, and drawn, and its maneuvers give derivatives by maximum likelihood.
+seen live, summed up, and drawn. With a second flight it makes a small campaign: derivatives by
+maximum likelihood, a run that is kept and repeated, linear models, a report, and the review.
 """
 
 from __future__ import annotations
@@ -38,14 +39,14 @@ def run(
     speed: float | None = None,
     json: Path | None = None,
 ) -> None:
-    """Fly, record, watch, replay and sum up a short virtual flight.
+    """Fly, record, watch, replay and sum up a short virtual flight, and report on a campaign.
 
     Parameters
     ----------
     headless : bool
         Without a window.
     out : Path
-        Folder for the flight, its summary and its picture.
+        Folder for the flights, their summary, catalog and report.
     seed : int
         Same seed, same flight.
     speed : float, optional
@@ -61,6 +62,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._demo_campaign import make_campaign, show_review
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.recorder_control import start_recorder
@@ -99,8 +101,22 @@ def run(
             aircraft.stop()
         recorder.stop()
     result = _replay(folder, out, live, console)
+    campaign = make_campaign(folder, out, console, seed=seed + 1)
+    result |= {
+        "report": str(campaign.report),
+        "derivatives": str(campaign.derivatives),
+        "catalog": str(campaign.catalog),
+        "flights": [str(path) for path in campaign.flights],
+    }
+    console.print(
+        f"The flight: {folder}\nits summary: {result['summary']}\nits charts: "
+        f"{result['picture']}\nderivatives of both flights: {campaign.derivatives}\n"
+        f"the catalog with the run: {campaign.catalog}\nthe report: {campaign.report}"
+    )
     if json is not None:
         write_result(json, result_text(result))
+    if not headless:
+        show_review(campaign, out, console)
 
 
 def _unused(path: Path) -> Path:
@@ -140,7 +156,6 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
 
 def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
     """Replay the record, compare, sum up and draw; return the result for programs."""
-    from gsapp.cli import estimate, report
     from gsapp.cli.replay import sum_up, summary_of
     from gsapp.report.strip_figure import strip_figure
     from gsapp.session import MAX_SPEED, Session
@@ -172,19 +187,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     sum_up(session, console, summary)
     shown = summary_of(session)
     session.close()
-    console.print("5. Its maneuvers by maximum likelihood:")
-    derivatives = out / f"{folder.name}-derivatives.json"
-    estimate.run(flights=[folder], json=derivatives)
-    console.print("6. The report that a supervisor gets:")
-    page = out / f"{folder.name}-report.html"
-    report.run(flights=[folder], out=page, model="b777")
-    console.print(
-        f"7. The flight: {folder}\n   its summary: {summary}\n   its charts: {picture}\n"
-        f"   its derivatives: {derivatives}\n   its report: {page}"
-    )
     return {
-        "report": str(page),
-        "derivatives": str(derivatives),
         "flight": str(folder),
         "summary": str(summary),
         "picture": str(picture),

@@ -1,4 +1,4 @@
-"""The demo does the whole job: stream, record, watch, replay, sum up, draw."""
+"""The demo does the whole job: stream, record, watch, replay, sum up, draw, estimate, report."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+from gsapp.flight.catalog import Catalog
+from gsapp.identification.runs.keeping import kept_runs
+
 
 def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "gsapp.cli", "demo", "--headless", "--speed", "25", "--out", "demo",
          "--json", "result.json"],
-        capture_output=True, text=True, cwd=tmp_path, timeout=240,
+        capture_output=True, text=True, cwd=tmp_path, timeout=280,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "the same, to the last bit, as seen live" in done.stdout
@@ -29,8 +32,21 @@ def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> 
     assert {"Airborne", "Landed"} <= {event["text"] for event in summary["events"]}
     assert (tmp_path / "demo" / "flight.png").stat().st_size > 20_000
     assert (tmp_path / "demo" / "flight" / "raw.tlog").stat().st_size > 1_000_000
-    derivatives = json.loads((tmp_path / "demo" / "flight-derivatives.json").read_text())
-    assert len(derivatives["maneuvers"]) == len(summary["maneuvers"]) == 2
+    # The campaign: this flight's two maneuvers, and six of another flight.
+    derivatives = json.loads((tmp_path / result["derivatives"]).read_text())
+    assert len(summary["maneuvers"]) == 2
+    assert [one["id"][0] for one in derivatives["maneuvers"]] == ["1"] * 6 + ["2"] * 2
     # What the aircraft flew with: its shipped model.
-    assert abs(derivatives["campaign"]["Cm_de"]["mean"] + 1.104) < 0.05
-    assert abs(derivatives["campaign"]["Cl_da"]["mean"] - 0.395) < 0.03
+    assert abs(derivatives["campaign"]["Cm_de"]["mean"] + 1.104) < 0.03
+    assert abs(derivatives["campaign"]["Cl_da"]["mean"] - 0.395) < 0.02
+    assert "repeated it gives the same numbers to the last bit" in done.stdout
+    report = tmp_path / result["report"]
+    page = (report / "report.html").read_text()
+    assert "judged on 1 maneuver that none of them saw (flight flight)" in page
+    assert (report / "report.pdf").stat().st_size > 50_000
+    assert {"derivatives.mat", "model.toml", "linear-lon.toml"} <= {
+        path.name for path in report.iterdir()
+    }
+    with Catalog(tmp_path / result["catalog"]) as catalog:
+        (kept,) = kept_runs(catalog)
+    assert kept.maneuver_count == 8
