@@ -7,23 +7,19 @@ debrief, and a training flight with the sticks taken over.
 
 from __future__ import annotations
 
-import argparse
 import math
-import os
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from gsapp.foundation import GroundStationError
-from ui.screenshot import no_recorders, wait, write_virtual_flight
-from ui.theme import THEMES
+from ui.photographer import Photographer, picture_parser, studio
+from ui.screenshot import write_virtual_flight
 
 if TYPE_CHECKING:
     from gsapp.excitation.cues import CueEvent
-    from ui.window import MainWindow
 
 _SETTLED: Final = 0.7
 """Seconds after which words that are held have come through."""
@@ -44,48 +40,6 @@ def _named(event: CueEvent) -> str:
     if event.kind == "verdict":
         return "good" if event.state == "good" else "verdict"
     return "hands-off" if (event.kind, event.state) == ("hands-off", "begins") else ""
-
-
-class Photographer:
-    """A window, and the pictures taken of it.
-
-    Parameters
-    ----------
-    window : MainWindow
-    folder : Path
-        Where pictures go.
-    """
-
-    def __init__(self, window: MainWindow, folder: Path) -> None:
-        from PySide6.QtWidgets import QApplication
-
-        self.window = window
-        self._folder = folder
-        self._work = QApplication.processEvents
-
-    def wait(self, done: Callable[[], object], what: str) -> None:
-        """Let the window work until something holds."""
-        wait(self._work, lambda: bool(done()), what, _PATIENCE)
-
-    def pause(self, seconds: float) -> None:
-        """Let the window work for a while."""
-        end = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() > end, "time")
-
-    def take(self, name: str) -> Path:
-        """Save what is on screen.
-
-        Raises
-        ------
-        GroundStationError
-            If the picture cannot be written.
-        """
-        self.pause(_SETTLED)
-        path = self._folder / f"{name}.png"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if not self.window.grab().save(str(path)):
-            raise GroundStationError(f"{path} cannot be written; check folder and permissions")
-        return path
 
 
 def photograph(
@@ -111,27 +65,9 @@ def photograph(
     GroundStationError
         If the flight does not open in time, or a picture cannot be written.
     """
-    from ui.app import make_application
-    from ui.faults import FaultDesk
-    from ui.settings import SettingsStore
-    from ui.window import MainWindow
-
-    application = make_application()
-    with tempfile.TemporaryDirectory() as home, no_recorders(Path(home)):
-        store = SettingsStore(Path(home) / "window.toml")
-        store.change(theme=theme, scale=scale, flights=str(Path(home) / "flights"))
-        window = MainWindow(store, FaultDesk(), offer_recorders=False)
-        try:
-            window.resize(*size)
-            window.show()
-            crew = Photographer(window, out)
-            return (*_flown(crew, flight), *_trained(crew))
-        finally:
-            window.desk.stop_now()
-            window.desk.close()  # so that the window does not ask about the recording
-            window.close()
-            window.deleteLater()
-            application.processEvents()
+    with studio(theme=theme, scale=scale, size=size) as window:
+        crew = Photographer(window, out, settles=_SETTLED, patience=_PATIENCE)
+        return (*_flown(crew, flight), *_trained(crew))
 
 
 def _flown(crew: Photographer, flight: Path) -> Iterator[Path]:
@@ -206,15 +142,9 @@ def _trained(crew: Photographer) -> Iterator[Path]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m ui.pilot.screenshots", description=__doc__)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the pictures")
+    parser = picture_parser("ui.pilot.screenshots", __doc__)
     parser.add_argument("--flight", type=Path, help="flight to show; a virtual one by default")
-    parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
-    parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
-    parser.add_argument("--size", default="1280x800", help="of the window")
     given = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    width, _, height = given.size.partition("x")
     with tempfile.TemporaryDirectory() as scratch:
         try:
             photograph(
@@ -222,7 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 given.out,
                 theme=given.theme,
                 scale=given.scale,
-                size=(int(width), int(height)),
+                size=given.size,
             )
         except GroundStationError as error:
             sys.exit(str(error))

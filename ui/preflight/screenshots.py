@@ -7,23 +7,17 @@ step, and saves what is on screen.
 
 from __future__ import annotations
 
-import argparse
-import os
 import sys
-import tempfile
-import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError, write_toml
-from ui.screenshot import no_recorders, wait
-from ui.theme import THEMES
+from ui.photographer import Photographer, picture_parser, studio
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
     from ui.preflight.wizard_page import WizardPage
-    from ui.window import MainWindow
 
 _SPEED = 3.0
 """Of the bench, times real time: a hand takes its time."""
@@ -39,59 +33,6 @@ _CARD = {
         "wind_from": "200 deg", "remarks": "light, steady",
     },
 }  # fmt: skip
-
-
-class Photographer:
-    """A window, the keys pressed in it, and the pictures taken of it.
-
-    Parameters
-    ----------
-    window : MainWindow
-    folder : Path
-        Where pictures go.
-    """
-
-    def __init__(self, window: MainWindow, folder: Path) -> None:
-        from PySide6.QtWidgets import QApplication
-
-        self.window = window
-        self._folder = folder
-        self._work = QApplication.processEvents
-
-    def wait(self, done: Callable[[], object], what: str) -> None:
-        """Let the window work until something holds."""
-        wait(self._work, lambda: bool(done()), what)
-
-    def press(self, keys: str) -> None:
-        """Press a key where the keyboard is, as ``F1``, ``H`` or ``Alt+3``."""
-        from PySide6.QtGui import QKeySequence
-        from PySide6.QtTest import QTest
-        from PySide6.QtWidgets import QApplication
-
-        pressed = QKeySequence(keys)[0]
-        target = QApplication.focusWidget() or self.window
-        QTest.keyClick(target, pressed.key(), pressed.keyboardModifiers())
-        self._work()
-
-    def pause(self, seconds: float) -> None:
-        """Let the window work for a while."""
-        end = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() > end, "time")
-
-    def take(self, name: str) -> Path:
-        """Save what is on screen.
-
-        Raises
-        ------
-        GroundStationError
-            If the picture cannot be written.
-        """
-        self._work()
-        path = self._folder / f"{name}.png"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if not self.window.grab().save(str(path)):
-            raise GroundStationError(f"{path} cannot be written; check folder and permissions")
-        return path
 
 
 def photograph(out: Path, *, theme: str, scale: int, size: tuple[int, int]) -> tuple[Path, ...]:
@@ -113,36 +54,17 @@ def photograph(out: Path, *, theme: str, scale: int, size: tuple[int, int]) -> t
     GroundStationError
         If a step does not come in time, or a picture cannot be written.
     """
-    from ui.app import make_application
-    from ui.faults import FaultDesk
-    from ui.settings import SettingsStore
-    from ui.window import MainWindow
 
-    application = make_application()
-    with tempfile.TemporaryDirectory() as home, no_recorders(Path(home)):
-        store = SettingsStore(Path(home) / "window.toml")
-        store.change(theme=theme, scale=scale, flights=str(Path(home) / "flights"))
-        write_toml(Path(home) / "next flight" / "flight.toml", _CARD)
-        window = MainWindow(store, FaultDesk(), offer_recorders=False)
-        try:
-            window.resize(*size)
-            window.show()
-            window.activateWindow()
-            return (*_pictures(Photographer(window, out)), _certificate(out))
-        finally:
-            window.desk.stop_now()
-            window.desk.close()  # so that the window does not ask about the recording
-            window.close()
-            window.deleteLater()
-            application.processEvents()
+    def lay_out(home: Path) -> None:
+        write_toml(home / "next flight" / "flight.toml", _CARD)
+
+    with studio(theme=theme, scale=scale, size=size, prepare=lay_out) as window:
+        return (*_pictures(Photographer(window, out)), _certificate(out))
 
 
 def _pictures(crew: Photographer) -> Iterator[Path]:
     """Go from step to step."""
-    from PySide6.QtGui import QGuiApplication
-
-    # Keys mean something in the window that has the keyboard only.
-    crew.wait(lambda: QGuiApplication.focusWindow() is crew.window.windowHandle(), "the keyboard")
+    crew.await_keyboard()
     crew.press("F1")
     crew.press("Alt+1")
     yield crew.take("card")
@@ -202,16 +124,9 @@ def _set_surfaces(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m ui.preflight.screenshots", description=__doc__)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the pictures")
-    parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
-    parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
-    parser.add_argument("--size", default="1280x800", help="of the window")
-    given = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    width, _, height = given.size.partition("x")
+    given = picture_parser("ui.preflight.screenshots", __doc__).parse_args(arguments)
     try:
-        photograph(given.out, theme=given.theme, scale=given.scale, size=(int(width), int(height)))
+        photograph(given.out, theme=given.theme, scale=given.scale, size=given.size)
     except GroundStationError as error:
         sys.exit(str(error))
     return 0

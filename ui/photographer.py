@@ -1,0 +1,159 @@
+"""Makes pictures of the window for the documents: a window of its own, keys, what is on screen."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import GroundStationError
+from ui.screenshot import no_recorders, wait
+from ui.theme import THEMES
+
+if TYPE_CHECKING:
+    from ui.window import MainWindow
+
+_PATIENCE = 60.0
+"""Seconds that something may take."""
+
+
+class Photographer:
+    """A window, the keys pressed in it, and the pictures taken of it.
+
+    Parameters
+    ----------
+    window : MainWindow
+    folder : Path
+        Where pictures go.
+    settles : float
+        Seconds that the window works before a picture is taken.
+    patience : float
+        Seconds that something may take.
+    """
+
+    def __init__(
+        self,
+        window: MainWindow,
+        folder: Path,
+        *,
+        settles: float = 0.0,
+        patience: float = _PATIENCE,
+    ) -> None:
+        from PySide6.QtWidgets import QApplication
+
+        self.window = window
+        self._folder = folder
+        self._settles = settles
+        self._patience = patience
+        self._work = QApplication.processEvents
+
+    def wait(self, done: Callable[[], object], what: str) -> None:
+        """Let the window work until something holds."""
+        wait(self._work, lambda: bool(done()), what, self._patience)
+
+    def await_keyboard(self) -> None:
+        """Let the window work until it has the keyboard: only then keys mean something."""
+        from PySide6.QtGui import QGuiApplication
+
+        self.window.activateWindow()
+        handle = self.window.windowHandle()
+        self.wait(lambda: QGuiApplication.focusWindow() is handle, "the keyboard")
+
+    def press(self, keys: str) -> None:
+        """Press a key where the keyboard is, as ``F1``, ``H`` or ``Alt+3``."""
+        from PySide6.QtGui import QKeySequence
+        from PySide6.QtTest import QTest
+        from PySide6.QtWidgets import QApplication
+
+        pressed = QKeySequence(keys)[0]
+        target = QApplication.focusWidget() or self.window
+        QTest.keyClick(target, pressed.key(), pressed.keyboardModifiers())
+        self._work()
+
+    def pause(self, seconds: float) -> None:
+        """Let the window work for a while."""
+        end = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() > end, "time")
+
+    def take(self, name: str) -> Path:
+        """Save what is on screen.
+
+        Raises
+        ------
+        GroundStationError
+            If the picture cannot be written.
+        """
+        self.pause(self._settles)
+        path = self._folder / f"{name}.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not self.window.grab().save(str(path)):
+            raise GroundStationError(f"{path} cannot be written; check folder and permissions")
+        return path
+
+
+@contextlib.contextmanager
+def studio(
+    *,
+    theme: str,
+    scale: int,
+    size: tuple[int, int],
+    prepare: Callable[[Path], object] | None = None,
+) -> Iterator[MainWindow]:
+    """Open a window with settings of its own, and close it whatever happens.
+
+    Parameters
+    ----------
+    theme : str
+        Name of a theme.
+    scale : int
+        Percent, 100 to 250.
+    size : tuple of int
+        Width and height of the window.
+    prepare : callable, optional
+        Called with the folder of the settings before the window opens.
+    """
+    from ui.app import make_application
+    from ui.faults import FaultDesk
+    from ui.settings import SettingsStore
+    from ui.window import MainWindow
+
+    application = make_application()
+    with tempfile.TemporaryDirectory() as home, no_recorders(Path(home)):
+        store = SettingsStore(Path(home) / "window.toml")
+        store.change(theme=theme, scale=scale, flights=str(Path(home) / "flights"))
+        if prepare is not None:
+            prepare(Path(home))
+        window = MainWindow(store, FaultDesk(), offer_recorders=False)
+        try:
+            window.resize(*size)
+            window.show()
+            window.activateWindow()
+            yield window
+        finally:
+            window.desk.stop_now()
+            window.desk.close()  # so that the window does not ask about the recording
+            window.close()
+            window.deleteLater()
+            application.processEvents()
+
+
+def picture_parser(module: str, about: str | None) -> argparse.ArgumentParser:
+    """Return what reads the arguments that all programs for pictures share."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    parser = argparse.ArgumentParser(prog=f"python -m {module}", description=about)
+    parser.add_argument("--out", type=Path, required=True, help="folder of the pictures")
+    parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
+    parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
+    parser.add_argument("--size", type=window_size, default=(1280, 800), help="1280x800, ...")
+    return parser
+
+
+def window_size(text: str) -> tuple[int, int]:
+    """Return width and height of ``1280x800``."""
+    width, _, height = text.partition("x")
+    return int(width), int(height)

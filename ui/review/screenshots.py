@@ -1,0 +1,119 @@
+"""Pictures of the review, made by the window itself.
+
+``python -m ui.review.screenshots --out docs/images/review`` flies a virtual flight as fast as it
+goes, opens it, estimates twice with keys alone, and saves each chapter and some of the figures.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from gsapp.foundation import GroundStationError
+from ui.photographer import Photographer, picture_parser, studio
+from ui.screenshot import write_virtual_flight
+
+_SETTLED: Final = 1.0
+"""Seconds in which a figure is drawn."""
+_PATIENCE: Final = 300.0
+"""Seconds: FTR listens to whole flights."""
+_FIGURES: Final = ("fit", "residuals", "online", "linear", "correlations", "bounds", "modes")
+"""Names of the pictures of the figures after the first."""
+
+
+def photograph(
+    flights: Sequence[Path], out: Path, *, theme: str, scale: int, size: tuple[int, int]
+) -> tuple[Path, ...]:
+    """Save the chapters of the review of some flights.
+
+    Parameters
+    ----------
+    flights : sequence of Path
+        Flight folders or files.
+    out : Path
+        Folder of the pictures.
+    theme : str
+        Name of a theme.
+    scale : int
+        Percent, 100 to 250.
+    size : tuple of int
+        Width and height of the window.
+
+    Raises
+    ------
+    GroundStationError
+        If a chapter does not come in time, or a picture cannot be written.
+    """
+    with studio(theme=theme, scale=scale, size=size) as window:
+        window.store.change(review_flights=tuple(str(path.absolute()) for path in flights))
+        crew = Photographer(window, out, settles=_SETTLED, patience=_PATIENCE)
+        return tuple(_chapters(crew, len(flights)))
+
+
+def _chapters(crew: Photographer, flights: int) -> Iterator[Path]:
+    """Go from chapter to chapter."""
+    review = crew.window.review
+    crew.await_keyboard()
+    crew.press("F4")
+    crew.wait(lambda: len(review.review.flights) == flights, "the flights to open")
+    yield crew.take("maneuvers")
+    crew.press("Alt+2")
+    _run(crew, "Return")
+    estimate = review.pages["estimate"]
+    estimate.panel.bound_factor.setFocus()
+    for key in ("1", "0"):
+        crew.press(key)
+    _run(crew, "Return")
+    runs = estimate.runs.list
+    runs.setFocus()
+    crew.wait(lambda: len(runs.lines.lines) == 2, "the kept runs")
+    crew.press("Down")
+    crew.press("Space")
+    crew.press("Up")
+    yield crew.take("estimate")
+    crew.press("Alt+3")
+    yield crew.take("values")
+    for name in _FIGURES:
+        crew.press("Ctrl+PgDown")
+        crew.pause(_SETTLED)
+        crew.wait(lambda: not review.work.running, name)
+        yield crew.take(name)
+    crew.press("Alt+4")
+    yield crew.take("summary")
+
+
+def _run(crew: Photographer, keys: str) -> None:
+    """Run, and wait for what comes of it."""
+    review = crew.window.review
+    before = review.outcome
+    crew.wait(lambda: review.page is not None and review.page.can_run, "the settings")
+    crew.press(keys)
+    crew.wait(lambda: review.outcome is not before and not review.work.running, "the run")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Take the pictures; see the module's text."""
+    parser = picture_parser("ui.review.screenshots", __doc__)
+    parser.add_argument(
+        "--flight", type=Path, action="append", help="flight to show; a virtual one by default"
+    )
+    given = parser.parse_args(arguments)
+    with tempfile.TemporaryDirectory() as scratch:
+        try:
+            photograph(
+                given.flight or [write_virtual_flight(Path(scratch), "default")],
+                given.out,
+                theme=given.theme,
+                scale=given.scale,
+                size=given.size,
+            )
+        except GroundStationError as error:
+            sys.exit(str(error))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
