@@ -244,7 +244,7 @@ class ReviewPlace(QWidget):
             from ui.review.figures_page import FiguresPage
 
             figures = FiguresPage(self._actions, look, store, self.selection, self.work.begin)
-            figures.exclusion_changed.connect(self.show_outcome)
+            figures.exclusion_changed.connect(self._means_changed)
             return figures
         from ui.review.summary_page import SummaryPage
 
@@ -294,6 +294,13 @@ class ReviewPlace(QWidget):
         for page in self.pages.values():
             page.show_outcome(outcome)
         self._page_changed()
+
+    def _means_changed(self, outcome: Outcome) -> None:
+        """Look at other means of the same run, and keep them with it."""
+        self.show_outcome(outcome)
+        estimate = self.pages.get("estimate")
+        if estimate is not None:
+            estimate.book.renew(outcome)
 
     # Work
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     # The window starts without the numerics behind a run.
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.runs.keeping import KeptRun
+    from gsapp.identification.runs.outcome import Outcome
 
 Act = Callable[["Catalog"], object]
 
@@ -86,6 +87,18 @@ class RunsBook(QObject):
             return
         self._forget(number)
         self._deeds.record(lambda: self._recall(number), lambda: self._forget(number))
+
+    def renew(self, outcome: Outcome) -> None:
+        """Keep the means of a kept run as they are now."""
+        if outcome.number is None:
+            return
+
+        def act(catalog: Catalog) -> None:
+            from gsapp.identification.runs.keeping import renew
+
+            renew(catalog, outcome)
+
+        self._do(act)
 
     def _rename(self, number: int, label: str) -> None:
         def act(catalog: Catalog) -> None:

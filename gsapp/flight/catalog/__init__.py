@@ -14,6 +14,7 @@ from gsapp.flight.catalog.kept import (
     kept_record,
     kept_records,
     recall_record,
+    renew_record,
     store_kept,
 )
 from gsapp.flight.catalog.records import (
@@ -65,6 +66,7 @@ __all__ = [
     "maneuvers_csv",
     "model_of",
     "recall_record",
+    "renew_record",
     "scores_of",
     "search_maneuvers",
     "search_runs",

@@ -62,6 +62,21 @@ def kept_record(catalog: Catalog, number: int) -> KeptRecord:
     return _record(catalog, rows[0])
 
 
+def renew_record(catalog: Catalog, record: KeptRecord, number: int) -> None:
+    """Put other settings and results of the same fits in place; label and date stay.
+
+    See `kept_record` for the errors.
+    """
+    with catalog.writing() as connection:
+        done = connection.execute(
+            """UPDATE kept_runs SET request = ?, settings = ?, result = ?
+            WHERE id = ? AND forgotten_at IS NULL""",
+            (as_json(record.request), as_json(record.settings), as_json(record.result), number),
+        )
+        if not done.rowcount:
+            raise _unknown(catalog, number)
+
+
 def change_label(catalog: Catalog, number: int, label: str) -> None:
     """Give a run another label; see `kept_record`."""
     _change(catalog, number, "label = ?", label)

@@ -23,4 +23,10 @@ def excluding(outcome: Outcome, maneuvers: Collection[str]) -> Outcome:
     models, why_not = linear_models(outcome.result, summary)
     former = linear_models(outcome.result, outcome.summary)[1]
     rest = tuple(one for one in outcome.remarks if one not in former)
-    return replace(outcome, summary=summary, models=models, remarks=(*rest, *why_not))
+    return replace(
+        outcome,
+        request=replace(outcome.request, without=tuple(sorted(summary.without))),
+        summary=summary,
+        models=models,
+        remarks=(*rest, *why_not),
+    )

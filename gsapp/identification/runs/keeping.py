@@ -18,6 +18,7 @@ from gsapp.flight.catalog import (
     kept_record,
     kept_records,
     recall_record,
+    renew_record,
     store_entry,
     store_kept,
     store_model,
@@ -124,21 +125,9 @@ def keep(catalog: Catalog, outcome: Outcome) -> int:
         If the catalog cannot be written, or the run was made with other certificates than the
         flights' own.
     """
-    request, result = outcome.request, outcome.result
-    check_keeping(catalog.path, request.calibration)
-    record = KeptRecord(
-        label=request.label,
-        method=request.settings.method,
-        axis=request.settings.axis,
-        aircraft=outcome.aircraft,
-        flights=tuple(one.name for one in outcome.flights),
-        request=request_json(request, catalog.path.absolute().parent),
-        settings=settings_words(request),
-        inputs=outcome.inputs,
-        versions=outcome.versions,
-        result=_result_json(outcome),
-    )
-    model = request.settings.model
+    check_keeping(catalog.path, outcome.request.calibration)
+    record = _record(catalog, outcome)
+    model = outcome.request.settings.model
     with catalog.writing():
         places = _places(catalog, outcome)
         if model is not None:
@@ -150,9 +139,28 @@ def keep(catalog: Catalog, outcome: Outcome) -> int:
                 ),
             )
         number = store_kept(catalog, record)
-        for fit in fits_of(result, places, kept=number):
+        for fit in fits_of(outcome.result, places, kept=number):
             store_run(catalog, fit)
     return number
+
+
+def renew(catalog: Catalog, outcome: Outcome) -> None:
+    """Keep other means of a kept run, of the same fits; see `excluding`.
+
+    Parameters
+    ----------
+    catalog : Catalog
+    outcome : Outcome
+        With its number.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such run.
+    FlightError
+        If the catalog cannot be written.
+    """
+    renew_record(catalog, _record(catalog, outcome), outcome.number or 0)
 
 
 def check_keeping(catalog: Path, calibration: str) -> None:
@@ -202,6 +210,22 @@ def recall(catalog: Catalog, number: int) -> None:
         If there never was one of that number.
     """
     recall_record(catalog, number)
+
+
+def _record(catalog: Catalog, outcome: Outcome) -> KeptRecord:
+    request = outcome.request
+    return KeptRecord(
+        label=request.label,
+        method=request.settings.method,
+        axis=request.settings.axis,
+        aircraft=outcome.aircraft,
+        flights=tuple(one.name for one in outcome.flights),
+        request=request_json(request, catalog.path.absolute().parent),
+        settings=settings_words(request),
+        inputs=outcome.inputs,
+        versions=outcome.versions,
+        result=_result_json(outcome),
+    )
 
 
 def _places(catalog: Catalog, outcome: Outcome) -> dict[str, StoredPlace]:

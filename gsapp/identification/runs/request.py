@@ -67,6 +67,9 @@ class RunRequest:
     weights, model : str
         Names or paths of files. They are read where `settings` hold none; else they only tell
         where those came from.
+    without : tuple of str
+        Maneuvers that count in no mean, as the outcome calls them: ``M4``, of several flights
+        ``2:M4``. They are fitted all the same.
     """
 
     flights: tuple[Path, ...]
@@ -81,3 +84,4 @@ class RunRequest:
     as_found: bool = False
     weights: str = ""
     model: str = ""
+    without: tuple[str, ...] = ()

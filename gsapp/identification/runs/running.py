@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
+from gsapp.foundation import UnknownNameError
 from gsapp.identification.campaign import Step, run_campaign
 from gsapp.identification.runs.choosing import Doing, chosen_of, flown_maneuvers, in_order
 from gsapp.identification.runs.inputs import (
@@ -71,7 +72,14 @@ def run(
         likelihood=replace(request.settings.likelihood, model=model),
     )
     result = run_campaign(in_order(request, flown), settings, progress=progress)
-    summary = summarize_campaign(result)
+    ids = {one.maneuver.id for one in result.results}
+    unknown = [name for name in request.without if name not in ids]
+    if unknown:
+        raise UnknownNameError(
+            f"there is no maneuver '{unknown[0]}' to leave out of the means; there are "
+            f"{', '.join(sorted(ids))}"
+        )
+    summary = summarize_campaign(result, without=request.without)
     models, why_not = linear_models(result, summary)
     read = [
         f"{one.opened.flight.name}: {remark}"

@@ -61,6 +61,7 @@ def settings_words(request: RunRequest, *, digits: int = _DIGITS) -> dict[str, s
         "method": METHODS[settings.method],
         "axis": "all six degrees of freedom" if settings.six_degrees else AXES[settings.axis],
         "all maneuvers together": "fitted too" if settings.joint else "not fitted",
+        "left out of the means": names(request.without, _NONE),
         "free": names(settings.free, "those of the surfaces moved (tables 6.2.5 and 6.2.6)"),
         "held": values(settings.held),
         "weights": weights if settings.weights or fit.weights else "from the residuals",

@@ -23,8 +23,10 @@ from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.maximum_likelihood import MLSettings
-from gsapp.identification.runs.keeping import forget, keep, kept, kept_runs, recall, rename
+from gsapp.identification.runs.excluding import excluding
+from gsapp.identification.runs.keeping import forget, keep, kept, kept_runs, recall, rename, renew
 from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.repeating import repeat
 from gsapp.identification.runs.request import ChosenManeuver, RunRequest
 from gsapp.identification.runs.running import run
 from gsapp.identification.runs.saving import request_from_json, request_json
@@ -73,6 +75,27 @@ def test_a_run_is_renamed_forgotten_and_called_back(outcome: Outcome, tmp_path: 
         recall(catalog, first)
         assert [one.number for one in kept_runs(catalog)] == [first, second]
         assert len(search_runs(catalog)) == 8
+
+
+def test_maneuvers_left_out_by_hand_are_kept_with_the_run(outcome: Outcome, tmp_path: Path) -> None:
+    """Its means follow, are told in words, and come back when it is repeated; its fits stay."""
+    with Catalog(tmp_path / "c.sqlite") as catalog:
+        number = keep(catalog, outcome)
+        rename(catalog, number, "mine")
+        before = kept(catalog, number)
+        renew(catalog, replace(excluding(outcome, ["2:1"]), number=number))
+        after = kept(catalog, number)
+        assert (after.label, after.when) == ("mine", before.when)
+        assert after.values["Cm_q"].n == before.values["Cm_q"].n - 1
+        assert after.values["Cl_p"] == before.values["Cl_p"]
+        assert after.settings["left out of the means"] == "2:1"
+        found = repeat(catalog, number)
+        assert (found.same, found.differences) == (True, ())
+        assert found.outcome.summary.without == {"2:1"}
+        renew(catalog, replace(excluding(outcome, []), number=number))
+        assert kept(catalog, number).values == before.values
+    with pytest.raises(UnknownNameError, match="no maneuver '3:1' to leave out"):
+        run(replace(outcome.request, without=("3:1",)))
 
 
 def test_maneuvers_that_the_catalog_has_stay_as_they_are(outcome: Outcome, tmp_path: Path) -> None:
