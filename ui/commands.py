@@ -43,6 +43,8 @@ Need = Literal[
     "review_flight",
     "review_maneuver",
     "review_open",
+    "review_folder",
+    "review_log",
     "review_panel",
     "review_ready",
     "review_run",
@@ -203,6 +205,14 @@ _REVIEW_COMMANDS = (
         needs="review_future", rule=True,
     ),
     _command("Review", "review_cancel", "Stop the work", "Ctrl+.", needs="review_busy"),
+    _command(
+        "Review", "review_onboard", "On-board log…", "Ctrl+Shift+L", needs="review_folder",
+        rule=True,
+    ),
+    _command(
+        "Review", "review_onboard_stop", "Stop fetching the on-board log", "Ctrl+Shift+.",
+        needs="review_log",
+    ),
 )  # fmt: skip
 
 _REVIEW_MANEUVER_COMMANDS = (

@@ -1,4 +1,6 @@
-"""An autopilot that keeps logs, on pymavlink alone: ``foreign_autopilot.py PORT LOG HEARD LOSS``.
+"""An autopilot that keeps logs, on pymavlink alone.
+
+``foreign_autopilot.py PORT LOG HEARD LOSS [ATONCE]``
 
 It behaves as ArduPilot does: one request is answered at a time, a new one takes the place of the
 last. It loses a share of what it sends, and writes down the types of all that it hears.
@@ -19,7 +21,7 @@ OLD, NUMBER = 7, 8
 BEGUN = 1_760_000_000
 
 
-def main(port: int, log: Path, heard: Path, loss: float) -> None:
+def main(port: int, log: Path, heard: Path, loss: float, at_once: int = 8) -> None:
     """Serve until killed."""
     data = log.read_bytes()
     link = mavutil.mavlink_connection(
@@ -44,7 +46,7 @@ def main(port: int, log: Path, heard: Path, loss: float) -> None:
                     asked = [message.ofs, message.ofs + message.count]
                 elif message.get_type() == "LOG_REQUEST_END":
                     asked = None
-            for _ in range(8):
+            for _ in range(at_once):
                 if asked is None:
                     break
                 piece = data[asked[0] : min(asked[0] + 90, asked[1])]
@@ -57,4 +59,7 @@ def main(port: int, log: Path, heard: Path, loss: float) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4]))
+    main(
+        int(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4]),
+        *map(int, sys.argv[5:]),
+    )  # fmt: skip

@@ -69,6 +69,8 @@ class LogClock:
             )
         elif self.drift_std is not None:
             said += f"; no drift beyond {2.0 * self.drift_std * _PER_MILLION:.1f} ppm is seen"
+        else:
+            said += "; too little moves in both to see a drift"
         stretches = "stretch" if self.windows == 1 else "stretches"
         return (
             f"{said}, found by comparing channels (correlation {self.correlation:.3f}, "

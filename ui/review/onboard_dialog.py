@@ -1,0 +1,219 @@
+"""Asks which log is to take the place of the live record, and says how the one in force stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.dialogs.connect import LinkField
+from ui.dialogs.form import FormDialog, Sentence
+from ui.look import Look
+from ui.review.onboard_job import LogJob
+
+if TYPE_CHECKING:
+    from gsapp.flight.onboard import OnboardLogState
+
+_FILES = "Logs (*.bin *.BIN *.ulg *.tlog *.csv *.mat *.parquet);;All files (*)"
+_FILE, _LINK, _KEPT, _NONE = "file", "link", "kept", "none"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightLogs:
+    """A flight that may get an on-board log.
+
+    Attributes
+    ----------
+    path : Path
+        Its folder.
+    name : str
+    in_force : str
+        File name of the log in force; empty for none.
+    state : OnboardLogState or None
+        How it stands; None where the flight has not been opened with it.
+    kept : tuple of str
+        Logs in the folder, in force or not.
+    link : str
+        The LINK that is recorded into it now; empty for none.
+    """
+
+    path: Path
+    name: str
+    in_force: str = ""
+    state: OnboardLogState | None = None
+    kept: tuple[str, ...] = ()
+    link: str = ""
+
+
+class OpenFileField(QWidget):
+    """A file that is there, typed or chosen."""
+
+    def __init__(self, name: str, look: Look) -> None:
+        super().__init__()
+        self._name = name
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.edit = QLineEdit()
+        self.edit.setAccessibleName(name)
+        row.addWidget(self.edit, 1)
+        self.button = QPushButton("Choose…")
+        self.button.setAccessibleName(f"Choose {name.lower()}")
+        self.button.clicked.connect(self._choose)
+        row.addWidget(self.button)
+        self.setFocusProxy(self.edit)
+
+    def _choose(self) -> None:
+        start = self.edit.text() or str(Path.home())
+        path, _kind = QFileDialog.getOpenFileName(self, self._name, start, _FILES)
+        if path:
+            self.edit.setText(path)
+
+
+class OnboardDialog(FormDialog):
+    """Which flight, which log.
+
+    Parameters
+    ----------
+    look : Look
+    flights : sequence of FlightLogs
+        The one looked at first.
+    links : sequence of str
+        Used before, newest first.
+    parse, list_ports : callable
+        See `ui.dialogs.connect.LinkField`.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        flights: Sequence[FlightLogs],
+        links: Sequence[str],
+        parse: Callable[[str], object],
+        list_ports: Callable[[], Sequence[tuple[str, str]]],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "On-board log",
+            "The full record of the box takes the place of what came over the radio. Flight time "
+            "stays, and with it marks, grades and the edges of maneuvers.",
+            "Take it",
+            look,
+            parent,
+        )
+        self._flights = tuple(flights)
+        self.flight = QComboBox()
+        for one in self._flights:
+            self.flight.addItem(one.name)
+        self.now = Sentence()
+        self.add_row("Flight", self.flight, self.now)
+        self.origin = QComboBox()
+        self.add_row("Log", self.origin)
+        self.file = OpenFileField("Log file", look)
+        at_work = [one.link for one in self._flights if one.link]
+        self.link = LinkField(list(dict.fromkeys([*at_work, *links])), parse, list_ports, look)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(_on_top(self.file))
+        self._pages.addWidget(self.link)
+        self._pages.addWidget(QWidget())
+        self.verdict = Sentence()
+        self.add_row("From", self._pages, self.verdict)
+        self.flight.currentIndexChanged.connect(self._flight_chosen)
+        self.origin.currentIndexChanged.connect(self._judge)
+        self.file.edit.textChanged.connect(self._judge)
+        self.link.changed.connect(self._judge)
+        self._flight_chosen()
+        self.origin.setFocus()
+        self.fit()
+
+    @property
+    def _chosen(self) -> FlightLogs:
+        return self._flights[self.flight.currentIndex()]
+
+    @property
+    def _from(self) -> tuple[str, str]:
+        kind, name = self.origin.currentData() or (_FILE, "")
+        return kind, name
+
+    def _flight_chosen(self) -> None:
+        one = self._chosen
+        state, in_force = one.state, one.in_force
+        if not in_force:
+            self.now.say("The live record stands alone: what came over the radio.")
+        elif state is None or state.file != in_force:
+            self.now.say(f"{in_force} is in force; how its clock stands is said on opening.")
+        else:
+            self.now.say(capital(state.remark()) + ".", "good" if state.in_place else "caution")
+        self.origin.blockSignals(True)
+        self.origin.clear()
+        self.origin.addItem("A file, from a card or the data box", (_FILE, ""))
+        self.origin.addItem("The autopilot's, over the link", (_LINK, ""))
+        for name in one.kept:
+            if name != in_force:
+                self.origin.addItem(f"{name}, in the flight's folder", (_KEPT, name))
+        if in_force:
+            self.origin.addItem("None: the live record alone", (_NONE, ""))
+        self.origin.blockSignals(False)
+        self._judge()
+
+    def _judge(self) -> None:
+        kind, name = self._from
+        self._pages.setCurrentIndex({_FILE: 0, _LINK: 1}.get(kind, 2))
+        usable = True
+        if kind == _FILE:
+            typed = self.file.edit.text().strip()
+            usable = Path(typed).is_file() if typed else False
+            if not typed:
+                self.verdict.say("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV.")
+            elif usable:
+                self.verdict.say("Compared with the live record first.", "good")
+            else:
+                self.verdict.say(f"There is no file {typed}.", "warning")
+        elif kind == _LINK:
+            usable = self.link.verdict.usable
+            self.verdict.say(
+                "The aircraft has landed and is disarmed. A fetch that was broken off goes on."
+            )
+        elif kind == _KEPT:
+            self.verdict.say(f"{name} is in force again; the one before stays in the folder.")
+        else:
+            self.verdict.say("The log stays in the folder and can be taken again.")
+        self.button.setEnabled(usable)
+
+    @property
+    def job(self) -> LogJob:
+        """Return what was asked for."""
+        kind, name = self._from
+        flight = self._chosen.path
+        if kind == _FILE:
+            return LogJob(flight=flight, file=Path(self.file.edit.text().strip()))
+        if kind == _LINK:
+            return LogJob(flight=flight, link=self.link.value)
+        return LogJob(flight=flight, use=name)
+
+
+def _on_top(field: QWidget) -> QWidget:
+    """Return a page with a field at its top."""
+    page = QWidget()
+    column = QVBoxLayout(page)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.addWidget(field)
+    column.addStretch(1)
+    return page
+
+
+def capital(words: str) -> str:
+    """Return a sentence with its first letter capital."""
+    return words[:1].upper() + words[1:]
