@@ -17,6 +17,7 @@ def run(
     flights: Sequence[Path],
     aircraft: str | None = None,
     maneuver: Sequence[str] = (),
+    as_found: bool = False,
     free: Sequence[str] = (),
     channel_map: str | None = None,
     calibration: str | None = None,
@@ -33,6 +34,8 @@ def run(
         Certificates in place of those kept with the flights: a folder, or a shipped set.
     maneuver : sequence of str
         ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
+    as_found : bool
+        Whether to leave out what was changed by hand.
     free : sequence of str
         Errors to be estimated beside the usual ones: ``q.scale``.
     json : Path, optional
@@ -55,7 +58,7 @@ def run(
     settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
     flown = flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, every_grade=True, console=console,
+        given=maneuver, every_grade=True, as_found=as_found, console=console,
     )  # fmt: skip
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:

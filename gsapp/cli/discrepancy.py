@@ -31,6 +31,7 @@ def run(
     model: str | None = None,
     maneuver: Sequence[str] = (),
     every_grade: bool = False,
+    as_found: bool = False,
     refuse: Sequence[str] = (),
     force: Sequence[str] = (),
     held_out: Sequence[str] = (),
@@ -55,6 +56,8 @@ def run(
         Certificates in place of those kept with the flights: a folder, or a shipped set.
     maneuver : sequence of str
         ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
+    as_found : bool
+        Whether to leave out what was changed by hand.
     every_grade : bool
         Keep maneuvers that were graded unfit.
     refuse, force : sequence of str
@@ -102,7 +105,7 @@ def run(
     )
     flown = flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, every_grade=every_grade, console=console,
+        given=maneuver, every_grade=every_grade, as_found=as_found, console=console,
     )  # fmt: skip
     own = flown[0].aircraft
     maneuvers = [one for flight in flown for one in flight.maneuvers]
@@ -117,7 +120,7 @@ def run(
     found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
     provenance = search_provenance(
         flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
-        calibration=calibration, maneuvers=maneuver,
+        calibration=calibration, maneuvers=maneuver, as_found=as_found,
     )  # fmt: skip
     system: Literal["US", "SI"] = "SI" if units == "si" else "US"
     with console.status("writing the report"), _whole_folder(out) as part:

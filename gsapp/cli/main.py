@@ -86,7 +86,7 @@ def demo(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Do the whole job on a virtual flight: stream, record, draw, replay, sum up.
+    """Do the whole job on virtual flights: stream, record, replay, estimate, report, review.
 
     Example: gsapp demo --headless --out demo-flight
     """
@@ -711,6 +711,7 @@ def compatibility(
     flights: FlightPaths,
     aircraft: AircraftName = None,
     maneuver: ManeuverList = None,
+    as_found: AsFound = False,
     free: Annotated[
         Optional[list[str]],  # noqa: UP045
         typer.Option(
@@ -731,8 +732,8 @@ def compatibility(
     from gsapp.cli import compatibility as command
 
     command.run(
-        flights=flights, aircraft=aircraft, maneuver=maneuver or (), free=free or (),
-        channel_map=channel_map, calibration=calibration, json=json,
+        flights=flights, aircraft=aircraft, maneuver=maneuver or (), as_found=as_found,
+        free=free or (), channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip
 
 
@@ -930,6 +931,7 @@ def discrepancy(
     every_grade: Annotated[
         bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
     ] = False,
+    as_found: AsFound = False,
     refuse: Annotated[
         Optional[list[str]],  # noqa: UP045
         typer.Option(metavar="ID", help="Never name this effect; repeatable"),
@@ -985,7 +987,7 @@ def discrepancy(
 
     command.run(
         flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
-        every_grade=every_grade, refuse=refuse or (), force=force or (),
+        every_grade=every_grade, as_found=as_found, refuse=refuse or (), force=force or (),
         held_out=held_out or (), most_effects=most_effects, draw=draw or (), units=units,
         channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip

@@ -10,6 +10,7 @@ from gsapp.aircraft.reading import SHIPPED as AIRCRAFT_FILES
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.dynamics.model import SHIPPED as MODELS
+from gsapp.flight.events import events_path
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import input_file
 from gsapp.report.provenance import Provenance
@@ -24,6 +25,7 @@ def search_provenance(
     channel_map: str | None = None,
     calibration: str | None = None,
     maneuvers: Sequence[str] = (),
+    as_found: bool = False,
 ) -> Provenance:
     """Return the files of a search with their sums, its settings, and the versions.
 
@@ -37,6 +39,8 @@ def search_provenance(
         Certificates given in place of those kept with the flights: a folder, or a shipped set.
     maneuvers : sequence of str
         Windows that were named in place of what would be found.
+    as_found : bool
+        Whether changes by hand were left out.
 
     Raises
     ------
@@ -54,6 +58,11 @@ def search_provenance(
         inputs=(
             *(input_file("flight", path) for path in flights),
             *(
+                input_file("changes by hand", events_path(path))
+                for path in flights
+                if not (as_found or path.is_dir()) and events_path(path).is_file()
+            ),
+            *(
                 input_file(role, shipped.find(name), name=name)
                 for role, name, shipped in named
                 if name
@@ -64,7 +73,8 @@ def search_provenance(
             ),
         ),
         settings={
-            "maneuvers": ", ".join(maneuvers) or "found by the program",
+            "maneuvers": ", ".join(maneuvers)
+            or f"found by the program{'' if as_found else ', with the changes by hand'}",
             "certificates": f"those of '{calibration}' in place of the flights' own"
             if calibration
             else "those kept with the flights",

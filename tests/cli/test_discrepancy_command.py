@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -31,6 +32,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
+from gsapp.session.review import open_reviewed
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
 """Stretches of the flight, two of them doublets."""
@@ -83,7 +85,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave pictures and paper blank where a test is not about them."""
     monkeypatch.setattr("gsapp.report.writing.picture_png", lambda _: b"\x89PNG")
-    monkeypatch.setattr("gsapp.report.writing.pdf_pages", lambda _: b"%PDF")
+    monkeypatch.setattr("gsapp.report.writing.pdf_pages", lambda _, **__: b"%PDF")
 
 
 def call(*arguments: object) -> tuple[int, str, BaseException | None]:
@@ -155,6 +157,27 @@ def test_options_reach_the_search(flight: Path, search: Install, tmp_path: Path)
 
 
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("undrawn")
+def test_maneuvers_corrected_by_hand_are_searched(
+    flight: Path, search: Install, tmp_path: Path
+) -> None:
+    """The edges of a person go into the search, and the file that holds them into the report."""
+    asked = search(SMALL)
+    own = Path(shutil.copy(flight, tmp_path / "day.csv"))
+    reviewed = open_reviewed(own)
+    first, second = reviewed.maneuvers
+    reviewed.move(first.id, first.t_start + 0.5, first.t_end)
+    reviewed.remove(second.id)
+    out = tmp_path / "answer"
+    assert call(own, "--out", out)[0] == 0
+    (searched,) = asked[0].maneuvers
+    assert searched.t_start == pytest.approx(first.t_start + 0.5)
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert f"{own}.events.jsonl" in report
+    assert call(own, "--out", out, "--as-found")[0] == 0
+    assert [one.id for one in asked[1].maneuvers] == [first.id, second.id]
+
+
 def test_json_on_the_screen_stands_alone(flight: Path, search: Install, tmp_path: Path) -> None:
     search(SMALL)
     done = CliRunner().invoke(
