@@ -148,7 +148,7 @@ def residual_picture(
             right.plot(lags, repeated, color=palette.measured)
             right.set_ylim(-1.05, 1.05)
             plain(right, palette)
-        charts[0, 1].set_title("autocorrelation", loc="left", color=palette.ink, pad=3.0)
+        charts[0, 1].set_title("autocorrelation", loc="left", color=palette.ink, y=1.0, pad=3.0)
         charts[-1, 0].set_xlabel("flight time [s]", color=palette.ink)
         charts[-1, 1].set_xlabel("lag [s]", color=palette.ink)
         charts[-1, 0].set_xlim(float(history.times[0]), float(history.times[-1]))

@@ -38,7 +38,7 @@ def modes_picture(
         margins(container, left=0.6, right=0.2, top=0.32, bottom=0.45, wspace=0.25)
         for chart, (axis, found) in zip(charts, modes.items(), strict=True):
             _draw_plane(chart, found, palette)
-            chart.set_title(axis, loc="left", color=palette.ink)
+            chart.set_title(axis, loc="left", color=palette.ink, y=1.0)
             chart.set_xlabel("real part [1/s]", color=palette.ink)
         charts[0].set_ylabel("imaginary part [rad/s]", color=palette.ink)
 

@@ -135,7 +135,7 @@ def _draw_history(
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
     plain(chart, palette)
-    chart.set_title(one.name, loc="left", color=palette.ink)
+    chart.set_title(one.name, loc="left", color=palette.ink, y=1.0)
     chart.set_xlim(float(one.times[0]), float(one.times[-1]))
     earned = np.isfinite(one.values)
     if not earned.any():

@@ -195,7 +195,7 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
             drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.weight,
             linestyle=":",
         )  # fmt: skip
-    chart.set_title(one.name, loc="left", color=palette.ink)
+    chart.set_title(one.name, loc="left", color=palette.ink, y=1.0)
 
 
 def _draw_left_out(chart: Axes, points: Sequence[Point], sign: str, drawn: _Drawn) -> None:

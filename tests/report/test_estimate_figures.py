@@ -106,7 +106,6 @@ def test_pictures_take_every_color_from_the_palette() -> None:
         values_picture(outcome().summary, ["Cm_de"], "V", palette=NIGHT),
         fit_picture(one, palette=NIGHT),
         bounds_picture(one.estimate, "it", palette=NIGHT),
-        correlation_picture(one.estimate, "it", palette=NIGHT),
     )
     paper = {PAPER.ink, PAPER.measured, PAPER.computed, PAPER.band, PAPER.faint, "#ffffff"}
     for picture in pictures:

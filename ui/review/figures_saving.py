@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QMimeData, QObject, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QFileDialog, QWidget
 
@@ -91,9 +91,9 @@ class FigureSaver(QObject):
 
     def _copied(self, found: tuple[bytes, str]) -> None:
         png, numbers = found
-        content = QMimeData()
-        content.setImageData(QImage.fromData(png, "PNG"))
+        clipboard = QGuiApplication.clipboard()
+        clipboard.setImage(QImage.fromData(png, "PNG"))
         if numbers:
-            content.setText(numbers)
-        QGuiApplication.clipboard().setMimeData(content)
+            # Into what Qt made: content made here would be given back after Python has ended.
+            clipboard.mimeData().setText(numbers)
         self.told.emit("The figure is on the clipboard, with its numbers as text.")

@@ -1,0 +1,475 @@
+"""The page Figures: points lie where their values are, are chosen by mouse and keys, and grayed."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMainWindow
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+
+from campaign_kit import WILD, outcome
+from window_kit import until
+
+from gsapp.identification.ftr import EstimateHistory
+from gsapp.report.hearing import Heard
+from ui.commands import CommandSet
+from ui.keyboard import KeyKeeper
+from ui.look import Look
+from ui.review.figure_geometry import Pane, Spot, View, moved, stepped, zoomed
+from ui.review.figures_page import FiguresPage
+from ui.review.figures_saving import FigureSaver
+from ui.review.jobs import HearJob, Job
+from ui.review.selection import Selection
+from ui.settings import SettingsStore
+from ui.theme import THEMES
+from ui.work import CancelledError
+
+
+@dataclass
+class Asked:
+    """Jobs that the page asked for, answered by hand."""
+
+    jobs: list[tuple[Job, Callable[[object], None], Any]] = field(default_factory=list)
+
+    def __call__(self, job: Job, done: Callable[[object], None], *, failed: Any = None) -> None:
+        self.jobs.append((job, done, failed))
+
+
+@dataclass
+class Bench:
+    """The page in a small window of its own."""
+
+    window: QMainWindow
+    page: FiguresPage
+    look: Look
+    selection: Selection
+    asked: Asked
+    commands: CommandSet
+    qtbot: QtBot
+
+    def settle(self) -> None:
+        """Wait until what is drawn is what is wanted."""
+        until(self.qtbot, lambda: self.page.view.settled, 20_000)
+
+    def key(self, key: Qt.Key, modifiers: Qt.KeyboardModifier | None = None) -> None:
+        """Press a key where the keyboard is."""
+        QTest.keyClick(QApplication.focusWidget(), key, modifiers or Qt.KeyboardModifier.NoModifier)
+
+    def show(self, group: str, over: str = "number") -> None:
+        """Look at some derivatives."""
+        self.page.show_kind("values")
+        self.page.frame.option_chosen.emit("group", group)
+        self.page.frame.option_chosen.emit("over", over)
+        self.settle()
+
+    def pane(self, name: str) -> Pane:
+        """Return the chart of a derivative."""
+        drawing = self.page.view.drawing
+        assert drawing is not None
+        return next(one for one in drawing.panes if one.name == f"derivative:{name}")
+
+    def place(self, name: str, x: float, y: float) -> QPoint:
+        """Return the pixel at which a chart shows x and y, by its axes alone."""
+        pane = self.pane(name)
+        across = (x - pane.view.x[0]) / (pane.view.x[1] - pane.view.x[0])
+        up = (y - pane.view.y[0]) / (pane.view.y[1] - pane.view.y[0])
+        return QPoint(
+            round(pane.left + across * (pane.right - pane.left)),
+            round(pane.bottom - up * (pane.bottom - pane.top)),
+        )
+
+    def color(self, at: QPoint) -> QColor:
+        """Return the color of the finished picture there, without what is painted over it."""
+        drawing = self.page.view.drawing
+        assert drawing is not None
+        assert drawing.image is not None
+        ratio = drawing.image.devicePixelRatio()
+        return drawing.image.pixelColor(round(at.x() * ratio), round(at.y() * ratio))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[tuple[Any, ...]]:
+    """Return the page in a window, made once."""
+    window = QMainWindow()
+    look, selection, asked = Look(), Selection(window), Asked()
+    commands = CommandSet(window)
+    store = SettingsStore(tmp_path_factory.mktemp("settings") / "window.toml")
+    page = FiguresPage(commands.actions, look, store, selection, asked)
+    for name, act in page.handlers.items():
+        commands.actions[name].triggered.connect(lambda _checked=False, act=act: act())
+    page.changed.connect(lambda: commands.enable(["review", *page.present]))
+    keeper = KeyKeeper(window)
+    qapp.installEventFilter(keeper)
+    window.setCentralWidget(page)
+    window.resize(900, 540)
+    window.show()
+    yield window, page, look, selection, asked, commands
+    qapp.removeEventFilter(keeper)
+    window.close()
+    window.deleteLater()
+
+
+@pytest.fixture
+def bench(made: tuple[Any, ...], qtbot: QtBot) -> Bench:
+    """Return the page as it is when a run has just ended."""
+    bench = Bench(*made, qtbot)
+    bench.look.set_theme("daylight")
+    bench.look.set_scale(100)
+    bench.look.set_units("US")
+    bench.asked.jobs.clear()
+    bench.selection.choose_maneuver("")
+    bench.selection.choose_derivative("")
+    material = bench.page._material
+    if material is None or material.outcome is not outcome():
+        bench.page.show_outcome(None)
+        bench.page.show_outcome(outcome())
+    # What stands already is not drawn again.
+    if (
+        bench.page.kind.id != "values"
+        or bench.page.view.canvas.views
+        or (bench.page._chosen.get("group") != "Cm")
+    ):
+        bench.show("Cm")
+    bench.page.view.canvas.current = None
+    bench.settle()
+    bench.window.activateWindow()
+    bench.page.view.canvas.setFocus()
+    return bench
+
+
+def point(name: str, maneuver: str) -> Any:
+    """Return a point of the run."""
+    return next(
+        one for one in outcome().summary.derivatives[name].points if one.maneuver == maneuver
+    )
+
+
+def near(one: QColor, other: str, reach: int = 24) -> bool:
+    """Return whether a color is another, but for smoothed edges."""
+    wanted = QColor(other)
+    pairs = zip(one.getRgb()[:3], wanted.getRgb()[:3], strict=True)
+    return max(abs(a - b) for a, b in pairs) <= reach
+
+
+def test_a_point_lies_at_its_value_and_a_click_on_it_chooses_its_maneuver(bench: Bench) -> None:
+    """The pixel computed from axes and value has the flight's color; a click there chooses."""
+    traces = THEMES["daylight"].traces
+    for maneuver, color in (("1:M3", "blue"), ("2:M6", "rust")):
+        one = point("Cm_q", maneuver)
+        at = bench.place("Cm_q", one.number, one.value)
+        assert near(bench.color(at), traces[color])
+        canvas = bench.page.view.canvas
+        QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at)
+        assert bench.selection.maneuver == maneuver
+        assert bench.selection.derivative == "Cm_q"
+        assert maneuver in bench.page.frame.detail.text()
+        words = canvas.words_at(QPointF(at))
+        assert f"Maneuver {maneuver}" in words
+        assert "ft/s" in words
+    empty = bench.place("Cm_q", 2.5, point("Cm_q", "1:M3").value)
+    assert "Maneuver" not in bench.page.view.canvas.words_at(QPointF(empty))
+
+
+def test_a_choice_made_elsewhere_is_ringed_without_drawing_anew(bench: Bench) -> None:
+    """The picture is the same object; on screen a ring of ink lies around the point."""
+    canvas = bench.page.view.canvas
+    before = canvas.drawing
+    bench.selection.choose_maneuver("1:M1")
+    assert canvas.drawing is before
+    one = point("Cm_de", "1:M1")
+    at = bench.place("Cm_de", one.number, one.value)
+    shown = canvas.grab().toImage()
+    ratio = shown.devicePixelRatio()
+    ring = [
+        shown.pixelColor(round((at.x() + r) * ratio), round(at.y() * ratio)) for r in range(-9, -4)
+    ]
+    assert any(near(color, THEMES["daylight"].selection) for color in ring)
+    assert bench.page.present == ("review_figure", "review_point")
+
+
+def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> None:
+    """X: gray where it was, mean without it, told to the place; undo and redo."""
+    told: list[Any] = []
+    bench.page.exclusion_changed.connect(told.append)
+    bench.selection.choose_maneuver("1:M2")
+    bench.commands.actions["review_exclude"].trigger()
+    bench.settle()
+    assert told[-1].summary.without == {"1:M2"}
+    one = point("Cm_alpha", "1:M2")
+    at = bench.place("Cm_alpha", one.number, one.value)
+    assert near(bench.color(at), THEMES["daylight"].previous)
+    assert "by hand" in bench.page.view.canvas.words_at(QPointF(at))
+    assert bench.page.can_undo
+    # The place hands the outcome back to all pages; that is no new run.
+    bench.page.show_outcome(told[-1])
+    bench.page.undo()
+    assert told[-1].summary.without == frozenset()
+    before = outcome().summary.derivatives["Cm_alpha"].value
+    assert told[-1].summary.derivatives["Cm_alpha"].value == before
+    bench.page.redo()
+    assert told[-1].summary.without == {"1:M2"}
+    bench.page.undo()
+    bench.settle()
+    at = bench.place("Cm_alpha", one.number, one.value)
+    assert near(bench.color(at), THEMES["daylight"].traces["blue"])
+    bench.page.exclusion_changed.disconnect(told.append)
+
+
+def test_the_wild_maneuver_is_gray_in_sight_and_says_why(bench: Bench) -> None:
+    """An outlier is drawn at the edge of its chart, as a point that can be pointed at."""
+    drawing = bench.page.view.drawing
+    assert drawing is not None
+    pane = bench.pane("Cm_de")
+    spot = next(one for one in drawing.spots if (one.pane, one.maneuver) == (pane.place, WILD))
+    at = QPoint(round(spot.x), round(spot.y))
+    around = [bench.color(at + QPoint(x, y)) for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2)]
+    assert any(near(one, THEMES["daylight"].previous) for one in around)
+    words = bench.page.view.canvas.words_at(QPointF(spot.x, spot.y))
+    assert "Left out of the mean" in words
+    assert "sigma" in words
+
+
+def test_arrows_walk_over_all_points_and_enter_opens_the_fit(bench: Bench) -> None:
+    """Right through one chart in order of x, down to the same maneuver, Enter, and back."""
+    seen = []
+    for _ in range(7):
+        bench.key(Qt.Key.Key_Right)
+        seen.append(bench.selection.maneuver)
+    assert seen == ["1:M1", "1:M2", "1:M3", "1:M4", WILD, "2:M6", "2:M6"]
+    first = bench.selection.derivative
+    bench.key(Qt.Key.Key_Down)
+    assert bench.selection.derivative != first
+    assert bench.selection.maneuver == "2:M6"
+    bench.key(Qt.Key.Key_Return)
+    bench.settle()
+    assert bench.page.kind.id == "fit"
+    assert "2:M6" in bench.page.frame.caption.text()
+    bench.commands.actions["review_figure_previous_maneuver"].trigger()
+    bench.settle()
+    assert WILD in bench.page.frame.caption.text()
+    bench.commands.actions["review_previous_figure"].trigger()
+    assert bench.page.kind.id == "values"
+
+
+def test_space_shows_a_chart_large_and_the_kind_again(bench: Bench) -> None:
+    """One derivative alone fills the figure; the same key brings its kind back."""
+    bench.key(Qt.Key.Key_Right)
+    name = bench.selection.derivative
+    bench.key(Qt.Key.Key_Space)
+    bench.settle()
+    drawing = bench.page.view.drawing
+    assert drawing is not None
+    assert [one.name for one in drawing.panes] == [f"derivative:{name}"]
+    bench.key(Qt.Key.Key_Space)
+    bench.settle()
+    assert len(bench.page.view.canvas.panes) == 3
+
+
+def test_zoom_keeps_the_chosen_point_in_place_and_home_shows_all(bench: Bench) -> None:
+    """Plus narrows both axes about the point, at once in a stand-in and then drawn; Home undoes."""
+    canvas = bench.page.view.canvas
+    bench.key(Qt.Key.Key_Right)
+    bench.key(Qt.Key.Key_Right)
+    pane = canvas.pane(canvas.place)
+    assert pane is not None
+    spot = canvas.current
+    assert spot is not None
+    bench.key(Qt.Key.Key_Plus)
+    (standing,) = [
+        one for one in canvas.shown_spots() if (one.pane, one.maneuver) == (spot.pane, "1:M2")
+    ]
+    assert (standing.x, standing.y) == pytest.approx((spot.x, spot.y))
+    bench.settle()
+    zoomed_pane = canvas.pane(pane.place)
+    assert zoomed_pane is not None
+    for drawn, before in ((zoomed_pane.view.x, pane.view.x), (zoomed_pane.view.y, pane.view.y)):
+        assert drawn[1] - drawn[0] == pytest.approx(0.8 * (before[1] - before[0]))
+    bench.key(Qt.Key.Key_Home)
+    bench.settle()
+    after = canvas.pane(pane.place)
+    assert after is not None
+    assert after.view.x == pytest.approx(pane.view.x)
+
+
+def test_a_drag_moves_the_times_of_all_responses_together(bench: Bench) -> None:
+    """In a fit the mouse moves time in every chart alike, and no values."""
+    bench.page.open_fit("1:M1")
+    bench.settle()
+    canvas = bench.page.view.canvas
+    pane = canvas.panes[0]
+    start = QPoint(round(pane.left + 200), round(pane.top + 20))
+    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start)
+    QTest.mouseMove(canvas, start + QPoint(-30, 8))
+    QTest.mouseMove(canvas, start + QPoint(-100, 8))
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=start + QPoint(-100, 8))
+    bench.settle()
+    step = 100 / (pane.right - pane.left) * (pane.view.x[1] - pane.view.x[0])
+    for former, now in zip([pane] * len(canvas.panes), canvas.panes, strict=True):
+        assert now.view.x[0] == pytest.approx(former.view.x[0] + step)
+    assert canvas.panes[0].view.y == pytest.approx(pane.view.y)
+    assert "flight time" in canvas.words_at(QPointF(start))
+
+
+@pytest.mark.parametrize(("theme", "scale"), [("dark", 200), ("high-contrast", 100)])
+def test_figures_take_theme_and_scale_of_the_window(bench: Bench, theme: str, scale: int) -> None:
+    """Background and ink are the theme's; at 200 % margins, and so letters, are twice as large."""
+    left = bench.page.view.canvas.panes[0].left
+    bench.look.set_theme(theme)
+    bench.look.set_scale(scale)
+    bench.settle()
+    drawing = bench.page.view.drawing
+    assert drawing is not None
+    assert drawing.image is not None
+    assert drawing.panes[0].left == pytest.approx(scale / 100 * left, abs=2)
+    assert drawing.image.pixelColor(2, drawing.image.height() - 3) == QColor(THEMES[theme].plot)
+    image = drawing.image
+    ink = QColor(THEMES[theme].text).rgb()
+    titles = round(drawing.panes[0].top)
+    assert any(image.pixel(x, y) == ink for y in range(titles) for x in range(40, 400))
+
+
+def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: Bench) -> None:
+    """Made in another thread; of three orders in a row the last one is shown."""
+    made: list[tuple[str, str]] = []
+    shown: list[object] = []
+    bench.page.view.drawn.connect(lambda drawing: shown.append(drawing.words))
+
+    def order(words: str) -> Callable[..., str]:
+        def make(_palette: object, _room: object) -> str:
+            made.append((words, threading.current_thread().name))
+            return words
+
+        return make
+
+    for words in ("one", "two", "three"):
+        bench.page.view.show_figure(order(words))
+        bench.page.view._order()
+    bench.settle()
+    assert shown[-1] == "three"
+    assert "one" not in shown[:-1] or made[0][0] == "one"
+    assert {thread for _, thread in made} == {"figures"}
+    assert shown.count("three") >= 1
+    assert "two" not in shown
+
+
+def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> None:
+    """One job for the flights; stopped, it is asked again; one for another run is not shown."""
+    page = bench.page
+    # Other flights than in the tests before, so that nothing is known of them.
+    request = replace(outcome().request, flights=(Path("X"), Path("Y")))
+    page.show_outcome(replace(outcome(), request=request, result=_same_result()))
+    page.show_kind("online")
+    page.show_kind("values")
+    page.show_kind("online")
+    bench.settle()
+    (asked,) = bench.asked.jobs
+    assert isinstance(asked[0], HearJob)
+    drawing = page.view.drawing
+    assert drawing is not None
+    assert "listening" in drawing.words
+    asked[2](CancelledError())
+    bench.settle()
+    assert "stopped" in page.view.canvas.drawing.words  # type: ignore[union-attr]
+    page.show_kind("online")
+    late, (_, done, _) = bench.asked.jobs
+    late[1]((Heard(flight="nowhere"),))
+    times = np.linspace(0.0, 60.0, 50)
+    history = EstimateHistory(
+        name="Cm_alpha", times=times, values=np.full(50, -0.33), stds=np.full(50, 0.01),
+        signal_to_noise=np.full(50, 9.0),
+    )  # fmt: skip
+    done((Heard(flight="A", histories={"Cm_alpha": history}),))
+    bench.settle()
+    assert {spot.maneuver for spot in page.view.canvas.spots} == {f"1:M{k}" for k in (1, 2, 3, 4)}
+    page.show_outcome(outcome())
+    count = len(bench.asked.jobs)
+    done((Heard(flight="nowhere"),))
+    assert page._needs.heard is None
+    assert len(bench.asked.jobs) >= count
+
+
+def _same_result() -> Any:
+    return replace(outcome().result)
+
+
+def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: Path) -> None:
+    """The clipboard holds a picture and a table; the CSV has a row for each point."""
+    bench.commands.actions["review_figure_copy"].trigger()
+    clipboard = QGuiApplication.clipboard()
+    until(bench.qtbot, lambda: "clipboard" in bench.page.frame.detail.text())
+    content = clipboard.mimeData()
+    assert content.hasImage()
+    assert clipboard.text().splitlines()[0].startswith("derivative\tmaneuver")
+    saver: FigureSaver = bench.page._saver
+    make = bench.page._picture
+    assert make is not None
+    saver.save(make, tmp_path / "figure.csv")
+    until(bench.qtbot, (tmp_path / "figure.csv").exists)
+    rows = (tmp_path / "figure.csv").read_text(encoding="utf-8").splitlines()
+    names = ("Cm_alpha", "Cm_q", "Cm_de")
+    assert len(rows) == 1 + sum(len(outcome().summary.derivatives[n].points) for n in names)
+
+
+SPOTS = st.lists(
+    st.builds(
+        Spot,
+        pane=st.integers(0, 3),
+        maneuver=st.integers(0, 9).map(str),
+        x=st.floats(0, 500),
+        y=st.floats(0, 300),
+    ),
+    min_size=1,
+    unique_by=lambda one: (one.pane, one.maneuver),
+)
+
+
+@settings(max_examples=40)
+@given(spots=SPOTS)
+def test_a_walk_to_the_right_meets_every_point_of_a_chart_once(spots: list[Spot]) -> None:
+    """From the leftmost on, in order of x, and it ends at the last."""
+    here = stepped(spots, None, "right")
+    assert here is not None
+    row = [one for one in spots if one.pane == here.pane]
+    while (before := stepped(spots, here, "left")) != here:
+        assert before is not None
+        here = before
+    met = [here]
+    while (after := stepped(spots, met[-1], "right")) != met[-1]:
+        assert after is not None
+        met.append(after)
+    assert sorted(met, key=id) == sorted(row, key=id)
+    assert [one.x for one in met] == sorted(one.x for one in row)
+
+
+@settings(max_examples=40)
+@given(
+    low=st.floats(-100, 100), span=st.floats(1e-3, 100), share=st.floats(0, 1),
+    factor=st.floats(0.1, 10),
+)  # fmt: skip
+def test_zoom_and_move_keep_what_they_promise(
+    low: float, span: float, share: float, factor: float
+) -> None:
+    """The value under the mouse stays under it; a move there and back changes nothing."""
+    view = View(x=(low, low + span), y=(low, low + span))
+    still = low + share * span
+    near = zoomed(view, share, share, factor, only_x=False)
+    assert near.x[0] + share * (near.x[1] - near.x[0]) == pytest.approx(still, abs=1e-6 * span)
+    assert near.x[1] - near.x[0] == pytest.approx(factor * span)
+    assert zoomed(view, share, share, factor, only_x=True).y == view.y
+    back = moved(moved(view, share, share, only_x=False), -share, -share, only_x=False)
+    assert back.x == pytest.approx(view.x, abs=1e-6 * span)
