@@ -34,6 +34,7 @@ def run(
     order_lat: str = "4",
     channel_map: str | None = None,
     calibration: str | None = None,
+    as_found: bool = False,
     out: Path | None = None,
     json: Path | None = None,
 ) -> None:
@@ -50,6 +51,8 @@ def run(
         Name or path; its effects are taken as known, those on instruments undone in the record.
     calibration : str, optional
         Certificates in place of those kept with the flights: a folder, or a shipped set.
+    as_found : bool
+        Whether to leave out what was changed by hand.
     order_lon, order_lat : str
         Of the subspace model: a number, or ``auto``.
     out : Path, optional
@@ -83,6 +86,7 @@ def run(
         aircraft=aircraft,
         channel_map=channel_map,
         calibration=calibration,
+        as_found=as_found,
         console=console,
     )
     fitted = [one for flown in every[:-1] for one in flown.maneuvers]
