@@ -19,7 +19,6 @@ from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import SURFACES, Axis, axis_derivatives, axis_of, free_derivatives
-from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.moment_reference import (
     HERE,
@@ -340,8 +339,7 @@ def _estimate_about_cg(
         held = {**{name: means[name].mean for name in rest if name in means}, **held}
     derivatives = tuple(name for name in free if name in axis_derivatives(axis))
     if settings.method == "ftr":
-        # Its equations begin with the record: what a model says of instruments is undone first.
-        return ftr.estimate(freed(maneuvers, settings.model)[0], axis)
+        return ftr.estimate(maneuvers, axis, model=settings.model)
     needed = lacking(maneuvers, known, settings.likelihood.stand_ins)
     if settings.method == "ee":
         constants = {name: one.value for name, one in needed.items()}
@@ -369,7 +367,10 @@ def _estimate_about_cg(
                 axis=axis,
                 free=(*derivatives, *beside),
                 # Derivatives of the other axis are no effects of this one.
-                free_effects=tuple(name for name in free if name not in axis_derivatives("both")),
+                free_effects=(
+                    *settings.likelihood.free_effects,
+                    *(name for name in free if name not in axis_derivatives("both")),
+                ),
                 held=held,
                 joint_weights=weights,
                 stand_ins={**constants, **settings.likelihood.stand_ins},

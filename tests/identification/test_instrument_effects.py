@@ -195,6 +195,20 @@ def test_transform_regression_runs_with_a_revised_model() -> None:
         assert abs(bent[name].mean - right[name].mean) > 0.12 * abs(right[name].mean)
 
 
+def test_transform_regression_leaves_known_effects_out() -> None:
+    """A pitching moment in alpha squared: known, Cm_alpha is that of the linear build-up again."""
+    effect = {"Cm_alpha2": -2.0}
+    model = BASE.with_effect("aero.Cm.alpha2", effect)
+    flown = fly(3, "lon", model=model).maneuver
+    plain = CampaignSettings(method="ftr")
+    revised = CampaignSettings(method="ftr", likelihood=MLSettings(axis="lon", model=model))
+    bent, found = (run_campaign([flown], one).values["Cm_alpha"] for one in (plain, revised))
+    true = BASE.derivative("Cm_alpha")
+    assert abs(bent.mean - true) > 0.2 * abs(true)
+    assert found.mean == pytest.approx(true, rel=0.1)
+    assert abs(found.mean - true) < 4.0 * found.std
+
+
 def test_output_error_is_driven_by_the_true_motion() -> None:
     """The vane that drives the lateral equations reads 40 % too much: known, it does no harm."""
     virtual = fly(3, "lat", model=BASE)

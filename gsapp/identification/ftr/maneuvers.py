@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES, Axis, axis_derivatives
 from gsapp.identification.ftr.channels import FTRAxis
 from gsapp.identification.ftr.information import Information
+from gsapp.identification.ftr.known import KnownPart, known_part
 from gsapp.identification.ftr.online import AXES, FTR
 from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import Block
@@ -20,7 +23,11 @@ _UPDATES = 2.0
 
 
 def estimate(
-    maneuvers: Sequence[Maneuver], axis: Axis, settings: FTRSettings | None = None
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: FTRSettings | None = None,
+    *,
+    model: Model | None = None,
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several together.
 
@@ -34,6 +41,9 @@ def estimate(
     axis : {"lon", "lat", "both"}
     settings : FTRSettings, optional
         `gate`, `forgetting`, `record_length`, `minimum_speed` and `updates` have no part in this.
+    model : Model, optional
+        Its effects are taken as known: those on instruments are undone in the record, those on
+        the aircraft left out of the targets. Its derivatives have no part in this.
 
     Returns
     -------
@@ -53,8 +63,9 @@ def estimate(
     axes: tuple[FTRAxis, ...] = AXES if axis == "both" else (axis,)
     information: dict[FTRAxis, Information] = {}
     warnings: list[str] = []
-    for maneuver in maneuvers:
-        ftr = _listen(maneuver, axis, axes, chosen, information)
+    records, left = freed(maneuvers, model)
+    for maneuver in records:
+        ftr = _listen(maneuver, axis, axes, chosen, information, known_part(maneuver, left))
         information = ftr.information()
         many = f"maneuver {maneuver.id}: " if len(maneuvers) > 1 else ""
         warnings += [many + remark for remark in ftr.remarks()]
@@ -101,6 +112,7 @@ def _listen(
     axes: tuple[FTRAxis, ...],
     settings: FTRSettings,
     information: dict[FTRAxis, Information],
+    known: KnownPart | None,
 ) -> FTR:
     """Return an FTR that listened to one maneuver, after what was known."""
     if len(maneuver.block) < 3:
@@ -138,6 +150,7 @@ def _listen(
         mass=maneuver.mass,
         burning=False,
         aligned=True,
+        known=known,
     )
     ftr.remember(information)
     ftr.begin(maneuver.t_start)

@@ -24,6 +24,7 @@ from gsapp.identification.ftr.estimates import (
 )
 from gsapp.identification.ftr.information import Information
 from gsapp.identification.ftr.judgment import judge
+from gsapp.identification.ftr.known import KnownPart
 from gsapp.identification.ftr.memory import EstimateLog, Moment
 from gsapp.identification.ftr.rows import RowAssembler
 from gsapp.identification.ftr.saving import VERSION, Table, beneath, read_state, under, write_state
@@ -62,6 +63,8 @@ class FTR:
     aligned : bool
         Whether channels that instruments record late were brought to their right time already;
         by default FTR does that by the aircraft file.
+    known : KnownPart, optional
+        Coefficients that are not the derivatives' doing, to be left out.
 
     Raises
     ------
@@ -81,6 +84,7 @@ class FTR:
         mass: float | None = None,
         burning: bool = True,
         aligned: bool = False,
+        known: KnownPart | None = None,
     ) -> None:
         keep_memory()
         self.aircraft = aircraft
@@ -108,6 +112,7 @@ class FTR:
             burning=burning,
             aligned=aligned,
         )
+        self._known = known
         self._rows = RowAssembler(rate, self.block, self._equations.ahead)
         self._runs = {
             axis: AxisRun(axis, self.settings, dt, self.block, self._equations.body(axis))
@@ -252,7 +257,11 @@ class FTR:
         follows = self._next == first
         self._next = first + blocks
         shaped: dict[FTRAxis, AxisRows] = {}
-        for axis, rows in self._equations.rows(values).items():
+        whole = self._equations.rows(values)
+        if self._known is not None:
+            after = first * N + 1
+            whole = {axis: self._known.without(axis, one, after) for axis, one in whole.items()}
+        for axis, rows in whole.items():
             before = self._last.get(axis) if follows else None
             shaped[axis] = in_blocks(rows, before, blocks, N)
             self._last[axis] = AxisRows(
