@@ -824,16 +824,22 @@ def runs(
         Path, typer.Argument(metavar="CATALOG", readable=False, help="File of the campaign")
     ],
     what: Annotated[
-        Literal["list", "show", "compare", "repeat", "forget", "recall", "rename"],
+        Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"],
         typer.Argument(help="What to do with the runs in it"),
     ] = "list",
     rest: Annotated[
         Optional[list[str]],  # noqa: UP045
         typer.Argument(metavar="[N] [M|LABEL]", help="Numbers of runs; a label"),
     ] = None,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(metavar="PLACE", help="Of the report: a .html or .pdf file, or a folder"),
+    ] = None,
+    units: Annotated[Literal["US", "SI"], typer.Option(help="Of the report")] = "US",
+    dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
     json: JsonFile = None,
 ) -> None:
-    """List the runs kept in a catalog; show, compare, repeat, rename or forget them.
+    """List the runs kept in a catalog; show, compare, repeat, report, rename or forget them.
 
     A run that is repeated uses the same maneuvers with the same edges and settings; it gives the
     same numbers to the last bit, or you are told what has changed.
@@ -845,14 +851,18 @@ def runs(
     gsapp runs campaign.sqlite compare 3 5
 
     gsapp runs campaign.sqlite repeat 3
+
+    gsapp runs campaign.sqlite report 3 --out results
     """
     from gsapp.cli import runs as command
 
     try:
-        command.check(what, rest or ())
+        command.check(what, rest or (), out)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    command.run(catalog=catalog, what=what, rest=rest or (), json=json)
+    command.run(
+        catalog=catalog, what=what, rest=rest or (), out=out, units=units, dated=dated, json=json
+    )
 
 
 @app.command("linear-models")
@@ -875,6 +885,7 @@ def linear_models(
     ] = "4",
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
+    as_found: AsFound = False,
     out: Annotated[
         Optional[Path],  # noqa: UP045
         typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
@@ -893,7 +904,7 @@ def linear_models(
     command.run(
         flights=flights, validate=validate, aircraft=aircraft, model=model,
         order_lon=order_lon, order_lat=order_lat, channel_map=channel_map,
-        calibration=calibration, out=out, json=json,
+        calibration=calibration, as_found=as_found, out=out, json=json,
     )  # fmt: skip
 
 

@@ -10,15 +10,18 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.flight.catalog import Catalog
+    from gsapp.identification.campaign import Step
+    from gsapp.identification.runs.choosing import Doing
     from gsapp.identification.runs.keeping import KeptRun
 
-What = Literal["list", "show", "compare", "repeat", "forget", "recall", "rename"]
+What = Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"]
 
 NEEDED: dict[What, str] = {
     "list": "",
     "show": "N",
     "compare": "N M",
     "repeat": "N",
+    "report": "N --out PLACE",
     "forget": "N",
     "recall": "N",
     "rename": "N LABEL",
@@ -26,15 +29,26 @@ NEEDED: dict[What, str] = {
 """What is typed after each word: numbers of runs, and a label."""
 
 
-def check(what: What, rest: Sequence[str]) -> None:
+def check(what: What, rest: Sequence[str], out: Path | None) -> None:
     """Raise `ValueError`, with the right call in words, where it cannot be what was meant."""
-    needed = NEEDED[what].split()
+    typed, _, place = NEEDED[what].partition("--out")
+    needed = typed.split()
     numbers = rest[: needed.count("N") + needed.count("M")]
-    if len(rest) != len(needed) or not all(number.isdecimal() for number in numbers):
+    fits = len(rest) == len(needed) and all(number.isdecimal() for number in numbers)
+    if not fits or bool(place) != (out is not None):
         raise ValueError(f"write: gsapp runs CATALOG {what} {NEEDED[what]}".rstrip())
 
 
-def run(*, catalog: Path, what: What = "list", rest: Sequence[str] = (), json: Path | None) -> None:
+def run(
+    *,
+    catalog: Path,
+    what: What = "list",
+    rest: Sequence[str] = (),
+    out: Path | None = None,
+    units: Literal["US", "SI"] = "US",
+    dated: bool = True,
+    json: Path | None = None,
+) -> None:
     """Do what was asked with the runs of a catalog.
 
     Parameters
@@ -43,6 +57,12 @@ def run(*, catalog: Path, what: What = "list", rest: Sequence[str] = (), json: P
     what : str
     rest : sequence of str
         As `check` lets through.
+    out : Path, optional
+        Where the report of a run goes.
+    units : {"US", "SI"}
+        Of its pictures and tables.
+    dated : bool
+        Whether it says when it was written.
     json : Path, optional
         Where the result for programs goes.
 
@@ -61,7 +81,10 @@ def run(*, catalog: Path, what: What = "list", rest: Sequence[str] = (), json: P
         raise FlightError(f"there is no catalog {catalog}; gsapp estimate --catalog makes one")
     console = Console(stderr=on_screen(json), highlight=False)
     with Catalog(catalog) as store:
-        content = _DO[what](console, store, rest)
+        if out is not None:
+            content = _report(console, store, int(rest[0]), out, units, dated)
+        else:
+            content = _DO[what](console, store, rest)
     if json is not None:
         write_result(json, result_text(content))
 
@@ -131,6 +154,47 @@ def _repeat(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
         "same": found.same,
         "differences": list(found.differences),
         **campaign_json(found.outcome.result),
+    }
+
+
+def _report(
+    console: Console,
+    store: Catalog,
+    number: int,
+    out: Path,
+    units: Literal["US", "SI"],
+    dated: bool,
+) -> Any:
+    """Repeat a run, and write its report."""
+    from dataclasses import replace
+
+    from gsapp.cli._running import with_bar
+    from gsapp.cli._runs_text import tell_repeated
+    from gsapp.flight.info import now
+    from gsapp.identification.runs.repeating import Repeated, repeat
+    from gsapp.identification.runs.shelf import FlightShelf
+    from gsapp.report.campaign_writing import write_campaign_report
+    from gsapp.report.writing import check_place
+
+    check_place(out)
+    shelf = FlightShelf()
+
+    def work(doing: Doing, step: Step) -> tuple[Repeated, tuple[Path, ...]]:
+        found = repeat(store, number, flights=shelf, doing=doing, progress=step)
+        written = write_campaign_report(
+            replace(found.outcome, number=number), out, units=units,
+            written=now() if dated else None, flights=shelf, progress=step,
+        )  # fmt: skip
+        return found, written
+
+    found, written = with_bar(console, work)
+    tell_repeated(console, number, found)
+    place = out if out.is_dir() else written[0]
+    console.print(f"written to {place}", markup=False, soft_wrap=True)
+    return {
+        "same": found.same,
+        "differences": list(found.differences),
+        "written": [str(path) for path in written],
     }
 
 
