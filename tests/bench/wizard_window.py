@@ -2,8 +2,9 @@
 
 A simulated crew works through all surfaces and vanes of one virtual aircraft after the other in
 the real page, and every curve is held against the truth: 200 aircraft, seven potentiometers each,
-with a protractor that is set exactly and with one that is set by hand. Then each kind of fault in 50 aircraft, another instrument each time: whether the page named it,
-and nothing else. ``--quick`` takes a tenth.
+with a protractor that is set exactly and with one that is set by hand. Then each kind of fault in
+50 aircraft, another instrument each time: whether the page named it, and nothing else.
+``--quick`` takes a tenth.
 """
 
 from __future__ import annotations
