@@ -29,9 +29,10 @@ from gsapp.excitation.dangers.fence import load_fence
 from gsapp.flight.as_flown import as_flown
 from gsapp.flight.card_checks import check_card
 from gsapp.flight.cards import load_cards
-from gsapp.flight.events import read_events
+from gsapp.flight.events import EventLog, read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
+from gsapp.flight.maneuvers import FoundManeuver, ManeuverLog
 from gsapp.flight.records import RawRecord
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.weights import load_weights
@@ -233,7 +234,17 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
     assert {rule.key for rule in setting.limits} == {"battery:low", "alpha:high"}
     record = read_events(folder.path / "events.jsonl")
     assert record.damaged == 0
-    assert [event.kind for event in record.events] == ["mark", "note", "card-choice", "verdict"]
+    assert [event.kind for event in record.events] == [
+        "mark", "note", "card-choice", "verdict", "maneuver-edit", "maneuver-undo",
+    ]  # fmt: skip
+    changes = ManeuverLog(EventLog(folder.path / "events.jsonl"), [_found("3", 119.0, 124.16)])
+    assert (changes.left_out, len(changes.book.edits), len(changes.book.undone)) == (0, 0, 1)
+
+
+def _found(name: str, start: float, stop: float) -> FoundManeuver:
+    return FoundManeuver(
+        id=name, t_start=start, t_end=stop, inputs=("de",), kind="doublet", amplitude=0.1, grade="A"
+    )
 
 
 def _commands() -> list[str]:

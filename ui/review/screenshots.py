@@ -59,6 +59,8 @@ def _chapters(crew: Photographer, flights: int) -> Iterator[Path]:
     crew.await_keyboard()
     crew.press("F4")
     crew.wait(lambda: len(review.review.flights) == flights, "the flights to open")
+    for keys in ("Alt+PgDown", "Alt+PgDown", "Alt+PgDown", "Ctrl+Return", "Down", "Down"):
+        crew.press(keys)
     yield crew.take("maneuvers")
     crew.press("Alt+2")
     _run(crew, "Return")
