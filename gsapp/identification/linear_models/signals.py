@@ -69,11 +69,15 @@ def signals_of(
     Raises
     ------
     FlightError
-        If a state, input or output of the axis was not measured at all.
+        If a state, input or output of the axis was not measured at all, or stood still.
     """
     known = motion or measured_motion(maneuver)
     absent = [name for name in (*STATES[axis], *INPUTS[axis]) if name not in known.measured]
-    absent += [name for name in OUTPUTS[axis] if name not in absent and not maneuver.has(name)]
+    absent += [
+        name
+        for name in OUTPUTS[axis]
+        if name not in absent and (not maneuver.has(name) or _stands_still(maneuver.samples(name)))
+    ]
     if absent:
         raise FlightError(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has no {', '.join(absent)}, which a "
@@ -106,6 +110,12 @@ def signals_of(
         for rows in runs(good)
         if rows.stop - rows.start >= least
     )
+
+
+def _stands_still(samples: FloatArray) -> bool:
+    """Return whether a channel shows the same all the time: its instrument is dead."""
+    known = samples[np.isfinite(samples)]
+    return bool(known.size) and float(np.ptp(known)) == 0.0
 
 
 def all_signals(maneuvers: Sequence[Maneuver], axis: LinearAxis) -> tuple[Signals, ...]:

@@ -7,6 +7,7 @@ derivatives are estimated anew for it, so that nothing of the others is in them.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -22,7 +23,13 @@ from gsapp.identification.linear_models.comparison import (
     fit_models,
     followed,
 )
-from gsapp.identification.linear_models.signals import LinearAxis, signals_of
+from gsapp.identification.linear_models.signals import (
+    INPUTS,
+    OUTPUTS,
+    LinearAxis,
+    Signals,
+    signals_of,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.moment_reference import about_flown_cg
 from gsapp.identification.results import Method
@@ -31,6 +38,10 @@ from gsapp.quantities import FloatArray
 
 ORDERS: Final[Mapping[LinearAxis, int]] = {"lon": 2, "lat": 4}
 """States of the subspace models: as many as the rigid airplane has without the path it flies."""
+
+
+_LEAST: Final = 0.02
+"""Of the usual range of a response, below which its instrument is taken as broken."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -140,7 +151,13 @@ def compare_linear(
     splits: dict[LinearAxis, _Split] = {}
     remarks = []
     for axis, words in AXIS_WORDS.items():
-        own = [one for one in every if one.inputs and set(one.inputs) <= set(SURFACES[axis])]
+        flown = [one for one in every if one.inputs and set(one.inputs) <= set(SURFACES[axis])]
+        own, lacking = _complete(flown, axis)
+        if lacking:
+            remarks.append(
+                f"{', '.join(lacking)}: left out of the {words} models, which need "
+                f"{', '.join(dict.fromkeys((*INPUTS[axis], *OUTPUTS[axis])))} in every maneuver"
+            )
         if not own:
             continue
         split = _split(own, keep_out)
@@ -160,6 +177,28 @@ def compare_linear(
         except FlightError as error:
             remarks.append(f"no {AXIS_WORDS[axis]} models are compared: {error}")
     return LinearComparison(axes=found, method=result.settings.method, remarks=tuple(remarks))
+
+
+def _complete(
+    flown: Sequence[Maneuver], axis: LinearAxis
+) -> tuple[list[Maneuver], tuple[str, ...]]:
+    """Return the maneuvers in which everything was measured, and the ids of the others.
+
+    An instrument that shows next to nothing of what it shows elsewhere is broken.
+    """
+    stretches: dict[str, tuple[Signals, ...]] = {}
+    for one in flown:
+        # What lacks a channel stays without a stretch.
+        with contextlib.suppress(FlightError):
+            stretches[one.id] = signals_of(one, axis)
+    moves = {
+        name: np.ptp(np.vstack([part.outputs for part in parts]), axis=0)
+        for name, parts in stretches.items()
+        if parts
+    }
+    usual = np.median(np.array(list(moves.values())), axis=0) if moves else 0.0
+    own = [one for one in flown if one.id in moves and bool(np.all(moves[one.id] > _LEAST * usual))]
+    return own, tuple(one.id for one in flown if one not in own)
 
 
 def flight_number(maneuver: str) -> str:
