@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.maneuver import cut_maneuver
 from gsapp.session import Session
 from gsapp.session.estimating.cutting import HistoryCutter
-from gsapp.session.estimating.fitting import FitReply, FitRequest
+from gsapp.session.estimating.fitting import FitReply, FitRequest, fit
 from gsapp.session.estimating.maneuver_fits import ManeuverFits
 from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
 from gsapp.session.session import run_through
@@ -128,6 +130,31 @@ def test_a_worker_that_dies_costs_its_fit_alone(session: Session) -> None:
     fits.look(every, None)
     fits.wait()
     assert set(fits.failures) == {"M1", "M2"}
+    fits.close()
+
+
+def die_once(request: FitRequest) -> FitReply:
+    """Be killed with the first fit, as by a system that is short of memory."""
+    mark = Path(os.environ["GSAPP_TEST_DIED"])
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return fit(request)
+
+
+def test_a_fit_whose_worker_was_killed_is_made_anew(
+    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that were under way come after all, with the numbers that they have anywhere."""
+    monkeypatch.setenv("GSAPP_TEST_DIED", str(tmp_path / "died"))
+    fits = fits_of(session, OtherProcess(die_once))
+    fits.look(verdicts(), None)
+    fits.wait()
+    assert (tmp_path / "died").exists()
+    assert fits.failures == {}
+    here = fits_of(session, AtOnce())
+    here.look(verdicts(), None)
+    assert numbers(fits.result) == numbers(here.result)
     fits.close()
 
 

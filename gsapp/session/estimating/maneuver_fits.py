@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Final
 
@@ -23,6 +24,8 @@ from gsapp.session.estimating.workers import Workers
 
 COMPLETE_AFTER: Final = 3.0
 """Seconds of flight after a maneuver when all its samples have surely come, slow ones too."""
+MOST_TRIES: Final = 2
+"""A fit whose process died is begun anew: another fit may have been to blame, or the system."""
 UNFIT: Final = ("spoiled", "unclear")
 """Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
 
@@ -70,6 +73,8 @@ class ManeuverFits:
         self._waiting: list[Verdict] = []
         self._seen = 0
         self._running: dict[str, Future[FitReply]] = {}
+        self._asked: dict[str, FitRequest] = {}
+        self._tries: dict[str, int] = {}
         self._order: list[str] = []
         self._found: dict[str, ManeuverResult] = {}
         self._failures: dict[str, str] = {}
@@ -103,9 +108,12 @@ class ManeuverFits:
 
     def wait(self) -> tuple[FitNews, ...]:
         """Wait for the fits under way, and take them in."""
-        for one in self._running.values():
-            one.exception()
-        return tuple(self._taken())
+        news: list[FitNews] = []
+        while self._running:
+            for one in self._running.values():
+                one.exception()
+            news += self._taken()
+        return tuple(news)
 
     def _ask(self, verdict: Verdict) -> None:
         if verdict.result in UNFIT:
@@ -116,18 +124,25 @@ class ManeuverFits:
         except FlightError as error:
             self._failures[verdict.id] = str(error)
             return
-        request = FitRequest(maneuver=maneuver, model=self._model)
+        self._asked[verdict.id] = FitRequest(maneuver=maneuver, model=self._model)
+        self._begin(verdict.id)
+
+    def _begin(self, name: str) -> None:
+        self._tries[name] = self._tries.get(name, 0) + 1
         try:
-            self._running[verdict.id] = self._workers.submit(request)
+            self._running[name] = self._workers.submit(self._asked[name])
         except (OSError, RuntimeError) as error:
             # The flight goes on, whatever keeps a process from beginning.
-            self._failures[verdict.id] = f"no process for the fit could be begun ({error})"
+            self._failures[name] = f"no process for the fit could be begun ({error})"
 
     def _taken(self) -> list[FitNews]:
         news = []
         for name in [name for name, one in self._running.items() if one.done()]:
             done = self._running.pop(name)
             error = done.exception()
+            if isinstance(error, BrokenProcessPool) and self._tries[name] < MOST_TRIES:
+                self._begin(name)
+                continue
             if error is not None:
                 self._failures[name] = f"the fit broke off ({error or type(error).__name__})"
             else:
