@@ -15,6 +15,7 @@ from ui.review.estimate_words import EXPLAINED, maneuver_count
 from ui.settings import Settings
 
 NAMES = axis_derivatives("both")
+EFFECT = "aero.Cm.alpha2.Cm_alpha2"
 NUMBERS = st.floats(-1e3, 1e3, allow_nan=False).map(repr)
 POSITIVE = st.floats(1e-6, 1e3).map(repr)
 CHANNELS = st.lists(st.sampled_from(RESPONSES["both"]), unique=True, min_size=1).map(tuple)
@@ -38,7 +39,10 @@ def derivative_wishes(draw: st.DrawFn) -> DerivativeWish:
 @st.composite
 def wishes(draw: st.DrawFn) -> Wishes:
     """Return a panel for all six degrees of freedom, where everything can be chosen."""
-    names = draw(st.lists(st.sampled_from(NAMES), unique=True, max_size=6))
+    model = draw(st.sampled_from(["", "b777"]))
+    # Parameters of effects are asked for where there is a model that has them.
+    known = (*NAMES, EFFECT) if model else NAMES
+    names = draw(st.lists(st.sampled_from(known), unique=True, max_size=6))
     return Wishes(
         six_degrees=True,
         joint=draw(st.booleans()),
@@ -51,7 +55,7 @@ def wishes(draw: st.DrawFn) -> Wishes:
         scale_factors=draw(CHANNELS),
         stand_ins=draw(st.sampled_from(["", "V=30", "V=30, alpha=0.05"])),
         weights=draw(st.sampled_from(["", "table-6.2.7"])),
-        model=draw(st.sampled_from(["", "b777"])),
+        model=model,
     )
 
 

@@ -14,6 +14,7 @@ from ui.review.estimate_wishes import DerivativeWish, Wishes
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
+    from gsapp.aircraft import Aircraft
     from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.maximum_likelihood import MLSettings
     from gsapp.identification.runs.request import ChosenManeuver, RunRequest
@@ -53,11 +54,14 @@ class Treatment:
     ----------
     free : tuple of str, optional
         These alone; None for those of the tables.
+    free_effects : tuple of str
+        Parameters of the model's effects that are free, too.
     held, start : mapping of str to float
     priors : mapping of str to (float, float)
     """
 
     free: tuple[str, ...] | None
+    free_effects: tuple[str, ...]
     held: Mapping[str, float]
     start: Mapping[str, float]
     priors: Mapping[str, tuple[float, float]]
@@ -76,7 +80,8 @@ def treatment(wishes: Wishes) -> Treatment:
     start: dict[str, float] = {}
     priors: dict[str, tuple[float, float]] = {}
     names = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
-    for name in names:
+    effects = effects_wished(wishes)
+    for name in (*names, *effects):
         wish = wishes.derivative(name)
         if wish.treated == "held":
             if not wish.value:
@@ -93,9 +98,46 @@ def treatment(wishes: Wishes) -> Treatment:
             start[name] = _number("derivatives", f"the start of {name}", wish.start)
         if wish.prior or wish.deviation:
             priors[name] = _prior(name, wish)
-    if len(held) == len(names):
+    if all(name in held for name in names):
         raise FieldError("derivatives", "every derivative is held: free at least one")
-    return Treatment(free=tuple(free) or None, held=held, start=start, priors=priors)
+    return Treatment(
+        free=tuple(name for name in free if name not in effects) or None,
+        free_effects=tuple(name for name in free if name in effects),
+        held=held,
+        start=start,
+        priors=priors,
+    )
+
+
+def effects_wished(wishes: Wishes) -> tuple[str, ...]:
+    """Return the parameters of effects that something is wished for, where they count."""
+    if wishes.method != "ml" or not wishes.model:
+        return ()
+    return tuple(name for name in wishes.derivatives if is_effect(name))
+
+
+def is_effect(name: str) -> bool:
+    """Return whether a name is that of an effect's parameter, ``<effect id>.<parameter>``."""
+    return "." in name
+
+
+def effect_parameters(model: str, aircraft: Aircraft) -> dict[str, float]:
+    """Return the parameters of the effects of a model with their values, by name.
+
+    Raises
+    ------
+    GroundStationError
+        If there is no such model.
+    """
+    from gsapp.dynamics.model import load_model
+
+    return {
+        f"{effect.id}.{parameter.name}": value
+        for effect in load_model(model).effects
+        for parameter, value in zip(
+            effect.term(aircraft).parameters, effect.values(aircraft), strict=True
+        )
+    }
 
 
 def _prior(name: str, wish: DerivativeWish) -> tuple[float, float]:
@@ -177,6 +219,7 @@ def likelihood(wishes: Wishes) -> MLSettings:
         return MLSettings(
             axis="lon",
             stand_ins=constants,
+            free_effects=asked.free_effects,
             start=asked.start,
             priors=asked.priors,
             noise=wishes.noise,
@@ -281,12 +324,13 @@ def wishes_of(request: RunRequest) -> Wishes:
     """Return the panel as it must stand to ask for a run again."""
     settings, fit = request.settings, request.settings.likelihood
     derivatives: dict[str, DerivativeWish] = {}
-    for name in axis_derivatives("both"):
+    effects = {*fit.free_effects, *filter(is_effect, (*settings.held, *fit.start, *fit.priors))}
+    for name in (*axis_derivatives("both"), *sorted(effects)):
         wish = DerivativeWish(
             treated="held"
             if name in settings.held
             else "free"
-            if name in (settings.free or ())
+            if name in (*(settings.free or ()), *fit.free_effects)
             else "tables",
             value=_text(settings.held.get(name)),
             start=_text(fit.start.get(name)),
@@ -316,6 +360,16 @@ def wishes_of(request: RunRequest) -> Wishes:
         calibration=request.calibration,
         channel_map=request.channel_map,
     )
+
+
+def unheld(request: RunRequest, wishes: Wishes) -> tuple[str, ...]:
+    """Return the names of the settings of a run that the panel cannot ask for again."""
+    from gsapp.identification.runs.words import differing_settings
+
+    again = run_request(wishes, request.flights, request.maneuvers)
+    # Read from their files anew, these stand in the settings of the run only.
+    read = {name for name in ("weights", "model") if getattr(request, name)}
+    return tuple(name for name, *_ in differing_settings(request, again) if name not in read)
 
 
 def _text(value: float | None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.foundation import GroundStationError
 from ui.commands import Need
 from ui.dialogs.form import Sentence
 from ui.flight.controls import ActionButton
@@ -24,7 +26,15 @@ from ui.gap.parts import Pair
 from ui.look import Look
 from ui.pages import label
 from ui.review.deeds import Deeds
-from ui.review.estimate_asking import FieldError, problem_of, run_request, wishes_of
+from ui.review.estimate_asking import (
+    FieldError,
+    effect_parameters,
+    is_effect,
+    problem_of,
+    run_request,
+    unheld,
+    wishes_of,
+)
 from ui.review.estimate_panel import EstimatePanel
 from ui.review.estimate_table import last_values
 from ui.review.estimate_wishes import Wishes
@@ -92,6 +102,8 @@ class EstimatePage(ReviewPage):
         self._ready = False
         self._running = False
         self._problem: FieldError | None = None
+        self._judged: Wishes | None = None
+        self._followed = ""
         self._told = ""
         self._deeds = Deeds()
         self._outcome: Outcome | None = None
@@ -263,8 +275,9 @@ class EstimatePage(ReviewPage):
         self.explain("run")
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Look at what was changed on the other pages."""
+        """Look at what was changed on the other pages, and at the files anew."""
         super().showEvent(event)
+        self._judged = None
         self.refresh()
 
     # What is asked for
@@ -304,11 +317,15 @@ class EstimatePage(ReviewPage):
         if run is None:
             return
         try:
-            self._replace(wishes_of(run.request))
-        except Exception as error:  # whatever is wrong with an old run is told
+            request = run.request
+            wishes = wishes_of(request)
+            lost = unheld(request, wishes)
+        except GroundStationError as error:
             self._report_error(error)
             return
-        self._told = f"The settings are those of {run.name}."
+        self._replace(wishes)
+        rest = f", but for what this page does not hold: {', '.join(lost)}" if lost else ""
+        self._told = f"The settings are those of {run.name}{rest}."
         self.refresh()
 
     def _replace(self, wishes: Wishes) -> None:
@@ -336,14 +353,38 @@ class EstimatePage(ReviewPage):
 
     def refresh(self) -> None:
         """Say what a run would do as everything stands."""
-        self._problem = problem_of(self._wishes) if self._ready else None
-        problem = self._problem
+        self._follow_model()
+        problem = self._judge()
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
         words, state = self._words()
         self.sentence.say(words, state)
         self.changed.emit()
         if self.hasFocus() and self.button.isEnabled():
             self.button.setFocus()
+
+    def _follow_model(self) -> None:
+        """Offer the parameters of the effects of the model that is chosen."""
+        model, flights = self._wishes.model, self._review.flights
+        if not self._ready or not flights or model == self._followed:
+            return
+        self._followed = model
+        effects: dict[str, float] = {}
+        # A model that cannot be read is said beside its field.
+        with contextlib.suppress(GroundStationError, OSError):
+            effects = effect_parameters(model, flights[0].aircraft) if model else {}
+        gone = [n for n in self._wishes.derivatives if is_effect(n) and n not in effects]
+        self.panel.derivatives.model_of.show_effects(effects)
+        if gone:
+            kept = {n: w for n, w in self._wishes.derivatives.items() if n not in gone}
+            self._wishes = self._wishes.changed(derivatives=kept)
+            self.panel.show_wishes(self._wishes)
+
+    def _judge(self) -> FieldError | None:
+        """Return what cannot be asked for, found out anew where the wishes are others."""
+        if self._ready and self._judged != self._wishes:
+            self._problem = problem_of(self._wishes)
+            self._judged = self._wishes
+        return self._problem
 
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""

@@ -20,7 +20,7 @@ from ui.dialogs.form import Sentence, restyle
 from ui.look import Look
 from ui.pages import label
 from ui.preflight.columns import Section
-from ui.review.estimate_asking import TAKES
+from ui.review.estimate_asking import TAKES, is_effect
 from ui.review.estimate_channels import ChannelTable
 from ui.review.estimate_table import DerivativeTable
 from ui.review.estimate_wishes import Wishes
@@ -294,7 +294,7 @@ class EstimatePanel(QWidget):
             if "derivatives" not in TAKES[wishes.method]:
                 return "FTR takes the derivatives of the tables."
             free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
-            here = [name for name in free if name in self.derivatives.model_of.names]
+            here = [n for n in free if n in self.derivatives.model_of.names and not is_effect(n)]
             if here:
                 only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
                 return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."
@@ -309,7 +309,11 @@ class EstimatePanel(QWidget):
         return ""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Explain the field that the keyboard comes to, or the mouse."""
+        """Explain the field that the keyboard comes to; let the wheel scroll past lists."""
+        if event.type() == QEvent.Type.Wheel and isinstance(watched, QComboBox):
+            # Who scrolls the page does not mean to choose what passes below the mouse.
+            event.ignore()
+            return True
         if event.type() == QEvent.Type.FocusIn and watched in self._fields:
             self.explained.emit(self._fields[watched])
         return super().eventFilter(watched, event)

@@ -6,18 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from gsapp.identification.axes import axis_derivatives
 from ui.look import Look
 from ui.review.estimate_wishes import DerivativeWish, Wishes
-from ui.review.estimate_words import TREATMENTS
+from ui.review.estimate_words import AS_MODEL, TREATMENTS
 
 Index = QModelIndex | QPersistentModelIndex
 
-TITLES: Final = ("", "Treated", "Held at", "Start", "Known", "±", "Last run")
-NAME, TREATED, VALUE, START, PRIOR, DEVIATION, LAST = range(7)
+TITLES: Final = ("", "Treated", "Last run", "Held at", "Start", "Known", "±")
+NAME, TREATED, LAST, VALUE, START, PRIOR, DEVIATION = range(7)
 _FIELDS: Final = {VALUE: "value", START: "start", PRIOR: "prior", DEVIATION: "deviation"}
 _SAID: Final = {
     VALUE: "value that it is held at",
@@ -27,6 +27,10 @@ _SAID: Final = {
 }
 _ROW: Final = 30
 _MOST_ROWS: Final = 12
+_LAST: Final = 150
+"""Points that a value with its bound needs."""
+_WIDEST: Final = 176
+"""Points of the names of effects' parameters."""
 _WIDTHS: Final = {NAME: 80, TREATED: 60, VALUE: 64, START: 56, PRIOR: 56, DEVIATION: 44}
 
 
@@ -47,10 +51,12 @@ class DerivativeModel(QAbstractTableModel):
         self.names: tuple[str, ...] = ()
         self.wishes = Wishes()
         self.last: Mapping[str, str] = {}
+        self.effects: Mapping[str, float] = {}
 
     def show_wishes(self, wishes: Wishes) -> None:
         """Show other wishes."""
-        names = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
+        axis = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
+        names = (*axis, *self.effects)
         if names != self.names:
             self.beginResetModel()
             self.names, self.wishes = names, wishes
@@ -59,6 +65,11 @@ class DerivativeModel(QAbstractTableModel):
             self.wishes = wishes
             self._repaint()
 
+    def show_effects(self, effects: Mapping[str, float]) -> None:
+        """Show the parameters of the model's effects below the derivatives, with their values."""
+        self.effects = effects
+        self.show_wishes(self.wishes)
+
     def show_last(self, last: Mapping[str, str]) -> None:
         """Show what the last run gave, in words."""
         if last != self.last:
@@ -66,7 +77,7 @@ class DerivativeModel(QAbstractTableModel):
             self._repaint()
 
     def _repaint(self) -> None:
-        self.dataChanged.emit(self.index(0, 0), self.index(len(self.names) - 1, LAST))
+        self.dataChanged.emit(self.index(0, 0), self.index(len(self.names) - 1, DEVIATION))
 
     def rowCount(self, parent: Index | None = None) -> int:
         """Return the number of derivatives."""
@@ -101,6 +112,8 @@ class DerivativeModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return int(_alignment(column))
         if role == Qt.ItemDataRole.FontRole:
+            if column == NAME and name in self.effects:
+                return self._look.font("small", strong=wish != DerivativeWish())
             own = column == NAME and wish != DerivativeWish()
             return self._look.font("body", strong=own)
         if role == Qt.ItemDataRole.ForegroundRole and not self._counts(wish, column):
@@ -113,9 +126,12 @@ class DerivativeModel(QAbstractTableModel):
         if column == NAME:
             return name
         if column == TREATED:
-            return dict(TREATMENTS)[wish.treated]
+            usual = name in self.effects and wish.treated == "tables"
+            return AS_MODEL if usual else dict(TREATMENTS)[wish.treated]
         if column == LAST:
             return self.last.get(name, "")
+        if column == VALUE and name in self.effects and not wish.value:
+            return f"{self.effects[name]:.4g}"
         return str(getattr(wish, _FIELDS[column]))
 
     def _counts(self, wish: DerivativeWish, column: int) -> bool:
@@ -162,7 +178,10 @@ class DerivativeModel(QAbstractTableModel):
         treated = ways[(ways.index(wish.treated) + 1) % len(ways)]
         value = wish.value
         if treated == "held" and not value:
-            value = self.last.get(self.names[row], "").partition(" ")[0].replace("−", "-")
+            name = self.names[row]
+            value = self.last.get(name, "").partition(" ")[0].replace("−", "-")
+            if not value and name in self.effects:
+                value = repr(self.effects[name])
         self._change(row, wish.model_copy(update={"treated": treated, "value": value}))
 
     def clear(self, row: int) -> None:
@@ -197,7 +216,6 @@ class DerivativeTable(QTableView):
         header = self.horizontalHeader()
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        header.setSectionResizeMode(LAST, QHeaderView.ResizeMode.Stretch)
         self.clicked.connect(self._clicked)
         self.model_of.modelReset.connect(self._fit)
         look.changed.connect(self._fit)
@@ -207,10 +225,20 @@ class DerivativeTable(QTableView):
         px = self._look.px
         for column, width in _WIDTHS.items():
             self.setColumnWidth(column, px(width))
+        metrics = QFontMetrics(self._look.font("small", strong=True))
+        names = [metrics.horizontalAdvance(name) + px(16) for name in self.model_of.effects]
+        self.setColumnWidth(NAME, min(max([px(_WIDTHS[NAME]), *names]), px(_WIDEST)))
+        taken = sum(self.columnWidth(column) for column in _WIDTHS)
+        self.setColumnWidth(LAST, max(self.viewport().width() - taken, px(_LAST)))
         self.horizontalHeader().setMinimumSectionSize(px(40))
         self.verticalHeader().setDefaultSectionSize(px(_ROW))
         rows = min(len(self.model_of.names), _MOST_ROWS)
         self.setFixedHeight(rows * px(_ROW) + px(34))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give what room is left to the last column."""
+        super().resizeEvent(event)
+        self._fit()
 
     def _clicked(self, index: QModelIndex) -> None:
         if index.column() == TREATED:

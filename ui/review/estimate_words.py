@@ -41,6 +41,8 @@ AXES: Choices = (
 )
 NOISES: Choices = (("diagonal", "Each response by itself"), ("full", "Correlated"))
 INTEGRATIONS: Choices = (("rk4", "Runge and Kutta"), ("euler", "Euler"))
+AS_MODEL = "model"
+"""How a parameter of an effect is treated where nothing is wished for it: as the model says."""
 TREATMENTS: Choices = (("tables", "tables"), ("free", "free"), ("held", "held"))
 
 EXPLAINED: Mapping[str, Explained] = {

@@ -63,6 +63,7 @@ def settings_words(request: RunRequest, *, digits: int = _DIGITS) -> dict[str, s
         "all maneuvers together": "fitted too" if settings.joint else "not fitted",
         "left out of the means": names(request.without, _NONE),
         "free": names(settings.free, "those of the surfaces moved (tables 6.2.5 and 6.2.6)"),
+        "free parameters of effects": names(fit.free_effects, _NONE),
         "held": values(settings.held),
         "weights": weights if settings.weights or fit.weights else "from the residuals",
         "model": _NONE if model is None else model.name,
