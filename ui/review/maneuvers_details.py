@@ -35,6 +35,7 @@ class ManeuverDetails(QWidget):
         super().__init__()
         self._look = look
         self._row: ManeuverRow | None = None
+        self._hint = ""
         self.setAccessibleName("The maneuver looked at")
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -64,17 +65,16 @@ class ManeuverDetails(QWidget):
     def _restyle(self) -> None:
         self._column.setSpacing(self._look.px(2))
         self._line.setSpacing(self._look.px(12))
-        self.show_row(self._row)
+        self.show_row(self._row, self._hint)
 
-    def show_row(self, row: ManeuverRow | None) -> None:
-        """Show a maneuver as it stands; None where none is looked at."""
-        self._row = row
+    def show_row(self, row: ManeuverRow | None, hint: str = "") -> None:
+        """Show a maneuver as it stands; None where none is looked at, with what to do then."""
+        self._row, self._hint = row, hint
         if row is None:
             self.title.setText("No maneuver is chosen")
-            self.grade.setText("")
-            self.times.setText("")
-            self.reasons.setText("")
-            self.remarks.setText("")
+            for empty in (self.grade, self.times, self.remarks):
+                empty.setText("")
+            self.reasons.setText(hint)
         else:
             self._show(row.maneuver)
             self.remarks.setText(remarks_text(row))

@@ -108,9 +108,8 @@ class FlightsPanel(QWidget):
             )
         else:
             flight = flights[place]
-            self.words.setText(
-                sentences((f"grades: {grades_text(flight.maneuvers) or 'none'}", *flight.remarks))
-            )
+            grades = grades_text(flight.maneuvers)
+            self.words.setText(sentences((f"grades: {grades}" if grades else "", *flight.remarks)))
 
     def offer_open(self, offered: bool) -> None:
         """Offer the flight that is open in the window, or not."""

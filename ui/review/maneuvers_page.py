@@ -128,6 +128,7 @@ class ManeuversPage(ReviewPage):
     def _bind(self) -> None:
         flights, editing, timeline, table = self.flights, self.editing, self.timeline, self.table
         flights.shown.connect(self._show_flight)
+        flights.opening.opened.connect(self._opened)
         flights.changed.connect(self._flights_changed)
         flights.told.connect(self._show_flights)
         flights.failed.connect(lambda words: self.details.say(words, "warning"))
@@ -335,6 +336,11 @@ class ManeuversPage(ReviewPage):
         self.timeline.show_flight(traces)
         self._refresh()
 
+    def _opened(self, flight: ReviewedFlight) -> None:
+        """Keep changes that never reached the catalog: the window was closed too soon."""
+        if flight.changes:
+            self.keeping.keep(flight)
+
     def _flights_changed(self) -> None:
         if self.flights.flight is not None and self.panel.has_keyboard:
             self.begin()
@@ -351,13 +357,27 @@ class ManeuversPage(ReviewPage):
         self.panel.offer_open(self.flights.offers_open)
         self.changed.emit()
 
+    def _hint(self) -> str:
+        """Return what to do where no maneuver is looked at."""
+        here = self.flights.flight
+        if here is None:
+            return "Add a flight; its maneuvers are found and graded."
+        found = (
+            ""
+            if here.maneuvers
+            else (
+                "None was found: no input was quick, returned to trim and was answered in the air. "
+            )
+        )
+        return f"{found}Drag across a stretch of the charts and press Add to make it one."
+
     def _refresh(self) -> None:
         """Show everything as it stands."""
         rows, chosen, here = self.review.rows(), self._selection.maneuver, self.flights.flight
         row = next((one for one in rows if one.id == chosen), None)
         self.table.show_rows(rows)
         self.table.choose(chosen)
-        self.details.show_row(row)
+        self.details.show_row(row, self._hint())
         number = self.review.flights.index(here) + 1 if here in self.review.flights else 0
         spans = [_span(one) for one in rows if one.number == number]
         self.timeline.show_spans(spans, row.maneuver.id if row is not None else "")

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from gsapp.foundation import GroundStationError
 from gsapp.session.review import Review, ReviewedFlight
 from ui.review.flight_work import FlightOpening
 from ui.review.selection import Selection
 from ui.settings import SettingsStore, catalog_path
+
+log = logging.getLogger(__name__)
 
 _FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
 
@@ -60,9 +64,7 @@ class ReviewedFlights(QWidget):
         self.flight: ReviewedFlight | None = None
         self.opening = FlightOpening(lambda: catalog_path(store.current), self)
         self.opening.opened.connect(self._opened)
-        self.opening.failed.connect(
-            lambda path, error: self.failed.emit(f"{path.name} is not opened: {error}")
-        )
+        self.opening.failed.connect(self._not_opened)
         self.opening.changed.connect(self.told)
         selection.maneuver_changed.connect(self._follow)
 
@@ -131,6 +133,11 @@ class ReviewedFlights(QWidget):
             # The first one, or the one on screen opened anew.
             self.look_at(flight)
         self.changed.emit()
+
+    def _not_opened(self, path: Path, error: BaseException) -> None:
+        if not isinstance(error, GroundStationError):
+            log.error("%s is not opened", path, exc_info=error)
+        self.failed.emit(f"{path.name} is not opened: {error}")
 
     def _remember(self) -> None:
         paths = tuple(str(path.absolute()) for path in self._review.paths)
