@@ -43,6 +43,8 @@ BENCHMARKS = {
     "information": "bounds expected against those reported; the band before a maneuver; its cost",
     "verdicts": "verdicts on 300 virtual inputs against the truth; how late they are",
     "cue_cost": "cues of a live flight: share of a core, telemetry to cue",
+    "review": "opening a ten-minute flight for review, and working on its time line",
+    "estimates_live": "a live flight with and without derivatives forming: frames, cues, losses",
     "peers": "MAVProxy between the virtual aircraft and the recorder",
 }
 ONLY_WHEN_NAMED = {"peers", "discrepancy"}
