@@ -167,6 +167,8 @@ class FigureView(QScrollArea):
             number=self.drawer.next_number(), make=self._make, palette=palette, room=self.room,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
+        if self.drawing is None:
+            self.canvas.setFixedSize(self.viewport().size())
         self._ordered = Drawing(order=order)
         self.drawer.begin(order)
         self._hint.start()

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 METHODS = {"ml": "ML", "ee": "equation error", "ftr": "FTR"}
 """Short names of the methods, for lists and legends."""
+_BY_HAND = "Left out of the means by hand."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -109,6 +110,12 @@ def point_words(material: Material, derivative: str, maneuver: str) -> str:
         lines.append(f"mean {summary.value.mean:.4g}, bound {summary.value.std:.2g}")
         lines.append(conditions_words(point.conditions, material.units))
         lines += _left_out_words(summary, maneuver)
+    elif result is not None:
+        from gsapp.identification.summary.points import conditions_of
+
+        lines.append(conditions_words(conditions_of(result.maneuver), material.units))
+        if maneuver in material.outcome.summary.without:
+            lines.append(_BY_HAND)
     return "\n".join(line for line in lines if line)
 
 
@@ -118,7 +125,7 @@ def _point_of(summary: DerivativeSummary, maneuver: str) -> Point | None:
 
 def _left_out_words(summary: DerivativeSummary, maneuver: str) -> list[str]:
     if any(one.maneuver == maneuver for one in summary.excluded):
-        return ["Left out of the means by hand."]
+        return [_BY_HAND]
     return [
         f"Left out of the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."
         for one in summary.outliers

@@ -22,7 +22,7 @@ from ui.review.figures_needs import FigureNeeds
 from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
 from ui.review.figures_saving import FigureSaver
 from ui.review.jobs import BeginJob
-from ui.review.page import ReviewPage
+from ui.review.page import FORMER_RUNS, ReviewPage
 from ui.review.selection import Selection
 from ui.settings import SettingsStore
 
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_KEPT = 4
-"""Runs looked at before that a fit can be compared with."""
 _POINTED = frozenset({"values", "online"})
 """Figures whose points stand for maneuvers."""
 _NOTHING = (
@@ -142,13 +140,14 @@ class FiguresPage(ReviewPage):
                 self._exclusions.show(outcome.summary.without)
                 self._take(replace(former, outcome=outcome), same=True)
             return
-        others = () if former is None else (former.outcome, *former.others)
+        before = () if former is None else (former.outcome, *former.others)
+        others = tuple(one for one in before if one.result is not outcome.result)
         self._exclusions = Exclusions()
         self._exclusions.show(outcome.summary.without)
         self._needs.forget(outcome)
         self._take(
             Material(
-                outcome=outcome, others=others[:_KEPT], units=self.look.units,
+                outcome=outcome, others=others[:FORMER_RUNS], units=self.look.units,
                 maneuver=self._selection.maneuver, heard=self._needs.heard, chosen=self._chosen,
             )
         )  # fmt: skip

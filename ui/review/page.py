@@ -16,6 +16,9 @@ from ui.look import Look
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
 
+FORMER_RUNS = 4
+"""Runs looked at before that are kept, to be compared with."""
+
 
 class ReviewPage(QWidget):
     """One chapter of the review.

@@ -19,7 +19,7 @@ from ui.look import Look
 from ui.process.engine import Engine
 from ui.review.chapters import CHAPTERS
 from ui.review.onboard_desk import OnboardDesk
-from ui.review.page import ReviewPage
+from ui.review.page import FORMER_RUNS, ReviewPage
 from ui.review.selection import Selection
 from ui.review.work import ReviewWork, review_engine
 from ui.settings import SettingsStore
@@ -82,6 +82,7 @@ class ReviewPlace(QWidget):
         self._review: Review | None = None
         self._open: Path | None = None
         self.outcome: Outcome | None = None
+        self._former: tuple[Outcome, ...] = ()
         self.pages: dict[str, ReviewPage] = {}
         self.chapter = ""
         self.selection = Selection(self)
@@ -113,7 +114,7 @@ class ReviewPlace(QWidget):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place and its pages do."""
         own = {f"review_{one.id}": lambda name=one.id: self.go(name) for one in CHAPTERS}
-        own |= {"review_cancel": self.work.cancel, "review_redo": self.redo}
+        own |= {"review_cancel": self.cancel, "review_redo": self.redo}
         own |= self.onboard.handlers
         of_pages = {
             command.id: lambda name=command.id: self._on_page(name)
@@ -245,6 +246,8 @@ class ReviewPlace(QWidget):
 
             figures = FiguresPage(self._actions, look, store, self.selection, self.work.begin)
             figures.exclusion_changed.connect(self._means_changed)
+            for former in self._former:
+                figures.show_outcome(former)
             return figures
         from ui.review.summary_page import SummaryPage
 
@@ -260,7 +263,7 @@ class ReviewPlace(QWidget):
         return self._review
 
     def _maneuvers_changed(self) -> None:
-        """Say on the page on screen what a run would take now."""
+        """Say on the page of the estimate what a run would take now."""
         estimate = self.pages.get("estimate")
         if estimate is not None:
             estimate.refresh()
@@ -290,7 +293,9 @@ class ReviewPlace(QWidget):
 
     def show_outcome(self, outcome: Outcome | None) -> None:
         """Look at another run, on all pages."""
-        self.outcome = outcome
+        former, self.outcome = self.outcome, outcome
+        if former is not None and outcome is not None and former.result is not outcome.result:
+            self._former = (*self._former, former)[-FORMER_RUNS:]
         for page in self.pages.values():
             page.show_outcome(outcome)
         self._page_changed()
@@ -325,11 +330,15 @@ class ReviewPlace(QWidget):
             self._banners.show_banner("note", f"{title}: done.", ("Look (F4)", self.wanted.emit))
         self.changed.emit()
 
+    def cancel(self) -> None:
+        """Stop what runs; it may take a moment to put down what it holds."""
+        self.work.cancel()
+        if self.work.running:
+            self._told(None, "stopping")
+
     def _raise_banner(self) -> None:
         self._drop_banner()
-        self._banner = self._banners.show_banner(
-            "work", self.strip.title, ("Stop", self.work.cancel)
-        )
+        self._banner = self._banners.show_banner("work", self.strip.title, ("Stop", self.cancel))
 
     def _drop_banner(self) -> None:
         if self._banner is not None:
