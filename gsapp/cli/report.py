@@ -100,7 +100,7 @@ def run(
         check_fitted(outcome.result)
         linear = None
         if validate:
-            linear = compare_linear_models(outcome, validate, progress=step)
+            linear = compare_linear_models(outcome, validate, flights=shelf, progress=step)
         written = write_campaign_report(
             outcome, out, units=units, written=now() if dated else None, linear=linear,
             flights=shelf, progress=step,

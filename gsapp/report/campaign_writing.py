@@ -73,14 +73,15 @@ def write_campaign_report(
         If the disk refuses.
     """
     check_place(out)
+    shelf = FlightShelf() if flights is None else flights
     if heard is None:
         tell = _within(_HEARING, progress)
         tell(0.0, "listening to whole flights")
-        heard = _heard(outcome, FlightShelf() if flights is None else flights, tell)
+        heard = _heard(outcome, shelf, tell)
     if linear is None:
         tell = _within(_LINEAR, progress)
         tell(0.0, "comparing linear models")
-        linear = compare_linear_models(outcome, progress=_step(tell))
+        linear = compare_linear_models(outcome, flights=shelf, progress=_step(tell))
     tell = _within(_DRAWING, progress)
     tell(0.0, "drawing the figures")
     document = estimate_document(

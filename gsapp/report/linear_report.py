@@ -20,12 +20,21 @@ __all__ = ["LinearComparison", "compare_linear_models", "error_table", "linear_s
 
 
 def error_table(one: AxisComparison, method: Method) -> Table:
-    """Return RMS error over range in percent by variable and model: tables 7.4.1 and 7.4.2."""
+    """Return RMS error over range in percent by variable and model: tables 7.4.1 and 7.4.2.
+
+    Over the maneuvers kept out, then over the whole of the flights where flights were.
+    """
+    rows = error_rows(one.outputs, one.errors)
+    over = "each maneuver kept out, from a start of its own"
+    if one.whole:
+        whole = error_rows(one.outputs, one.whole)
+        rows += tuple((f"{name}, whole flight", *errors) for name, *errors in whole)
+        over += f", and the whole of {' and '.join(one.flights)} from first to last maneuver"
     return Table(
-        caption=f"RMS error over range, percent, of the {AXIS_TITLES[one.axis]} models; "
-        "* the least of each row",
+        caption=f"RMS error over range, percent, of the {AXIS_TITLES[one.axis]} models over "
+        f"{over}; * the least of each row",
         columns=("variable", *(model_name(name, method) for name in one.models)),
-        rows=error_rows(one),
+        rows=rows,
         numeric=frozenset(range(1, 1 + len(one.models))),
     )
 

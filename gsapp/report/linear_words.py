@@ -11,8 +11,11 @@ from gsapp.dynamics.linearization import LinearModel, Mode
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import Step
 from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Method
+from gsapp.identification.runs.inputs import openings_of
 from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.shelf import FlightShelf
 from gsapp.identification.summary.linear_comparison import (
     AxisComparison,
     LinearComparison,
@@ -41,7 +44,11 @@ MODE_COLUMNS: Final = (
 
 
 def compare_linear_models(
-    outcome: Outcome, validate: Collection[Path] = (), *, progress: Step | None = None
+    outcome: Outcome,
+    validate: Collection[Path] = (),
+    *,
+    flights: FlightShelf | None = None,
+    progress: Step | None = None,
 ) -> LinearComparison:
     """Compare three linear models on flights or maneuvers that were not used to fit them.
 
@@ -51,6 +58,8 @@ def compare_linear_models(
     validate : collection of Path
         Flights of the outcome to judge on. Empty: for each axis the last flight that flew it;
         where only one did, every other maneuver of each kind.
+    flights : FlightShelf, optional
+        Flights that are open already.
     progress : callable, optional
         As of `gsapp.identification.campaign.run_campaign`.
 
@@ -62,7 +71,14 @@ def compare_linear_models(
         If `progress` returned False.
     """
     numbers = kept_out_numbers(outcome.request.flights, validate)
-    return compare_linear(outcome.result, keep_out=numbers, progress=progress)
+    shelf = FlightShelf() if flights is None else flights
+    openings = openings_of(outcome.request)
+
+    def cut(number: str, start: float, stop: float) -> Maneuver:
+        opened = shelf.open(openings[int(number or "1") - 1]).opened
+        return opened.cut("whole", start, stop, (), "")
+
+    return compare_linear(outcome.result, keep_out=numbers, cut=cut, progress=progress)
 
 
 def kept_out_numbers(flights: Sequence[Path], validate: Collection[Path]) -> tuple[str, ...]:
@@ -113,16 +129,23 @@ def _count(maneuvers: tuple[str, ...]) -> str:
     return f"{number} maneuver{'' if number == 1 else 's'}"
 
 
-def error_rows(one: AxisComparison) -> tuple[tuple[str, ...], ...]:
+def error_rows(
+    outputs: Sequence[str], errors: Mapping[str, Mapping[str, float]]
+) -> tuple[tuple[str, ...], ...]:
     """Return RMS error over range in percent, a row for each variable, a column for each model.
 
     The least of each row carries a star.
+
+    Parameters
+    ----------
+    outputs : sequence of str
+    errors : mapping of str to mapping of str to float
+        By model and output: `AxisComparison.errors`, or ``whole``.
     """
     rows = []
-    for name in one.outputs:
-        errors = [one.errors[model][name] for model in one.models]
-        least = min(errors)
-        rows.append((channel(name).symbol, *(_error(value, least) for value in errors)))
+    for name in outputs:
+        found = [own[name] for own in errors.values()]
+        rows.append((channel(name).symbol, *(_error(value, min(found)) for value in found)))
     return tuple(rows)
 
 
@@ -156,15 +179,14 @@ def _time_constant(mode: Mode) -> str:
 
 
 def comparison_json(comparison: LinearComparison) -> dict[str, Any]:
-    """Return a comparison for programs: the JSON of ``gsapp linear-models``, less whole flights."""
+    """Return a comparison for programs: the JSON of ``gsapp linear-models``, and what judged."""
     content: dict[str, Any] = {"lon": None, "lat": None}
     for axis, one in comparison.axes.items():
         content[axis] = {
             name: {
                 **linear_model_json(fitted.model),
-                "by_maneuver_pct": {
-                    output: number_or_none(value) for output, value in one.errors[name].items()
-                },
+                "rms_over_range_pct": _numbers(one.whole.get(name, {})),
+                "by_maneuver_pct": _numbers(one.errors[name]),
                 "fitted_on": list(one.fitted),
                 "judged_on": list(one.judged),
                 "remarks": list(fitted.remarks),
@@ -194,6 +216,10 @@ def linear_model_json(model: LinearModel) -> dict[str, Any]:
             for mode in model.modes()
         ],
     }
+
+
+def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: number_or_none(value) for name, value in values.items()}
 
 
 def number_or_none(value: float) -> float | None:

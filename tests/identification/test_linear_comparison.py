@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.model import load_model
+from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.summary.linear_comparison import compare_linear
@@ -30,7 +31,7 @@ def flown_once() -> tuple[Maneuver, ...]:
     """Return four longitudinal and four lateral maneuvers, in turn."""
     kinds = zip(range(21, 29), ("lon", "lat") * 4, strict=True)
     return tuple(
-        fly(seed, kind, dt=0.02, duration=5.0, model=TRUTH).maneuver for seed, kind in kinds
+        fly(seed, kind, dt=0.02, duration=4.0, model=TRUTH).maneuver for seed, kind in kinds
     )
 
 
@@ -74,18 +75,45 @@ def test_the_last_flight_is_kept_out_and_nothing_of_it_is_in_the_models() -> Non
         assert all(
             0.0 < error < 15.0 for errors in one.errors.values() for error in errors.values()
         )
-    other = tuple(with_channel(one, "q", 0.5) if one.id[0] == "2" else one for one in flown)
+    other = tuple(
+        with_channel(one, "q", 0.5) if one.id[0] == "2" else one
+        for one in flown
+        if "de" in one.inputs
+    )
     wrong = compare_linear(campaign(other))
-    for axis, one in found.axes.items():
-        for name, model in one.models.items():
-            assert np.array_equal(model.model.A, wrong.axes[axis].models[name].model.A)
-            assert np.array_equal(model.model.B, wrong.axes[axis].models[name].model.B)
+    for name, model in found.axes["lon"].models.items():
+        assert np.array_equal(model.model.A, wrong.axes["lon"].models[name].model.A)
+        assert np.array_equal(model.model.B, wrong.axes["lon"].models[name].model.B)
     assert wrong.axes["lon"].errors["ml"]["q"] > 2.0 * found.axes["lon"].errors["ml"]["q"]
 
 
-def test_the_flight_that_judges_can_be_named() -> None:
-    found = compare_linear(campaign(maneuvers(2)), keep_out=("1",))
-    assert found.axes["lat"].judged == ("1:M1", "1:M3")
+def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
+    """The cut asked for runs from its first to its last maneuver; a start of one's own helps.
+
+    A flight that cannot be opened is said.
+    """
+    flown = tuple(one for one in maneuvers(2) if "de" in one.inputs and one.id != "1:M2")
+    asked: list[tuple[str, float, float]] = []
+
+    def cut(number: str, start: float, stop: float) -> Maneuver:
+        asked.append((number, start, stop))
+        return flown[0]
+
+    def gone(*_: object) -> Maneuver:
+        raise FlightError("the flight is gone")
+
+    found = compare_linear(campaign(flown), keep_out=("1",), cut=cut).axes["lon"]
+    assert found.judged == ("1:M0",)
+    assert asked == [("1", flown[0].t_start, flown[0].t_end)]
+    for name, errors in found.errors.items():
+        ratios = np.array([errors[key] / found.whole[name][key] for key in found.outputs])
+        # All outputs together, each in units of what it missed without.
+        assert 0.0 < np.mean(ratios**2) < 1.0
+    without = compare_linear(campaign(flown), keep_out=("1",), cut=gone)
+    assert not without.axes["lon"].whole
+    assert without.remarks == (
+        "no longitudinal models are judged on whole flights: the flight is gone",
+    )
 
 
 def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:

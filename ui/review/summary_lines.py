@@ -223,11 +223,13 @@ def error_lines(comparison: LinearComparison) -> tuple[Line, ...]:
     """Return the error tables of the linear models, both axes; the least of a row has a star."""
     from gsapp.report.linear_words import error_rows
 
-    return tuple(
-        Line(key=(axis, name), cells=(symbol_text(name), *errors))
-        for axis, one in comparison.axes.items()
-        for name, *errors in error_rows(one)
-    )
+    lines = []
+    for axis, one in comparison.axes.items():
+        for words, found in (("", one.errors), (", whole flight", one.whole)):
+            for name, *errors in error_rows(one.outputs, found) if found else ():
+                cells = (f"{symbol_text(name)}{words}", *errors)
+                lines.append(Line(key=(axis, name, words), cells=cells))
+    return tuple(lines)
 
 
 def comparison_words(comparison: LinearComparison) -> str:

@@ -107,7 +107,9 @@ class ReviewBench:
     def _compare(self, job: LinearJob) -> LinearComparison:
         from gsapp.report.linear_report import compare_linear_models
 
-        return compare_linear_models(job.outcome, job.validate, progress=self._stepping)
+        return compare_linear_models(
+            job.outcome, job.validate, flights=self.flights, progress=self._stepping
+        )
 
     def _report(self, job: ReportJob) -> Path:
         from gsapp.flight.info import now

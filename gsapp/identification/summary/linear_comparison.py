@@ -8,7 +8,7 @@ derivatives are estimated anew for it, so that nothing of the others is in them.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -81,7 +81,11 @@ class AxisComparison:
     models : mapping of str to FittedModel
         ``bls``, ``subspace``, ``ml``; the last are the derivatives of the campaign's own method.
     errors : mapping of str to mapping of str to float
-        RMS error over range, percent, by model and output; infinite where a model runs away.
+        RMS error over range, percent, by model and output, over the traces; infinite where a
+        model runs away.
+    whole : mapping of str to mapping of str to float
+        The same over the whole of the flights kept out, each from its first to its last maneuver
+        without a start of its own (tables 7.4.1 and 7.4.2); empty where no flight was.
     traces : tuple of LinearTrace
     fitted, judged : tuple of str
         Maneuvers.
@@ -98,6 +102,7 @@ class AxisComparison:
     fitted: tuple[str, ...]
     judged: tuple[str, ...]
     flights: tuple[str, ...] = ()
+    whole: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -111,7 +116,7 @@ class LinearComparison:
     method : {"ml", "ee", "ftr"}
         Of the derivatives.
     remarks : tuple of str
-        Why an axis is missing.
+        Why an axis is missing, or a judgment of it; which maneuvers were no use.
     """
 
     axes: Mapping[LinearAxis, AxisComparison] = field(default_factory=dict)
@@ -128,8 +133,16 @@ class _Split:
     flights: tuple[str, ...]
 
 
+Cut = Callable[[str, float, float], Maneuver]
+"""Cuts a flight by its number (empty where there is only one) from one time to another, s."""
+
+
 def compare_linear(
-    result: CampaignResult, *, keep_out: Collection[str] = (), progress: Step | None = None
+    result: CampaignResult,
+    *,
+    keep_out: Collection[str] = (),
+    cut: Cut | None = None,
+    progress: Step | None = None,
 ) -> LinearComparison:
     """Fit the linear models on a part of a campaign's maneuvers and judge them on the rest.
 
@@ -139,6 +152,8 @@ def compare_linear(
     keep_out : collection of str
         Numbers of the flights to judge on, as the ids of their maneuvers begin. Empty: for each
         axis the last flight that flew it; where only one did, every other maneuver of each kind.
+    cut : callable, optional
+        With it the models are judged on the whole of the flights kept out, too.
     progress : callable, optional
         As of `run_campaign`.
 
@@ -176,6 +191,12 @@ def compare_linear(
             found[axis] = _compare(axis, split, means)
         except FlightError as error:
             remarks.append(f"no {AXIS_WORDS[axis]} models are compared: {error}")
+            continue
+        if cut is not None and split.flights:
+            try:
+                found[axis] = replace(found[axis], whole=_whole(found[axis], every, split, cut))
+            except FlightError as error:
+                remarks.append(f"no {AXIS_WORDS[axis]} models are judged on whole flights: {error}")
     return LinearComparison(axes=found, method=result.settings.method, remarks=tuple(remarks))
 
 
@@ -280,6 +301,29 @@ def _compare(axis: LinearAxis, split: _Split, values: Mapping[str, float]) -> Ax
         judged=tuple(one.id for one in split.judged),
         flights=split.flights,
     )
+
+
+def _whole(
+    one: AxisComparison, every: Sequence[Maneuver], split: _Split, cut: Cut
+) -> dict[str, dict[str, float]]:
+    """Return the errors over the whole of the flights kept out, by model and output."""
+    stretches: list[Signals] = []
+    for number in dict.fromkeys(flight_number(judged.id) for judged in split.judged):
+        flown = [maneuver for maneuver in every if flight_number(maneuver.id) == number]
+        start = min(maneuver.t_start for maneuver in flown)
+        stop = max(maneuver.t_end for maneuver in flown)
+        stretches += signals_of(cut(number, start, stop), one.axis)
+    if not stretches:
+        raise FlightError("they hold gaps throughout")
+    measured = np.vstack([part.outputs for part in stretches])
+    return {
+        name: errors_over_range(
+            measured,
+            np.vstack([followed(model.at(part.dt), part, own_start=False) for part in stretches]),
+            one.outputs,
+        )
+        for name, model in one.models.items()
+    }
 
 
 def _traces(
