@@ -219,7 +219,9 @@ def _modes(material: Material, palette: Palette, _room: Room) -> Picture | str:
     from gsapp.report.mode_figures import modes_picture
 
     if not material.outcome.models:
-        why = [one for one in material.outcome.remarks if "linear" in one]
+        from gsapp.identification.summary.linear import NO_MODEL
+
+        why = [one for one in material.outcome.remarks if one.startswith(NO_MODEL)]
         return "There is no linear model" + "".join(f": {one}" for one in why) + "."
     return modes_picture(_spread_modes(material), palette=palette)
 

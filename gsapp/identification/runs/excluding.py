@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.summary import summarize_campaign
-from gsapp.identification.summary.linear import linear_models
+from gsapp.identification.summary.linear import NO_MODEL, linear_models
 
 
 def excluding(outcome: Outcome, maneuvers: Collection[str]) -> Outcome:
@@ -21,8 +21,7 @@ def excluding(outcome: Outcome, maneuvers: Collection[str]) -> Outcome:
     """
     summary = summarize_campaign(outcome.result, without=maneuvers)
     models, why_not = linear_models(outcome.result, summary)
-    former = linear_models(outcome.result, outcome.summary)[1]
-    rest = tuple(one for one in outcome.remarks if one not in former)
+    rest = tuple(one for one in outcome.remarks if not one.startswith(NO_MODEL))
     return replace(
         outcome,
         request=replace(outcome.request, without=tuple(sorted(summary.without))),

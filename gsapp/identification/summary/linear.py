@@ -21,6 +21,8 @@ _NEEDED: Final[dict[LinearAxis, tuple[str, ...]]] = {
 
 
 AXIS_WORDS: Final[dict[LinearAxis, str]] = {"lon": "longitudinal", "lat": "lateral"}
+NO_MODEL: Final = "no linear"
+"""Begins each remark on a linear model that could not be made."""
 
 
 def known_values(settings: CampaignSettings, means: Mapping[str, float]) -> dict[str, float]:
@@ -79,5 +81,5 @@ def linear_models(
                 flown[0].aircraft, mean_condition(flown), axis, values
             )
         except FlightError as error:
-            remarks.append(f"no linear {words} model: {error}")
+            remarks.append(f"{NO_MODEL} {words} model: {error}")
     return found, tuple(remarks)
