@@ -78,7 +78,13 @@ def compare_linear_models(
         opened = shelf.open(openings[int(number or "1") - 1]).opened
         return opened.cut("whole", start, stop, (), "")
 
-    return compare_linear(outcome.result, keep_out=numbers, cut=cut, progress=progress)
+    return compare_linear(
+        outcome.result,
+        keep_out=numbers,
+        without=outcome.summary.without,
+        cut=cut,
+        progress=progress,
+    )
 
 
 def kept_out_numbers(flights: Sequence[Path], validate: Collection[Path]) -> tuple[str, ...]:

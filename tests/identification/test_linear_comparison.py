@@ -109,9 +109,9 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
         ratios = np.array([errors[key] / found.whole[name][key] for key in found.outputs])
         # All outputs together, each in units of what it missed without.
         assert 0.0 < np.mean(ratios**2) < 1.0
-    without = compare_linear(campaign(flown), keep_out=("1",), cut=gone)
-    assert not without.axes["lon"].whole
-    assert without.remarks == (
+    closed = compare_linear(campaign(flown), keep_out=("1",), cut=gone)
+    assert not closed.axes["lon"].whole
+    assert closed.remarks == (
         "no longitudinal models are judged on whole flights: the flight is gone",
     )
 
@@ -130,6 +130,12 @@ def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
     computed = np.vstack([one.computed["bls"][:, 2] for one in found.axes["lon"].traces])
     error = 100.0 * np.sqrt(np.mean((measured - computed) ** 2)) / np.ptp(measured)
     assert found.axes["lon"].errors["bls"]["q"] == pytest.approx(error)
+
+
+def test_what_was_left_out_by_hand_is_neither_fitted_nor_judged() -> None:
+    found = compare_linear(campaign(maneuvers(2)), without=("1:M0", "2:M6", "1:M1", "1:M3"))
+    assert (found.axes["lon"].fitted, found.axes["lon"].judged) == (("1:M2",), ("2:M4",))
+    assert found.axes["lat"].fitted == ("2:M5",)
 
 
 def test_a_single_maneuver_of_a_kind_is_told_and_not_judged() -> None:

@@ -33,6 +33,7 @@ from gsapp.identification.linear_models.signals import (
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.moment_reference import about_flown_cg
 from gsapp.identification.results import Method
+from gsapp.identification.summary.campaign_summary import summarize_campaign
 from gsapp.identification.summary.linear import AXIS_WORDS, check_known, known_values
 from gsapp.quantities import FloatArray
 
@@ -141,6 +142,7 @@ def compare_linear(
     result: CampaignResult,
     *,
     keep_out: Collection[str] = (),
+    without: Collection[str] = (),
     cut: Cut | None = None,
     progress: Step | None = None,
 ) -> LinearComparison:
@@ -152,6 +154,8 @@ def compare_linear(
     keep_out : collection of str
         Numbers of the flights to judge on, as the ids of their maneuvers begin. Empty: for each
         axis the last flight that flew it; where only one did, every other maneuver of each kind.
+    without : collection of str
+        Maneuvers that count nowhere.
     cut : callable, optional
         With it the models are judged on the whole of the flights kept out, too.
     progress : callable, optional
@@ -162,7 +166,7 @@ def compare_linear(
     CanceledError
         If `progress` returned False.
     """
-    every = [one.maneuver for one in result.results]
+    every = [one.maneuver for one in result.results if one.maneuver.id not in without]
     splits: dict[LinearAxis, _Split] = {}
     remarks = []
     for axis, words in AXIS_WORDS.items():
@@ -183,7 +187,7 @@ def compare_linear(
     if not splits:
         return LinearComparison(method=result.settings.method, remarks=tuple(remarks))
     out = {one.id for split in splits.values() for one in split.judged}
-    means = _means_without(result, out, progress)
+    means = _means(result, [one for one in every if one.id not in out], progress)
     found: dict[LinearAxis, AxisComparison] = {}
     for axis, split in splits.items():
         try:
@@ -265,14 +269,14 @@ def _too_few(own: Sequence[Maneuver], keep_out: Collection[str]) -> str:
     return f"it takes a second maneuver that moves {surfaces}, to judge them on"
 
 
-def _means_without(
-    result: CampaignResult, out: Collection[str], progress: Step | None
+def _means(
+    result: CampaignResult, maneuvers: Sequence[Maneuver], progress: Step | None
 ) -> dict[str, float]:
-    """Return the derivatives that a campaign gives without some of its maneuvers."""
+    """Return the derivatives that some maneuvers of a campaign give, estimated anew."""
     settings = replace(result.settings, joint=False)
-    kept = [one.maneuver for one in result.results if one.maneuver.id not in out]
-    without = run_campaign(kept, settings, progress=progress)
-    return known_values(settings, {name: one.mean for name, one in without.values.items()})
+    summary = summarize_campaign(run_campaign(maneuvers, settings, progress=progress))
+    means = {name: one.value.mean for name, one in summary.derivatives.items()}
+    return known_values(settings, means)
 
 
 def _compare(axis: LinearAxis, split: _Split, values: Mapping[str, float]) -> AxisComparison:
