@@ -7,7 +7,7 @@ however alike they look in one place.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,6 +28,8 @@ _SMOOTH = 0.3
 The radio carries a few samples a second, and what lies between them is a straight line; smoothed,
 both hold the same. It is symmetric, so that it moves nothing.
 """
+_SMOOTH_PERIODS = 2.0
+"""Or over so many samples of the radio, where it carries fewer."""
 _LEAST_THERE = 0.6
 _LEAST_ALIKE = 0.9
 _LEAST_AGREEING = 0.5
@@ -39,6 +41,8 @@ _BEYOND_DOUBT = 3.0
 _FLOOR = 2e-4
 """Seconds; no lag of a stretch is believed to be better than this."""
 _OUTSIDE = 4.0
+_ROUNDS = 3
+_FEW = 4
 _NORMAL = 1.4826
 """From the median of absolute deviations to a standard deviation."""
 
@@ -47,10 +51,22 @@ class NoClockError(Exception):
     """Two records that cannot be aligned; says why, to stand after a colon."""
 
 
-class _Window(NamedTuple):
-    """The lag of one stretch: at a time of the live record, s; the log's lag there, s; its std."""
+class _Lag(NamedTuple):
+    """What one channel says of one stretch.
+
+    Attributes
+    ----------
+    at : float
+        Middle of the stretch, s of flight time.
+    channel : str
+    lag : float
+        To be added to the log's time there, s.
+    std : float
+        s.
+    """
 
     at: float
+    channel: str
     lag: float
     std: float
 
@@ -101,17 +117,22 @@ def compare_clocks(
             f"{', '.join(names)})"
         )
     every = common_channels(live, log, leave_out, _MOST_CHANNELS)
-    windows = _windows(live, log, rate, every, coarse)
+    lags = _lags(live, log, rate, every, coarse)
+    windows = len({one.at for one in lags})
     if not windows:
         raise NoClockError(
             f"they look alike somewhere (correlation {coarse.correlation:.2f}), but no stretch of "
             f"{_WINDOW:g} s does in detail"
         )
-    line = _line(windows)
-    if line.agreeing < _LEAST_AGREEING * len(windows) or abs(line.slope) > _MOST_DRIFT:
+    line = _line(lags)
+    if line.agreeing < _LEAST_AGREEING * windows:
         raise NoClockError(
-            f"only {line.agreeing} of {len(windows)} stretches of motion lie where one clock "
-            "would put them"
+            f"only {line.agreeing} of {windows} stretches of motion lie where one clock would put "
+            "them"
+        )
+    if abs(line.slope) > _MOST_DRIFT and abs(line.slope) > _BEYOND_DOUBT * (line.slope_std or 0.0):
+        raise NoClockError(
+            f"one clock would gain {abs(line.slope) * 1e6:.0f} ppm on the other, more than any does"
         )
     drifts = line.slope_std is not None and abs(line.slope) > _BEYOND_DOUBT * line.slope_std
     # Lags are over flight time; offset and drift over the log's own, parts in a million apart.
@@ -123,24 +144,28 @@ def compare_clocks(
         drifts=drifts,
         at=line.at - line.offset,
         correlation=coarse.correlation,
-        windows=len(windows),
+        windows=windows,
         agreeing=line.agreeing,
     )
 
 
-def _windows(live: Block, log: Block, rate: float, names: list[str], coarse: Lag) -> list[_Window]:
+def _lags(live: Block, log: Block, rate: float, names: Sequence[str], coarse: Lag) -> list[_Lag]:
     """Return the lags of stretches of the live record that move, one each `_WINDOW` seconds."""
     live_first, live_values = dense(live, names, rate)
     log_first, log_values = dense(log, names, rate)
-    width = 2 * round(0.5 * _SMOOTH * rate) + 1
-    live_values, log_values = _smoothed(live_values, width), _smoothed(log_values, width)
+    periods = [_period(column) for column in live_values.T]
+    widths = [
+        2 * round(0.5 * max(_SMOOTH * rate, _SMOOTH_PERIODS * period)) + 1 for period in periods
+    ]
+    live_values, log_values = _smoothed(live_values, widths), _smoothed(log_values, widths)
     start = max(live_first, log_first + coarse.rows)
     stop = min(live_first + len(live_values), log_first + coarse.rows + len(log_values))
     search = max(_LEAST_SEARCH, _MOST_DRIFT * (stop - start) / rate)
     reach = max(min(round(search * rate), (stop - start) // 8), 2)
     # The log is looked at a little before and behind each stretch, and smoothing takes its ends.
-    start, stop = start + reach + width // 2, stop - reach - width // 2
-    if stop - start < width:
+    edge = reach + min(max(widths) // 2, (stop - start) // 8)
+    start, stop = start + edge, stop - edge
+    if stop - start < min(widths):
         return []
     rows = min(round(_WINDOW * rate), stop - start)
     count = (stop - start) // rows
@@ -154,17 +179,32 @@ def _windows(live: Block, log: Block, rate: float, names: list[str], coarse: Lag
     for begin in begins.tolist():
         part = live_values[begin - live_first : begin - live_first + rows]
         other = _slice(log_values, begin - coarse.rows - reach - log_first, rows + 2 * reach)
-        lag = _lag_of_window(part, other, reach, width)
-        if lag is not None:
-            rows_off, std = lag
-            found.append(
-                _Window(
-                    at=(begin + 0.5 * rows) / rate,
-                    lag=(coarse.rows + rows_off) / rate,
-                    std=max(std / rate, _FLOOR),
+        for column, name in enumerate(names):
+            alone = widths[column] + periods[column]
+            lag = _lag_of_channel(part[:, column], other[:, column], reach, alone)
+            if lag is not None:
+                found.append(
+                    _Lag(
+                        at=(begin + 0.5 * rows) / rate,
+                        channel=name,
+                        lag=(coarse.rows + lag[0]) / rate,
+                        std=max(lag[1] / rate, _FLOOR),
+                    )
                 )
-            )
     return found
+
+
+def _period(values: FloatArray) -> float:
+    """Return how many rows lie between two samples of a channel that was laid on a grid.
+
+    Between samples it is a straight line.
+    """
+    bends = np.abs(np.diff(values, 2))
+    there = np.isfinite(bends)
+    if not there.any():
+        return 1.0
+    rounding = 1e-9 * max(float(np.nanmax(np.abs(values))), 1e-300)
+    return float(there.sum() / max(np.count_nonzero(bends[there] > rounding), 1))
 
 
 def _spread(values: FloatArray, start: int, rows: int) -> FloatArray:
@@ -187,52 +227,40 @@ def _slice(values: FloatArray, start: int, rows: int) -> FloatArray:
     return part
 
 
-def _smoothed(values: FloatArray, width: int) -> FloatArray:
-    """Return the columns smoothed by a symmetric bell; NaN where any of its rows is missing."""
-    bell = np.hanning(width + 2)[1:-1]
-    bell /= bell.sum()
+def _smoothed(values: FloatArray, widths: Sequence[int]) -> FloatArray:
+    """Return columns smoothed by symmetric bells; NaN where any row of a bell is missing."""
     result = np.full_like(values, np.nan)
-    if len(values) < width:
-        return result
-    for column in range(values.shape[1]):
+    for column, width in enumerate(widths):
+        if len(values) < width:
+            continue
+        bell = np.hanning(width + 2)[1:-1]
         there = ~np.isnan(values[:, column])
         filled = np.where(there, values[:, column], 0.0)
         whole = np.convolve(there, np.ones(width), mode="same") >= width - 0.5
-        result[whole, column] = np.convolve(filled, bell, mode="same")[whole]
+        smooth = np.convolve(filled, bell / bell.sum(), mode="same")
+        result[whole, column] = smooth[whole]
     return result
 
 
-def _lag_of_window(
-    live: FloatArray, log: FloatArray, reach: int, width: int
+def _lag_of_channel(
+    live: FloatArray, log: FloatArray, reach: int, alone: float
 ) -> tuple[float, float] | None:
     """Return the lag of a stretch, in rows from the coarse one, and its standard deviation.
 
-    Each channel that moves has its own; they are weighted by what they know.
-
     Parameters
     ----------
-    live : ndarray, shape (n, m)
-    log : ndarray, shape (n + 2 reach, m)
+    live : ndarray, shape (n,)
+    log : ndarray, shape (n + 2 reach,)
     reach : int
         Rows to try either way.
-    width : int
-        Rows over which both were smoothed.
+    alone : float
+        Rows apart from which on what is left is independent.
+
+    Returns
+    -------
+    tuple of float or None
+        None where the two are not alike.
     """
-    lags, weights = [], []
-    for column in range(live.shape[1]):
-        found = _lag_of_channel(live[:, column], log[:, column], reach, width)
-        if found is not None:
-            lags.append(found[0])
-            weights.append(found[1] ** -2)
-    if not lags:
-        return None
-    total = sum(weights)
-    return float(np.dot(lags, weights) / total), float(total**-0.5)
-
-
-def _lag_of_channel(
-    live: FloatArray, log: FloatArray, reach: int, width: int
-) -> tuple[float, float] | None:
     there = np.flatnonzero(~np.isnan(live))
     if there.size < _LEAST_THERE * live.size:
         return None
@@ -259,34 +287,58 @@ def _lag_of_channel(
         return None
     vertex = best + 0.5 * (before - after) / curve
     # Smoothed rows are not independent: as many as are left count.
-    rest = width * max(here, 0.0) / max(measured.size - 2, 1)
+    rest = alone * max(here, 0.0) / max(measured.size - 2, 1)
     std = float(np.sqrt(2.0 * rest / curve))
     return reach - vertex, max(std, 1e-3)
 
 
-def _line(windows: list[_Window]) -> _Line:
-    """Return the line through the lags, leaving out those that lie far beside it."""
-    times = np.array([window.at for window in windows])
-    lags = np.array([window.lag for window in windows])
-    stds = np.array([window.std for window in windows])
-    # First by medians, which no stray lag moves.
-    slope = _median_slope(times, lags)
-    rest = lags - slope * times
-    rest -= np.median(rest)
-    scale = max(_NORMAL * float(np.median(np.abs(rest))), 2.0 * _FLOOR)
-    kept = np.abs(rest) <= _OUTSIDE * np.maximum(scale, stds)
-    times, lags, stds = times[kept], lags[kept], stds[kept]
-    weights = stds**-2
+def _line(lags: Sequence[_Lag]) -> _Line:
+    """Return the line through the lags, leaving out stretches that lie far beside it.
+
+    A channel whose lags scatter by more than they say counts less.
+    """
+    channels = sorted({one.channel for one in lags})
+    column = np.array([channels.index(one.channel) for one in lags])
+    stretches, row = np.unique([one.at for one in lags], return_inverse=True)
+    each = np.array([one.lag for one in lags])
+    stds = np.array([one.std for one in lags])
+    for _ in range(_ROUNDS):
+        weights = np.bincount(row, stds**-2, minlength=stretches.size)
+        means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
+        # By medians first, which no stray lag moves.
+        slope = _median_slope(stretches, means)
+        middle = float(np.median(means - slope * stretches))
+        rest = each - middle - slope * stretches[row]
+        excess = np.array(
+            [_scatter(rest[column == k] / stds[column == k]) for k in range(len(channels))]
+        )
+        stds = stds * np.maximum(excess, 1.0)[column]
+    weights = np.bincount(row, stds**-2, minlength=stretches.size)
+    means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
+    beside = np.abs(means - middle - slope * stretches)
+    usual = max(_scatter(beside), 2.0 * _FLOOR)
+    kept = beside <= _OUTSIDE * np.maximum(usual, weights**-0.5)
+    return _straight(stretches[kept], means[kept], weights[kept])
+
+
+def _scatter(values: FloatArray) -> float:
+    """Return a standard deviation about zero that strays do not move; 1 for a few."""
+    if values.size < _FEW:
+        return 1.0
+    return _NORMAL * float(np.median(np.abs(values)))
+
+
+def _straight(times: FloatArray, lags: FloatArray, weights: FloatArray) -> _Line:
+    """Return the weighted line through lags of stretches that agree."""
     at = float(weights @ times / weights.sum())
     offset = float(weights @ lags / weights.sum())
     arm = float(weights @ (times - at) ** 2)
     if times.size < 3 or not arm > 0.0:
         spread = float(np.std(lags)) if times.size > 1 else 0.0
-        std = max(float(weights.sum() ** -0.5), spread)
         return _Line(
             at=at,
             offset=offset,
-            offset_std=std,
+            offset_std=max(float(weights.sum() ** -0.5), spread),
             slope=0.0,
             slope_std=None,
             agreeing=int(times.size),

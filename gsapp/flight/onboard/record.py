@@ -54,7 +54,7 @@ class LogClock:
 
     def words(self) -> str:
         """Return offset, drift and their uncertainties in a sentence."""
-        if abs(self.offset) < _WORTH_SAYING and not self.drifts:
+        if abs(self.offset) < max(_WORTH_SAYING, self.doubt) and not self.drifts:
             said = f"its clock agrees with the live record's within {1e3 * self.doubt:.1f} ms"
         else:
             said = (
@@ -68,7 +68,8 @@ class LogClock:
                 f"{self.drift_std * _PER_MILLION:.1f}), which is corrected"
             )
         elif self.drift_std is not None:
-            said += f"; no drift beyond {2.0 * self.drift_std * _PER_MILLION:.1f} ppm is seen"
+            most = abs(self.drift) + 2.0 * self.drift_std
+            said += f"; no drift beyond {most * _PER_MILLION:.1f} ppm is seen"
         else:
             said += "; too little moves in both to see a drift"
         stretches = "stretch" if self.windows == 1 else "stretches"
