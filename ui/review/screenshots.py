@@ -21,7 +21,7 @@ _SETTLED: Final = 1.0
 _PATIENCE: Final = 300.0
 """Seconds: FTR listens to whole flights."""
 _FIGURES: Final = ("fit", "residuals", "online", "linear", "correlations", "bounds", "modes")
-"""Names of the pictures of the figures after the first."""
+"""Names of the pictures of the figures after that of the values."""
 
 
 def photograph(
@@ -63,25 +63,30 @@ def _chapters(crew: Photographer, flights: int) -> Iterator[Path]:
         crew.press(keys)
     yield crew.take("maneuvers")
     crew.press("Alt+2")
-    _run(crew, "Return")
     estimate = review.pages["estimate"]
     estimate.panel.bound_factor.setFocus()
     for key in ("1", "0"):
         crew.press(key)
     _run(crew, "Return")
+    crew.press("Ctrl+Shift+Backspace")
+    _run(crew, "Ctrl+Return")
     runs = estimate.runs.list
     runs.setFocus()
     crew.wait(lambda: len(runs.lines.lines) == 2, "the kept runs")
     crew.press("Down")
     crew.press("Space")
     crew.press("Up")
+    estimate.area.verticalScrollBar().setValue(0)
     yield crew.take("estimate")
     crew.press("Alt+3")
-    yield crew.take("values")
-    for name in _FIGURES:
-        crew.press("Ctrl+PgDown")
-        crew.pause(_SETTLED)
-        crew.wait(lambda: not review.work.running, name)
+    view = review.pages["figures"].view
+    for place, name in enumerate(("values", *_FIGURES)):
+        if place:
+            crew.press("Ctrl+PgDown")
+        for _ in range(2):
+            # What comes of a job is drawn once more.
+            crew.pause(_SETTLED)
+            crew.wait(lambda: view.settled and not review.work.running, name)
         yield crew.take(name)
     crew.press("Alt+4")
     yield crew.take("summary")
