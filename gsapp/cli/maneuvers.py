@@ -121,6 +121,9 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
         )
     console.print(table)
     for one in found.maneuvers:
+        if one.use is not None:
+            words = "used in estimates" if one.use else "left out of estimates"
+            console.print(f"{one.id}: {words}, by hand", highlight=False, markup=False)
         if one.note:
             console.print(f"{one.id}: {one.note}", highlight=False, markup=False, soft_wrap=True)
         if one.reasons:

@@ -177,18 +177,18 @@ def flown_flight(
     prefix : str
         Put before their ids: ``2:`` in the second of several flights.
     every_grade : bool
-        Whether those graded unfit (D) stay in.
+        Whether those stay in that are graded unfit (D), or that a person left out.
     """
     found = surveyed.maneuvers
     remarks = [*opened.remarks, *surveyed.remarks]
-    # The only one there is stays in: what it cannot give is said by its estimate.
-    if not every_grade and len(found) > 1:
+    if not every_grade:
+        alone = len(found) == 1
         remarks += [
-            f"maneuver {one.id} is left out: {'; '.join(one.reasons) or 'unfit'}"
+            f"maneuver {one.id} is left out: {_why_not(one)}"
             for one in found
-            if one.grade == "D"
+            if not one.used(alone=alone)
         ]
-        found = tuple(one for one in found if one.grade != "D")
+        found = tuple(one for one in found if one.used(alone=alone))
     return FlownFlight(
         flight=opened.flight,
         aircraft=opened.aircraft,
@@ -200,6 +200,12 @@ def flown_flight(
         ),
         remarks=tuple(remarks),
     )
+
+
+def _why_not(maneuver: FoundManeuver) -> str:
+    if maneuver.use is False:
+        return "by hand"
+    return "; ".join(maneuver.reasons) or "unfit"
 
 
 def with_fuel_left(maneuver: Maneuver, carded: AsFlown) -> Maneuver:

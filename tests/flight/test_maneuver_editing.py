@@ -98,7 +98,9 @@ def test_what_cannot_be_is_said_in_a_sentence(wrong, words):
 
 DEEDS = st.lists(
     st.tuples(
-        st.sampled_from(["move", "add", "remove", "merge", "rename", "note", "undo", "redo"]),
+        st.sampled_from(
+            ["move", "add", "remove", "merge", "rename", "note", "use", "undo", "redo"]
+        ),
         st.integers(0, 7),
         st.floats(0.1, 3.0),
     ),
@@ -124,6 +126,8 @@ def done(book: ManeuverBook, deed: str, place: int, size: float) -> ManeuverBook
         return book.remove(name)
     if deed == "merge":
         return book.merge(names[:2], plain) if len(names) > 1 else book
+    if deed == "use":
+        return book.decide(name, size > 1.5)
     if deed == "rename":
         new = f"{name}'"
         return book if new in names else book.rename(name, new)

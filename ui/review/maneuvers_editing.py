@@ -60,12 +60,17 @@ class ManeuverEditing(QObject):
         chosen = self._selection.maneuver
         return next((row for row in self._review.rows() if row.id == chosen), None)
 
-    def _edit(self, change: Callable[[ReviewedFlight], str | None]) -> None:
-        """Do something to the flight on screen; what cannot be is said, and changes nothing.
+    def _edit(
+        self,
+        change: Callable[[ReviewedFlight], str | None],
+        flight: ReviewedFlight | None = None,
+    ) -> None:
+        """Do something to a flight, by default the one on screen.
 
-        A text that the change returns is the id of the maneuver to be looked at.
+        What cannot be is said, and changes nothing. A text that the change returns is the id of
+        the maneuver to be looked at.
         """
-        flight = self._flights.flight
+        flight = flight or self._flights.flight
         if flight is None:
             return
         at = self._where()
@@ -181,9 +186,11 @@ class ManeuverEditing(QObject):
         place = self._review.located(campaign_id)
         if place is None:
             return
-        self._selection.choose_maneuver(campaign_id)
+        flight, maneuver = place
         # When the editor of the cell has closed: the rows may be others then.
-        QTimer.singleShot(0, self, lambda: self._edit(lambda flight: change(flight, place[1].id)))
+        QTimer.singleShot(
+            0, self, lambda: self._edit(lambda flight: change(flight, maneuver.id), flight)
+        )
 
     def regrade(self, grade: Grade | None, reason: str) -> None:
         """Give the chosen maneuver a grade; None leaves it to the samples."""
@@ -194,8 +201,7 @@ class ManeuverEditing(QObject):
 
     def use(self, campaign_id: str, wanted: bool) -> None:
         """Let a maneuver take part in estimates, or not."""
-        self._review.use(campaign_id, wanted)
-        self.changed.emit()
+        self._named(campaign_id, lambda flight, name: flight.use(name, wanted))
 
     # Taking back
 

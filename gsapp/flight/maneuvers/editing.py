@@ -237,6 +237,18 @@ class ManeuverBook:
             raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
         return self.apply(Edit(words=words, removed=(name,), added=(new,)))
 
+    def decide(self, name: str, use: bool) -> ManeuverBook:
+        """Let a maneuver take part in estimates, or not, whatever its grade.
+
+        A decision that says no more than the grade is none, and does not outlast it.
+        """
+        old = self[name]
+        alone = len(self.maneuvers) == 1
+        by_grade = replace(old, use=None).used(alone=alone)
+        decided = replace(old, use=None if use == by_grade else use)
+        words = f"use {name} in estimates" if use else f"leave {name} out of estimates"
+        return self.apply(Edit(words=words, removed=(name,), added=(decided,)))
+
     def judged(self, maneuver: FoundManeuver, assess: Assess) -> FoundManeuver:
         """Return a maneuver as the samples show it now, with what people wrote of it.
 
@@ -275,8 +287,8 @@ class ManeuverBook:
 
 
 def _as_known(maneuver: FoundManeuver, former: FoundManeuver) -> FoundManeuver:
-    """Return a maneuver with what people know of it: id, note, and the grade they gave."""
-    kept = replace(maneuver, id=former.id, note=former.note)
+    """Return a maneuver with what people say of it: id, note, use, and the grade they gave."""
+    kept = replace(maneuver, id=former.id, note=former.note, use=former.use)
     if former.graded_by == PROGRAM:
         return kept
     return replace(kept, grade=former.grade, reasons=former.reasons, graded_by=former.graded_by)

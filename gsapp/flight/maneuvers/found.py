@@ -61,6 +61,8 @@ class FoundManeuver:
         What a person wrote beside it.
     graded_by : str
         `PROGRAM` or `CREW`.
+    use : bool or None
+        Whether a person wants it in estimates; None leaves it to the grade.
     """
 
     id: str
@@ -78,6 +80,15 @@ class FoundManeuver:
     amplitudes: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
     graded_by: str = PROGRAM
+    use: bool | None = None
+
+    def used(self, *, alone: bool = False) -> bool:
+        """Return whether it takes part in estimates.
+
+        Where nobody decided the grade does: unfit ones stay out. One that is alone in its flight
+        stays in; what it cannot give is said by its estimate.
+        """
+        return (alone or self.grade != "D") if self.use is None else self.use
 
     def to_json(self) -> dict[str, Any]:
         """Return the fixed fields for programs: SI units, absent = None."""
@@ -105,6 +116,7 @@ class FoundManeuver:
             "amplitudes": dict(self.amplitudes),
             "note": self.note,
             "graded_by": self.graded_by,
+            "use": self.use,
         }
 
     @staticmethod
@@ -140,6 +152,7 @@ class FoundManeuver:
                 },
                 note=str(record.get("note", "")),
                 graded_by=str(record.get("graded_by", PROGRAM)),
+                use=None if record.get("use") is None else bool(record["use"]),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise FlightError(

@@ -55,8 +55,6 @@ class ReviewedFlight:
     ----------
     maneuvers : tuple of FoundManeuver
         As they stand, in order of time.
-    use : dict of str to bool
-        By id, what a person decided on the use in estimates; others are used unless unfit.
     """
 
     def __init__(
@@ -70,7 +68,6 @@ class ReviewedFlight:
         self.flight = flight
         self.aircraft = aircraft
         self.verdicts = tuple(verdicts)
-        self.use: dict[str, bool] = {}
         self._opened = tuple(remarks)
         self._assessor = Assessor(flight, aircraft, found.noise)
         self._seen: dict[tuple[float, float], FoundManeuver] = {}
@@ -131,24 +128,7 @@ class ReviewedFlight:
 
     def in_use(self, maneuver: FoundManeuver) -> bool:
         """Return whether a maneuver takes part in estimates."""
-        return self.use.get(maneuver.id, self._fit_for_use(maneuver))
-
-    def set_use(self, name: str, wanted: bool) -> None:
-        """Let a maneuver take part in estimates, or not.
-
-        Only what differs from its grade is a decision that outlasts another grade.
-        """
-        if wanted == self._fit_for_use(self[name]):
-            self.use.pop(name, None)
-        else:
-            self.use[name] = wanted
-
-    def _fit_for_use(self, maneuver: FoundManeuver) -> bool:
-        """Return whether the grade lets it take part.
-
-        The only one of a flight may, unfit or not: what it cannot give its estimate says.
-        """
-        return maneuver.grade != "D" or len(self.maneuvers) == 1
+        return maneuver.used(alone=len(self.maneuvers) == 1)
 
     def verdict(self, maneuver: FoundManeuver) -> StoredVerdict | None:
         """Return what the pilot was told of the input within a maneuver; None for nothing."""
@@ -259,10 +239,7 @@ class ReviewedFlight:
             )
         if new == name:
             return name
-        called = self._record(self._log.book.rename(name, new))
-        if name in self.use:
-            self.use[called] = self.use.pop(name)
-        return called
+        return self._record(self._log.book.rename(name, new))
 
     def annotate(self, name: str, note: str) -> None:
         """Write a note beside a maneuver, in place of the former one."""
@@ -275,6 +252,11 @@ class ReviewedFlight:
         if grade is None and old.graded_by == PROGRAM:
             return
         self._record(self._log.book.regrade(name, grade, self.assess, reason))
+
+    def use(self, name: str, wanted: bool) -> None:
+        """Let a maneuver take part in estimates, or not, whatever its grade."""
+        if wanted != self.in_use(self[name]):
+            self._record(self._log.book.decide(name, wanted))
 
     @property
     def can_undo(self) -> bool:

@@ -71,7 +71,6 @@ class Review:
         path = flight.path.resolve()
         if path in paths:
             place = paths.index(path)
-            flight.use.update(self.flights[place].use)
             self.flights = (*self.flights[:place], flight, *self.flights[place + 1 :])
         else:
             self.flights = (*self.flights, flight)
@@ -110,13 +109,6 @@ class Review:
             for number, flight in enumerate(self.flights, start=1)
             for maneuver in flight.maneuvers
         )
-
-    def use(self, campaign_id: str, wanted: bool) -> None:
-        """Let a maneuver take part in estimates, or not."""
-        place = self.located(campaign_id)
-        if place is not None:
-            flight, maneuver = place
-            flight.set_use(maneuver.id, wanted)
 
     def chosen(self, ids: Collection[str] | None = None) -> tuple[ChosenManeuver, ...]:
         """Return maneuvers for a run, with their edges as they stand.

@@ -119,24 +119,30 @@ def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_pa
     second = open_reviewed(Path(shutil.copy(flight.path, tmp_path / "b.csv")))
     review.add(second)
     second.regrade("2", "D")
-    review.use("2:3", False)
+    second.use("3", False)
     rows = {row.id: row for row in review.rows()}
     assert list(rows) == [f"{k}:{m}" for k in (1, 2) for m in range(1, 6)]
     unused = [name for name, row in rows.items() if not row.in_use]
     assert unused == ["2:2", "2:3"]
-    review.use("2:2", True)
+    second.use("2", True)
     chosen = review.chosen()
     assert [(one.flight.stem, one.id) for one in chosen if one.id in "23"] == [
         ("a", "2"), ("a", "3"), ("b", "2"),
     ]  # fmt: skip
     (one,) = review.chosen(["2:4"])
     assert (one.inputs, one.t_start) == (("da", "dr"), second["4"].t_start)
-    # A decision stays with its maneuver under another name, and with the flight opened anew.
+    # A decision stays with its maneuver under another name, and counts for every command.
     second.rename("3", "wild")
     again = open_reviewed(second.path)
     review.add(again)
     assert len(review.flights) == 2
     assert not again.in_use(again["wild"])
+    flown = flown_flights([second.path], aircraft=None)[0]
+    assert [one.id for one in flown.maneuvers] == ["1", "2", "4", "5"]
+    assert "maneuver wild is left out: by hand" in flown.remarks
+    again.use("wild", True)
+    assert again["wild"].use is None
+    again.undo()
     review.remove(flight)
     assert [row.id for row in review.rows()][2] == "wild"
     assert review.located("wild") == (again, again["wild"])
