@@ -52,6 +52,8 @@ Units = Literal["US", "SI"]
 
 _MOST_FITS: Final = 12
 """Maneuvers whose responses are drawn in full, the worst fitted first; the table lists all."""
+_MOST_PAIRS: Final = 20
+"""Pairs of derivatives that are listed as hardly told apart."""
 _HALF_A_PAGE: Final = 4.5
 """Height of a picture of which two fit on a page with their captions, inches."""
 _AXIS_WORDS: Final[Mapping[Axis, str]] = {
@@ -216,7 +218,19 @@ def _online_section(reported: Reported) -> Section:
     wanted = [name for names in _ONLINE.values() for name in names]
     parts = []
     for number, one in enumerate(reported.heard[:MOST_HEARD], start=1):
-        histories = [one.histories[name] for name in wanted if name in one.histories]
+        flown = {
+            name
+            for found in result.results
+            if found.estimate is not None and found.maneuver.flight == one.flight
+            for name in found.estimate.free
+        }
+        # What this flight says nothing of has no chart.
+        histories = [
+            one.histories[name]
+            for name in wanted
+            if name in one.histories
+            and (name in flown or np.isfinite(one.histories[name].values).any())
+        ]
         if histories:
             parts.append(online_picture(histories, result, summary, one.flight, number))
     return Section(title="As it formed in the air", parts=tuple(parts))
@@ -276,9 +290,10 @@ def _together_section(reported: Reported) -> Section:
         parts.append(
             Table(
                 caption="Derivatives that a single maneuver can hardly tell apart: correlations "
-                f"beyond {CLOSE} in size",
+                f"beyond {CLOSE} in size"
+                + (f", the {_MOST_PAIRS} found most often" if len(rows) > _MOST_PAIRS else ""),
                 columns=("one", "other", "in how many fits", "correlation there"),
-                rows=rows,
+                rows=rows[:_MOST_PAIRS],
                 numeric=frozenset({2, 3}),
             )
         )

@@ -119,14 +119,14 @@ def model_name(name: str, method: Method) -> str:
 def kept_out_words(one: AxisComparison) -> str:
     """Return in a sentence what the models of an axis were fitted on, and judged on."""
     judged = (
-        f"flight {' and '.join(one.flights)}"
+        f"{_count(one.judged)} of {' and '.join(one.flights)}"
         if one.flights
-        else "every other maneuver of each kind"
+        else f"{_count(one.judged)} (every other one of each kind)"
     )
     return (
         f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted)} and judged on "
-        f"{_count(one.judged)} that none of them saw ({judged}): driven by the measured inputs "
-        "alone, each maneuver with a level and a start of its own."
+        f"{judged} that none of them saw: driven by the measured inputs alone, each maneuver with "
+        "a level and a start of its own."
     )
 
 

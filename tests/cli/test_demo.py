@@ -42,7 +42,7 @@ def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> 
     assert "repeated it gives the same numbers to the last bit" in done.stdout
     report = tmp_path / result["report"]
     page = (report / "report.html").read_text()
-    assert "judged on 1 maneuver that none of them saw (flight flight)" in page
+    assert "judged on 1 maneuver of flight that none of them saw" in page
     assert (report / "report.pdf").stat().st_size > 50_000
     assert {"derivatives.mat", "model.toml", "linear-lon.toml"} <= {
         path.name for path in report.iterdir()

@@ -62,7 +62,7 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> N
         f"Maneuver {WILD} is wild",
         "times as much as their bounds promise",
         "times the plain Cramer-Rao bounds",
-        "fitted on 4 maneuvers and judged on 2 maneuvers that none of them saw (flight B)",
+        "fitted on 4 maneuvers and judged on 2 maneuvers of B that none of them saw",
         "RMS error over range, percent, of the longitudinal models",
         "maximum likelihood, appendix A",
         "short period",

@@ -190,7 +190,7 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
     assert room.page.errors.isHidden()
     qtbot.keyClick(room.window, Qt.Key.Key_L, CONTROL | ALT)
     until(qtbot, lambda: not room.page.errors.isHidden())
-    assert "judged on 2 maneuvers that none of them saw (flight B)" in room.page.compared.text()
+    assert "judged on 2 maneuvers of B that none of them saw" in room.page.compared.text()
     comparison = room.page._needs.comparison
     assert comparison is not None
     document = estimate_document(Reported(outcome=outcome(), linear=comparison))
