@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _LEAST_SHARE = 0.85
 """Of a picture's height on paper that it needs in the window."""
-_MOST_SHARE = 2.0
+_MOST_SHARE = 2.5
 """Of that height, beyond which room is left empty."""
 _IDLE_SECONDS = 3.0
 """Without an order after which the thread ends; the next order begins another."""

@@ -28,6 +28,8 @@ _SETTLE_MS = 40
 """Changes closer together than this are drawn once."""
 _HINT_MS = 150
 """Drawing that takes longer says so."""
+_ENOUGH, _LARGEST = (11.0, 6.5), 1.6
+"""Inches across and down beyond which a figure grows as a whole, and by how much at most."""
 _LEAST = 3.2
 """Inches of width below which nothing is drawn narrower."""
 _HAIR = 0.05
@@ -137,7 +139,13 @@ class FigureView(QScrollArea):
     @property
     def room(self) -> Room:
         """Return the inches there are: beside a scroll bar, above what stands below."""
-        dpi, all_high = self._dpi, self.height()
+        wide, high = self._pixels()
+        dpi = self._dpi
+        return Room(width=max(wide / dpi, _LEAST), height=max(high / dpi, 1.0))
+
+    def _pixels(self) -> tuple[float, float]:
+        """Return the logical pixels that a figure has across and down."""
+        all_high = self.height()
         # A hair less: a figure one pixel too wide would call for a bar below.
         wide = self.width() - self.verticalScrollBar().sizeHint().width() - 2
         below = [one for one in self._below if not one.isHidden()]
@@ -146,12 +154,15 @@ class FigureView(QScrollArea):
             for one in below
         )
         taken += (len(below) + 1) * self._page.spacing()
-        high = max(all_high - taken, _SHARE * all_high)
-        return Room(width=max(wide / dpi, _LEAST), height=max(high / dpi, 1.0))
+        return wide, max(all_high - taken, _SHARE * all_high)
 
     @property
     def _dpi(self) -> float:
-        return _DPI * self._look.sizes.scale
+        """Return the logical pixels of an inch: more where the window has room to spare."""
+        plain = _DPI * self._look.sizes.scale
+        wide, high = self._pixels()
+        larger = min(wide / plain / _ENOUGH[0], high / plain / _ENOUGH[1], _LARGEST)
+        return plain * max(larger, 1.0)
 
     def _order(self) -> None:
         if self._make is None or not self.isVisible():

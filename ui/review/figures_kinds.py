@@ -6,6 +6,7 @@ there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
     from gsapp.report.document import Picture, Table
     from gsapp.report.palette import Palette
 
+_SHAPE, _LOW = 1.5, 1.45
+"""Width over height that small charts are best read at; inches of height that each takes."""
 _CHART = 2.3
 """Inches that a small chart of a value takes at least."""
 _HISTORY = 3.2
@@ -75,6 +78,26 @@ class FigureKind:
     table: Callable[[Material], Table | None] | None = None
 
 
+def columns(count: int, room: Room, least: float) -> int:
+    """Return how many of so many charts stand beside each other.
+
+    Parameters
+    ----------
+    count : int
+    room : Room
+    least : float
+        Inches across that a chart takes.
+    """
+
+    def misshapen(across: int) -> float:
+        down = -(-count // across)
+        shape = (room.width / across) / max(room.height / down, _LOW)
+        return abs(math.log(shape / _SHAPE))
+
+    most = max(1, min(count, int(room.width / least)))
+    return min(range(1, most + 1), key=misshapen)
+
+
 # Values
 
 
@@ -86,7 +109,7 @@ def _values(material: Material, palette: Palette, room: Room) -> Picture | str:
         return "No maneuver of this run earned a derivative; the page Summary says why."
     return values_picture(
         material.outcome.summary, names, chosen(material, over_of(material)), units=material.units,
-        known=material.known, palette=palette, across=max(1, int(room.width / _CHART)),
+        known=material.known, palette=palette, across=columns(len(names), room, _CHART),
     )  # fmt: skip
 
 
@@ -175,7 +198,7 @@ def _online(material: Material, palette: Palette, room: Room) -> Picture | str:
     histories.sort(key=lambda history: not bool((history.values == history.values).any()))
     return online_picture(
         histories, material.outcome.result, material.outcome.summary, one.flight,
-        flights.index(one) + 1, palette=palette, across=max(1, int(room.width / _HISTORY)),
+        flights.index(one) + 1, palette=palette, across=columns(len(histories), room, _HISTORY),
     )  # fmt: skip
 
 
