@@ -42,7 +42,8 @@ _FLOOR = 2e-4
 """Seconds; no lag of a stretch is believed to be better than this."""
 _OUTSIDE = 4.0
 _ROUNDS = 3
-_FEW = 4
+_FEW = 6
+_LEAST_SCATTER = 0.3
 _NORMAL = 1.4826
 """From the median of absolute deviations to a standard deviation."""
 
@@ -295,7 +296,7 @@ def _lag_of_channel(
 def _line(lags: Sequence[_Lag]) -> _Line:
     """Return the line through the lags, leaving out stretches that lie far beside it.
 
-    A channel whose lags scatter by more than they say counts less.
+    A channel whose lags scatter by more than they say counts less, and the other way round.
     """
     channels = sorted({one.channel for one in lags})
     column = np.array([channels.index(one.channel) for one in lags])
@@ -312,7 +313,7 @@ def _line(lags: Sequence[_Lag]) -> _Line:
         excess = np.array(
             [_scatter(rest[column == k] / stds[column == k]) for k in range(len(channels))]
         )
-        stds = stds * np.maximum(excess, 1.0)[column]
+        stds = np.maximum(stds * np.maximum(excess, _LEAST_SCATTER)[column], _FLOOR)
     weights = np.bincount(row, stds**-2, minlength=stretches.size)
     means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
     beside = np.abs(means - middle - slope * stretches)
@@ -345,14 +346,18 @@ def _straight(times: FloatArray, lags: FloatArray, weights: FloatArray) -> _Line
         )
     slope = float(weights @ ((times - at) * (lags - offset)) / arm)
     left = lags - offset - slope * (times - at)
-    # Where they scatter by more than they say, what they show counts.
-    excess = max(float(weights @ left**2) / (times.size - 2), 1.0)
+    # How far they scatter counts, not what they say, where there are enough to tell.
+    told = 1.0 if times.size - 2 < _FEW else 0.0
+    excess = max(float(weights @ left**2) / (times.size - 2), told)
+    # What straight lines between samples leave is alike everywhere: more stretches do not help.
+    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * _FLOOR)
+    slope_std = max(float(np.sqrt(excess / arm)), 2.0 * _FLOOR / float(np.ptp(times)))
     return _Line(
         at=at,
         offset=offset,
-        offset_std=float(np.sqrt(excess / weights.sum())),
+        offset_std=offset_std,
         slope=slope,
-        slope_std=float(np.sqrt(excess / arm)),
+        slope_std=slope_std,
         agreeing=int(times.size),
     )
 
