@@ -97,7 +97,7 @@ class ManeuversPage(ReviewPage):
         self.panel = FlightsPanel(actions, look)
         self.channels = ChannelRow(look)
         self.table = ManeuversTable(look)
-        area = QScrollArea()
+        self._area = area = QScrollArea()
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setWidgetResizable(True)
         body = QWidget()
@@ -178,8 +178,8 @@ class ManeuversPage(ReviewPage):
             "review_add_maneuver": self.add,
             "review_remove_maneuver": lambda: editing.remove(table.ids),
             "review_merge": lambda: editing.merge(table.ids),
-            "review_rename": lambda: table.edit_cell(self._selection.maneuver, "id"),
-            "review_note": lambda: table.edit_cell(self._selection.maneuver, "note"),
+            "review_rename": lambda: self._type("id"),
+            "review_note": lambda: self._type("note"),
             "review_grade": self.grade,
             "review_in_use": self.use,
             **{f"review_{name}": lambda by=by: editing.nudge(*by) for name, by in edges.items()},
@@ -301,6 +301,12 @@ class ManeuversPage(ReviewPage):
         start, stop = marked or (middle - half, middle + half)
         self.timeline.mark(None)
         self.editing.add(start, stop)
+
+    def _type(self, column: str) -> None:
+        """Begin to type into the row of the chosen maneuver; the table ends the page."""
+        below = self._area.verticalScrollBar()
+        below.setValue(below.maximum())
+        self.table.edit_cell(self._selection.maneuver, column)
 
     def use(self) -> None:
         """Let the chosen maneuver take part in estimates, or not."""

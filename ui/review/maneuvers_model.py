@@ -1,0 +1,147 @@
+"""The rows of the table of maneuvers, and their order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtGui import QColor
+
+from gsapp.session.review.review import ManeuverRow
+from ui.flight.tables import Index
+from ui.look import Look
+from ui.review.maneuvers_columns import COLUMNS, TYPED, Column
+from ui.review.timeline_drawing import GRADE_STATES
+
+_SORT: Final = Qt.ItemDataRole.UserRole
+"""Role of what a row is sorted by."""
+_RIGHT: Final = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+_LEFT: Final = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+
+
+class ManeuversModel(QAbstractTableModel):
+    """A row for each maneuver.
+
+    Attributes
+    ----------
+    renamed, noted : Signal(str, str)
+        Id in the campaign, and the new name or note.
+    used : Signal(str, bool)
+        Id in the campaign, and whether it shall take part.
+    """
+
+    renamed = Signal(str, str)
+    noted = Signal(str, str)
+    used = Signal(str, bool)
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.rows: tuple[ManeuverRow, ...] = ()
+
+    def show(self, rows: Sequence[ManeuverRow]) -> None:
+        """Show other rows; where the maneuvers are the same ones, only what changed."""
+        new, old = tuple(rows), self.rows
+        if [row.id for row in new] != [row.id for row in old]:
+            self.beginResetModel()
+            self.rows = new
+            self.endResetModel()
+            return
+        self.rows = new
+        for place, (row, former) in enumerate(zip(new, old, strict=True)):
+            if row != former:
+                last = self.index(place, len(COLUMNS) - 1)
+                self.dataChanged.emit(self.index(place, 0), last)
+
+    def refresh(self) -> None:
+        """Show everything again, in other units or sizes."""
+        if self.rows:
+            last = self.index(len(self.rows) - 1, len(COLUMNS) - 1)
+            self.dataChanged.emit(self.index(0, 0), last)
+        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(COLUMNS) - 1)
+
+    def rowCount(self, parent: Index | None = None) -> int:
+        """Return the number of maneuvers."""
+        return 0 if parent is not None and parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index | None = None) -> int:
+        """Return the number of columns."""
+        return 0 if parent is not None and parent.isValid() else len(COLUMNS)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> object:
+        """Return title, unit and hint of a column."""
+        if orientation is not Qt.Orientation.Horizontal:
+            return None
+        column = COLUMNS[section]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return column.heading(self._look.units)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return column.hint or column.title
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _RIGHT if column.right else _LEFT
+        return None
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Return text, check mark, color, type of a cell."""
+        row, column = self.rows[index.row()], COLUMNS[index.column()]
+        if role == _SORT:
+            return column.key(row)
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
+            return column.words(row, self._look.units)
+        if role == Qt.ItemDataRole.CheckStateRole and column.id == "use":
+            return Qt.CheckState.Checked if row.in_use else Qt.CheckState.Unchecked
+        if role == Qt.ItemDataRole.AccessibleTextRole and column.id == "use":
+            return "used in the estimate" if row.in_use else "not used in the estimate"
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _RIGHT if column.right else _LEFT
+        if role == Qt.ItemDataRole.FontRole:
+            return self._look.font("body", strong=column.id in ("id", "grade"))
+        if role == Qt.ItemDataRole.ForegroundRole:
+            return self._color(row, column.id)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return self._hint(row, column)
+        return None
+
+    def _color(self, row: ManeuverRow, column: str) -> QColor | None:
+        if column == "grade":
+            return self._look.state_color(GRADE_STATES[row.maneuver.grade])
+        return None if row.in_use else self._look.color("muted")
+
+    def _hint(self, row: ManeuverRow, column: Column) -> str:
+        if column.id == "grade":
+            return "; ".join(row.maneuver.reasons) or "nothing to object to"
+        return column.hint or column.words(row, self._look.units)
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        """Return what can be done with a cell."""
+        flags = super().flags(index)
+        column = COLUMNS[index.column()].id
+        if column in TYPED:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        if column == "use":
+            flags |= Qt.ItemFlag.ItemIsUserCheckable
+        return flags
+
+    def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Hand on what was typed or checked; the row changes when the review has taken it."""
+        row, column = self.rows[index.row()], COLUMNS[index.column()].id
+        if role == Qt.ItemDataRole.CheckStateRole and column == "use":
+            self.used.emit(row.id, not row.in_use)
+            return True
+        text = str(value).strip()
+        if role != Qt.ItemDataRole.EditRole or column not in TYPED:
+            return False
+        if text != self.data(index):
+            (self.renamed if column == "id" else self.noted).emit(row.id, text)
+        return True
+
+
+class SortedManeuvers(QSortFilterProxyModel):
+    """Sorts by what a column says, not by its letters."""
+
+    def lessThan(self, left: QModelIndex, right: QModelIndex) -> bool:
+        """Compare two cells."""
+        return bool(left.data(_SORT) < right.data(_SORT))
