@@ -51,6 +51,30 @@ def number_text(value: float, decimals: int) -> str:
     return text
 
 
+def with_std(value: float, std: float) -> str:
+    """Return ``−0.338 ± 0.012``: two digits of the standard deviation, and the value to match."""
+    if not math.isfinite(value):
+        return DASH
+    if not math.isfinite(std) or std <= 0.0:
+        return number_text(value, _decimals(abs(value), 3))
+    decimals = _decimals(std, 2)
+    return f"{number_text(value, decimals)} ± {number_text(std, decimals)}"
+
+
+def to_match(value: float, std: float) -> str:
+    """Return a number with the digits that its standard deviation earns."""
+    if not math.isfinite(value):
+        return DASH
+    known = math.isfinite(std) and std > 0.0
+    return number_text(value, _decimals(std, 2) if known else _decimals(abs(value), 3))
+
+
+def _decimals(size: float, digits: int) -> int:
+    if not math.isfinite(size) or size <= 0.0:
+        return 3
+    return min(max(digits - 1 - math.floor(math.log10(size)), 0), 9)
+
+
 def parse_number(text: str) -> float | None:
     """Return a number as people write it, with a true minus sign or a decimal comma; or None."""
     try:

@@ -38,7 +38,6 @@ from ui.gap.phrases import (
     signed,
     verdict_state,
     verdict_text,
-    with_std,
 )
 from ui.gap.pictures import observability_lines
 from ui.gap.request import Answer, Decisions, GapRequest
@@ -47,6 +46,7 @@ from ui.gap.trial import fly_trial, trial_folder
 from ui.gap.worker import ReportJob, SearchJob, serve
 from ui.process.engine import JobError
 from ui.process.serving import Told
+from ui.words import with_std
 from ui.work import CancelledError
 
 

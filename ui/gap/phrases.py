@@ -20,6 +20,7 @@ from ui.words import (
     percent_text,
     symbol_text,
     unit_text,
+    with_std,
 )
 
 COEFFICIENTS: Mapping[str, str] = {
@@ -126,30 +127,6 @@ def signed(value: float, decimals: int) -> str:
         return f"+{text}" if value > 0 else f"{MINUS}{text}"
     text = number_text(value, decimals)
     return f"+{text}" if value > 0 and set(text) - set("0.") else text
-
-
-def with_std(value: float, std: float) -> str:
-    """Return ``−0.338 ± 0.012``: two digits of the standard deviation, and the value to match."""
-    if not math.isfinite(value):
-        return DASH
-    if not math.isfinite(std) or std <= 0.0:
-        return number_text(value, _decimals(abs(value), 3))
-    decimals = _decimals(std, 2)
-    return f"{number_text(value, decimals)} ± {number_text(std, decimals)}"
-
-
-def to_match(value: float, std: float) -> str:
-    """Return a number with the digits that its standard deviation earns."""
-    if not math.isfinite(value):
-        return DASH
-    known = math.isfinite(std) and std > 0.0
-    return number_text(value, _decimals(std, 2) if known else _decimals(abs(value), 3))
-
-
-def _decimals(size: float, digits: int) -> int:
-    if not math.isfinite(size) or size <= 0.0:
-        return 3
-    return min(max(digits - 1 - math.floor(math.log10(size)), 0), 9)
 
 
 def parameter_text(value: float, std: float, unit: str) -> str:

@@ -34,10 +34,9 @@ from ui.gap.phrases import (
     signed,
     symbol,
     times_floor_text,
-    to_match,
 )
 from ui.gap.request import Answer
-from ui.words import DASH, clock_text
+from ui.words import DASH, clock_text, to_match
 
 LEVELS = (1.5, 2.5, 5.0, 10.0)
 """Times the noise floor at which a cell of the map takes the next color."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification.axes import axis_derivatives
 from ui.review.estimate_wishes import DerivativeWish, Wishes
+from ui.words import parse_number
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
@@ -155,11 +155,8 @@ def _prior(name: str, wish: DerivativeWish) -> tuple[float, float]:
 
 
 def _number(field: str, what: str, text: str) -> float:
-    try:
-        found = float(text.strip().replace("−", "-"))
-    except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
+    found = parse_number(text)
+    if found is None:
         raise FieldError(field, f"{what}: '{text}' is no number; write it as -0.34")
     return found
 

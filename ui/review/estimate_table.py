@@ -13,6 +13,7 @@ from gsapp.identification.axes import axis_derivatives
 from ui.look import Look
 from ui.review.estimate_wishes import DerivativeWish, Wishes
 from ui.review.estimate_words import AS_MODEL, TREATMENTS
+from ui.words import MINUS, with_std
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -179,7 +180,7 @@ class DerivativeModel(QAbstractTableModel):
         value = wish.value
         if treated == "held" and not value:
             name = self.names[row]
-            value = self.last.get(name, "").partition(" ")[0].replace("−", "-")
+            value = self.last.get(name, "").partition(" ")[0].replace(MINUS, "-")
             if not value and name in self.effects:
                 value = repr(self.effects[name])
         self._change(row, wish.model_copy(update={"treated": treated, "value": value}))
@@ -265,8 +266,6 @@ class DerivativeTable(QTableView):
 
 def last_values(names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> dict[str, str]:
     """Return what a run gave of each derivative, in words."""
-    from ui.gap.phrases import with_std
-
     return {name: with_std(*values[name]) for name in names if name in values}
 
 

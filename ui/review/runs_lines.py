@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ui.flight.tables import Line
-from ui.gap.phrases import DASH, with_std
+from ui.words import DASH, with_std
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignValue
