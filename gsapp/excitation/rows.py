@@ -8,7 +8,7 @@ the link was cut into pieces.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -51,6 +51,8 @@ _COLUMNS: Final = {
     **{name: len(SIGNALS) + place for name, place in _PLACE.items()},
     **COLUMN,
 }
+_PLACES: Final = {name: {len(SIGNALS) + place, _COLUMNS[name]} for name, place in _PLACE.items()}
+"""All columns of a channel: as measured, and as a signal with its stand-ins."""
 _NOT_YET: Final = -(2**62)
 
 IndexArray = npt.NDArray[np.int64]
@@ -90,6 +92,15 @@ class FlightRows:
     def together(self, names: Sequence[str]) -> FloatArray:
         """Return some channels, shape (n, n_names)."""
         return self.values[:, [_COLUMNS[name] for name in names]]
+
+    def without(self, names: Collection[str]) -> FlightRows:
+        """Return the rows with some channels read as missing."""
+        gone = [place for name in names for place in _PLACES.get(name, ())]
+        if not gone:
+            return self
+        values = self.values.copy()
+        values[:, gone] = np.nan
+        return FlightRows(first=self.first, times=self.times, values=values, fresh=self.fresh)
 
     def part(self, start: int, stop: int) -> FlightRows:
         """Return the rows from `start` to before `stop`, counted from the first of these."""

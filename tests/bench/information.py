@@ -10,11 +10,12 @@ Conditions: ``white`` is calm air and instruments as they are: their own noise w
 vibration folded into the gyros; ``colored`` adds noise of a first-order recursion (0.9 at 100 Hz)
 to all responses; ``gusts`` is air of 0.1 to 0.8 m/s.
 
-As flown: the bound expected for the input as it was then flown, by the values known before the
-maneuver; within 25 % of the reported one is asked for. Once with the noise heard in that maneuver,
-once with what had been heard before it: none of its responses is looked at then. Engine vibration
-that folds to near zero, and the gust that happens to come, are not foretold by what came before.
-Booked is what the book shows of the maneuver seconds after it: fitted from the known values on.
+As flown: the bound expected for the input as it was then flown; within 25 % of the reported one is
+asked for. *Booked* is what the book shows seconds after the maneuver: expected where a few rounds
+from the values known before lead. *One step*: at the values known before, with the noise that one
+step from them leaves over, as the book hears it before any fit. *In its air*: the same with the
+noise of the fit. What was heard before a maneuver does not tell: engine vibration that folds to
+near zero, and the gust that happens to come, are never twice the same.
 
 Band: 80 % band of the bound by one maneuver, before it, from the card; the pilot's errors (12 % in
 size and width) are drawn by the bench and not known to the book. It should hold in 80 %.
@@ -342,7 +343,7 @@ def _within(ratios: Sequence[float]) -> float:
 
 def print_condition(condition: str, rate: float, outcomes: Sequence[Outcome]) -> None:
     """Print how near the expected bounds came, and how often the band held."""
-    before = [one.foreseen / one.reported for one in outcomes]
+    one_step = [one.foreseen / one.reported for one in outcomes]
     booked = [one.booked / one.reported for one in outcomes]
     during = [one.in_its_air / one.reported for one in outcomes]
     held = [one.low <= one.reported <= one.high for one in outcomes]
@@ -350,28 +351,28 @@ def print_condition(condition: str, rate: float, outcomes: Sequence[Outcome]) ->
     print(
         f"{condition:8}{rate:4.0f} Hz: {len(outcomes)} bounds; within 25 %: "
         f"{100.0 * _within(booked):.1f} % as booked after it, "
-        f"{100.0 * _within(during):.1f} % at the values known before with the noise in it, "
-        f"{100.0 * _within(before):.1f} % with the noise heard before it "
-        f"(median {np.median(before):.2f}, 10 to 90 %: {np.quantile(before, 0.1):.2f} to "
-        f"{np.quantile(before, 0.9):.2f}); 80 % band before the maneuver holds "
+        f"{100.0 * _within(one_step):.1f} % by one step "
+        f"(median {np.median(one_step):.2f}, 10 to 90 %: {np.quantile(one_step, 0.1):.2f} to "
+        f"{np.quantile(one_step, 0.9):.2f}), {100.0 * _within(during):.1f} % in its air at the "
+        f"values known before; 80 % band before the maneuver holds "
         f"{100.0 * np.mean(held):.1f} %, its ends {width:.1f} times apart"
     )
 
 
 def print_derivatives(outcomes: Sequence[Outcome]) -> None:
     """Print the same by derivative."""
-    print(f"{'':10}{'in its air':>22}{'heard before':>24}{'band':>8}")
+    print(f"{'':10}{'in its air':>22}{'one step':>24}{'band':>8}")
     print(f"{'':10}{'within':>8}{'median':>8}{'10-90 %':>12}{'within':>8}{'10-90 %':>12}")
     for name in dict.fromkeys(one.name for one in outcomes):
         own = [one for one in outcomes if one.name == name]
         during = np.array([one.in_its_air / one.reported for one in own])
-        before = np.array([one.foreseen / one.reported for one in own])
+        one_step = np.array([one.foreseen / one.reported for one in own])
         held = np.mean([one.low <= one.reported <= one.high for one in own])
         print(
             f"{name:10}{_within(during.tolist()):8.2f}{np.median(during):8.2f}"
             f"{np.quantile(during, 0.1):6.2f}-{np.quantile(during, 0.9):4.2f}"
-            f"{_within(before.tolist()):9.2f}"
-            f"{np.quantile(before, 0.1):6.2f}-{np.quantile(before, 0.9):4.2f}{held:8.2f}"
+            f"{_within(one_step.tolist()):9.2f}"
+            f"{np.quantile(one_step, 0.1):6.2f}-{np.quantile(one_step, 0.9):4.2f}{held:8.2f}"
         )
 
 

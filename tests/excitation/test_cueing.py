@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-from cue_kit import CARDS, card, cueing, feed, flown, part
+from cue_kit import AIRCRAFT, CARDS, card, cueing, feed, flown, part
 
 from gsapp.excitation.cueing import Cueing
 from gsapp.excitation.cues import CueSnapshot
@@ -110,6 +110,22 @@ def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
         cues.settle()
         slices += 1
     assert slices > 10
+
+
+def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
+    """A vane with an open wire reads something; the page says that nobody believes it."""
+    block = part(flown(), 0, 700)
+    values = np.array(block.values)
+    place = block.channels.index("alpha")
+    low, high = AIRCRAFT.sensors.alpha_vane.range
+    values[400:, place] = high + 0.2 * (high - low)
+    cues = cueing(model=None)
+    cues.feed(Block(channels=block.channels, times=block.times, values=values))
+    cues.settle()
+    snapshot = cues.snapshot()
+    assert snapshot.alpha is None
+    assert snapshot.speed is not None
+    assert any(words.startswith("not believed: ") for words in snapshot.missing)
 
 
 def test_a_replay_that_goes_back_tells_the_same_again(whole: Cueing) -> None:

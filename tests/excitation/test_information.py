@@ -20,10 +20,10 @@ from gsapp.excitation.doublets.verdict import Result, Verdict
 from gsapp.excitation.information.adding import Total
 from gsapp.excitation.information.book import READY, InformationBook
 from gsapp.excitation.information.budget import LAP, LONGEST, RESERVE, FlightBudget
-from gsapp.excitation.information.expected import brought, expected, fitted, heard_in
+from gsapp.excitation.information.expected import brought, expected, fitted, heard_in, sense
 from gsapp.excitation.information.habits import Habit, Habits, executions
-from gsapp.excitation.information.learning import AXES
-from gsapp.excitation.information.noise import assumed_noise, just_heard, pooled
+from gsapp.excitation.information.learning import AXES, Knowledge, Learning, Lesson, learn
+from gsapp.excitation.information.noise import assumed_noise
 from gsapp.excitation.information.planned import planned
 from gsapp.excitation.information.prospect import Gain
 from gsapp.excitation.information.prospects import OpenCard, Request, prospects
@@ -83,6 +83,15 @@ def _rows(virtual: Virtual, without: str = "") -> FlightRows:
     return rows_of(block.select(kept), RATE)
 
 
+def _all_of(learning: Learning) -> Knowledge:
+    while True:
+        try:
+            next(learning)
+        except StopIteration as done:
+            known: Knowledge = done.value
+            return known
+
+
 def _cards(*ids: str) -> CardSet:
     cards = load_cards("b777")
     return cards.model_copy(update={"cards": tuple(c for c in cards.cards if c.id in ids)})
@@ -106,6 +115,16 @@ def test_expected_bounds_are_those_reported(kind: str, color: float) -> None:
         ]
     assert len(ratios) >= 20
     assert np.mean(np.abs(np.array(ratios) - 1.0) < 0.25) >= 0.95
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_the_noise_of_a_maneuver_is_heard_in_it_without_a_fit(kind: str) -> None:
+    """One step from values that are wrong by 15 % leaves over the noise that the fit leaves."""
+    virtual, axis = _flown(5302, kind), AXIS_OF[kind]
+    heard = sense(virtual.maneuver, axis, MODEL).own_noise()
+    left = heard_in(fitted(virtual.maneuver, axis, MODEL), RATE)
+    assert heard.responses == left.responses
+    np.testing.assert_allclose(np.sqrt(heard.variances / left.variances), 1.0, atol=0.1)
 
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
@@ -296,15 +315,18 @@ def test_words_of_a_prospect() -> None:
     assert "C_nr" not in prospect_words(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
 
 
-def test_noise_that_stretches_agree_on_is_pooled() -> None:
-    """Stretches alike: all count. One quite unlike the rest: the last one does."""
-    aircraft = _aircraft()
-    noise = replace(assumed_noise(aircraft, RESPONSES["lat"], RATE), seconds=6.0)
-    alike = just_heard([noise] * 6)
-    np.testing.assert_allclose(alike.variances, noise.variances, rtol=1e-9)
-    loud = replace(noise, lagged=25.0 * noise.lagged)
-    mixed = [noise, loud, noise, loud, noise, loud]
-    assert (just_heard(mixed).variances > 1.5 * pooled(mixed).variances).all()
+def test_a_channel_in_doubt_is_as_good_as_missing() -> None:
+    """A lesson without sideslip is that of a flight that never had a vane for it."""
+    virtual = _flown(5302, "lat")
+    learned = []
+    for rows in (_rows(virtual).without(("beta",)), _rows(virtual, without="beta")):
+        known = Knowledge(given=MODEL, rate=RATE, mass=_aircraft().mass.mass)
+        lesson = Lesson(verdict=_verdict(virtual), rows=rows, card=None, mass=known.mass, earned={})
+        learned.append(_all_of(learn(known, lesson, _aircraft())))
+    doubted, missing = learned
+    assert "beta" not in doubted.channels
+    assert doubted.found() == missing.found()
+    assert doubted.maneuvers == 1
 
 
 # --- time left ----------------------------------------------------------------------------------

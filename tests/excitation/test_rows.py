@@ -52,6 +52,18 @@ def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
     np.testing.assert_array_equal(_joined(found), once.values)
 
 
+def test_rows_without_a_channel_are_those_of_a_block_without_it() -> None:
+    """As measured and as a signal; the rows themselves stay as they are."""
+    names = ("p", "q", "alpha", "battery", "de")
+    rows = rows_of(_block(names, 0, 100), RATE)
+    before = rows.values.copy()
+    fewer = rows.without(("alpha", "battery", "unheard of"))
+    kept = tuple(name for name in names if name not in ("alpha", "battery"))
+    block = _block(names, 0, 100)
+    np.testing.assert_array_equal(fewer.values, rows_of(block.select(kept), RATE).values)
+    np.testing.assert_array_equal(rows.values, before)
+
+
 def test_slow_channels_are_read_late_and_quick_ones_at_once() -> None:
     """A row holds the rate of its own time and the height of half a second before."""
     rows = rows_of(

@@ -128,6 +128,11 @@ class CardDesk:
         self._changes += 1
         self._points.earned(estimates)
 
+    def hear(self, noise: Mapping[str, float]) -> None:
+        """Let wanted inputs follow from the noise of the day, by channel, SI."""
+        self._changes += 1
+        self._points.hear(noise)
+
     def _breathe(self, rows: FlightRows) -> None:
         """Learn the air of the day, once."""
         if len(self._air) >= _AIR_OF:

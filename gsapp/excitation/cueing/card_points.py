@@ -43,6 +43,7 @@ class CardPoints:
         self._density = SEA_LEVEL_DENSITY
         self._steady: list[tuple[float, float]] = []
         self._estimates: Mapping[str, LiveEstimate] = {}
+        self._noise: Mapping[str, float] = {}
         self._forget()
 
     def _forget(self) -> None:
@@ -55,6 +56,11 @@ class CardPoints:
         """Take the air of the day, kg/m^3."""
         self._density = density
         self._forget()
+
+    def hear(self, noise: Mapping[str, float]) -> None:
+        """Take the noise of the day, by channel, SI: what an input must stand out of."""
+        self._noise = noise
+        self._wanted.clear()
 
     def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
         """Let wanted inputs follow from derivatives estimated in this flight."""
@@ -93,6 +99,7 @@ class CardPoints:
                 model=self._model,
                 point=self.point(card)[0],
                 card=card,
+                noise=self._noise,
                 estimates=self._estimates,
             )
         return found
@@ -110,6 +117,7 @@ class CardPoints:
                 aircraft=self._aircraft,
                 model=self._model,
                 point=self.point_without_card(speed),
+                noise=self._noise,
                 estimates=self._estimates,
             )
         return found

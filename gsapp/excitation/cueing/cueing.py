@@ -104,6 +104,8 @@ class Cueing:
         self._verdicts: list[Verdict] = []
         self._chosen = 0  # how many choices were applied
         self._heard = 0  # how many events the announcer has heard
+        self._noisy = False  # whether the noise of the day is known
+        self._doubted: dict[str, float] = {}  # when each channel was last not believed, s
         self.spoken: list[Spoken] = []
         self.maneuvers: list[JudgedManeuver] = []
         self._aim()
@@ -217,8 +219,7 @@ class Cueing:
     def snapshot(self) -> CueSnapshot:
         """Return what is to be told now."""
         trim, dangers, outlook = self._trim.cue, self._dangers.standing, self._lessons.outlook
-        speed = self._recent.mean("V", _SHOWN_OVER)
-        alpha = self._recent.mean("alpha", _SHOWN_OVER)
+        speed, alpha = (self._shown(name) for name in ("V", "alpha"))
         progress = () if self.flown is None else self.flown.cards
         return CueSnapshot(
             time=self._time,
@@ -245,6 +246,12 @@ class Cueing:
             events=len(self._changes.events),
         )
 
+    def _shown(self, channel: str) -> float | None:
+        """Return what a channel reads now; nothing of an instrument that is not believed."""
+        if channel in self._dangers.distrusted:
+            return None
+        return self._recent.mean(channel, _SHOWN_OVER)
+
     # --- ticks ----------------------------------------------------------------------------------
 
     def _take(self, rows: FlightRows) -> None:
@@ -258,13 +265,19 @@ class Cueing:
         self._time = time
         self._recent.add(rows)
         self._dangers.take(rows)
-        self._trim.distrust(self._dangers.distrusted)
-        self._doublets.distrust(self._dangers.distrusted)
+        distrusted = self._dangers.distrusted
+        self._doubted.update(dict.fromkeys(distrusted, time))
+        self._trim.distrust(distrusted)
+        self._doublets.distrust(distrusted)
         self._trim.take(rows)
         self._doublets.take(rows)
-        self._desk.take(rows)
-        if self._lessons.take(rows):
+        believed = rows.without(distrusted)
+        self._desk.take(believed)
+        if self._lessons.take(believed):
             self._desk.earned(self._lessons.estimates)
+        if not self._noisy and (noise := self._doublets.noise):
+            self._noisy = True
+            self._desk.hear(noise)
         under_way = self._doublets.under_way
         if under_way is not None:
             self._trim.hold_off(time + under_way.hands_off_left + _AFTER_INPUT)
@@ -305,7 +318,8 @@ class Cueing:
             )
         )
         card = None if self.cards is None else self.cards.card(verdict.card)
-        self._lessons.judged(verdict, self._recent, card, self.flown)
+        doubted = [name for name, when in self._doubted.items() if when >= verdict.t_start]
+        self._lessons.judged(verdict, self._recent, card, self.flown, doubted)
         self._changes.verdict(verdict, go_at)
 
     def _choose(self, time: float, under_way: InputUnderWay | None) -> None:

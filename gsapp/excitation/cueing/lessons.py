@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 from gsapp.aircraft import Aircraft
@@ -89,9 +89,24 @@ class Lessons:
         recent: RecentRows,
         card: TestCard | None,
         flown: CardsFlown | None,
+        doubted: Collection[str] = (),
     ) -> None:
-        """Learn from a maneuver, flown for a card or for none; `flown` counts it already."""
+        """Learn from a maneuver.
+
+        Parameters
+        ----------
+        verdict : Verdict
+        recent : RecentRows
+        card : TestCard or None
+            That it was flown for.
+        flown : CardsFlown or None
+            The cards as they stand, the maneuver counted.
+        doubted : collection of str
+            Channels that were not believed at some time of the maneuver: as good as missing.
+        """
         rows = recent.between(verdict.t_start - LISTENED, verdict.t_end)
+        if rows is not None:
+            rows = rows.without(doubted)
         self._book.flown(verdict, rows, card=card)
         # The cards as they stand now: else the look ahead would be worked out twice.
         self.outlook = self._book.outlook(verdict.given_at, flown)

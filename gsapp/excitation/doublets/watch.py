@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -123,6 +123,12 @@ class DoubletWatch:
     def verdicts(self) -> tuple[Verdict, ...]:
         """Return all verdicts of the flight so far."""
         return tuple(self._verdicts)
+
+    @property
+    def noise(self) -> Mapping[str, float]:
+        """Return the noise of each channel before take-off, SI; empty until that is known."""
+        floor = self._around.setting.noise
+        return floor.std if floor.stands else {}
 
     @property
     def under_way(self) -> InputUnderWay | None:

@@ -27,6 +27,7 @@ from gsapp.identification.maximum_likelihood.solution import conclude
 from gsapp.identification.maximum_likelihood.solver import Solver
 from gsapp.identification.statistics import Part as BoundsPart
 from gsapp.identification.statistics import covariance_under, information, noise_autocovariance
+from gsapp.identification.statistics.bounds import inverse
 from gsapp.identification.statistics.correlation import usual_lags
 from gsapp.quantities import FloatArray
 
@@ -34,6 +35,10 @@ _ITERATIONS = 12
 _PRIOR = 0.5
 """Share of a derivative that it may be off where a stretch without an input is listened to."""
 _LEAST_PRIOR = 0.05
+_ROUNDS = 3
+"""Of weights and step, until what is left over hardly changes."""
+_TINY = 1e-16
+"""Variance, SI: no response is known better."""
 
 
 def settings_for(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
@@ -61,15 +66,43 @@ class Sensed:
     responses : tuple of str
     S : ndarray, shape (n, n_responses, n_unknowns)
         Zero where a sample does not count.
+    residuals : ndarray, shape (n, n_responses)
+        Responses measured less those at the known parameters; of a flown maneuver they tell its
+        own noise. Zero where a sample does not count.
     segments : tuple of slice
         Stretches of contiguous samples.
+    rate : float
+        Samples per second.
     """
 
     names: tuple[str, ...]
     free: int
     responses: tuple[str, ...]
     S: FloatArray
+    residuals: FloatArray
     segments: tuple[slice, ...]
+    rate: float
+
+    def own_noise(self) -> ResponseNoise:
+        """Return the noise of the maneuver itself: what the best straight step leaves over.
+
+        A fit goes such steps until nothing changes any more; here one is enough, since only the
+        noise is asked for.
+        """
+        rest = self.residuals
+        for _ in range(_ROUNDS):
+            W = np.diag(1.0 / np.maximum(np.mean(rest * rest, axis=0), _TINY))
+            side = np.einsum("krm,kr->m", self.S, self.residuals @ W)
+            rest = self.residuals - self.S @ (_solvable(information(self.S, W)) @ side)
+        one = BoundsPart(
+            S=self.S, v=rest, W=W, segments=None if len(self.segments) == 1 else self.segments
+        )
+        return ResponseNoise(
+            responses=self.responses,
+            rate=self.rate,
+            lagged=noise_autocovariance(one),
+            seconds=len(rest) / self.rate,
+        )
 
     def information(self, noise: ResponseNoise) -> Information:
         """Return the information under this noise, at the maneuver's own rate."""
@@ -119,6 +152,7 @@ def sense(
     part.accept()
     _, _, found = solver.linearize(point)
     S = np.concatenate(found[0], axis=2).transpose(2, 0, 1)
+    (residuals,) = point.residuals
     slices, first = [], 0
     for segment in part.segments:
         slices.append(slice(first, first + segment.measured.shape[1]))
@@ -128,8 +162,18 @@ def sense(
         free=len(problem.names.all),
         responses=part.responses,
         S=np.ascontiguousarray(S),
+        residuals=np.concatenate(residuals, axis=1).T,
         segments=tuple(slices),
+        rate=1.0 / maneuver.dt,
     )
+
+
+def _solvable(H: FloatArray) -> FloatArray:
+    """Return the inverse of an information matrix, with nothing along what it does not see."""
+    found = inverse(H)
+    lost = ~np.isfinite(found.diagonal())
+    found[lost] = found[:, lost] = 0.0
+    return found
 
 
 def expected(maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise) -> Information:

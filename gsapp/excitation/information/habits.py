@@ -62,7 +62,7 @@ class Habits:
     speed : Habit
         Off the test point, m/s.
     surprise : Habit
-        Logarithm of the bound that maximum likelihood reported over the one expected for the
+        Logarithm of the bound under the noise that there was over the one expected for the same
         input as it was flown: noise and gusts are never twice the same.
     hands_off : Habit
         Seconds after the input that belong to the maneuver.
@@ -122,7 +122,7 @@ class Habits:
         return found
 
     def surprised(self, ratios: Sequence[float]) -> Habits:
-        """Return the habits once bounds were reported so many times as large as expected."""
+        """Return the habits once bounds were so many times as large as expected."""
         return replace(self, surprise=self.surprise.after([math.log(one) for one in ratios]))
 
 

@@ -22,7 +22,7 @@ from gsapp.excitation.information.expected import (
     sense,
 )
 from gsapp.excitation.information.habits import FIT, Habits
-from gsapp.excitation.information.noise import ResponseNoise, assumed_noise, just_heard, pooled
+from gsapp.excitation.information.noise import ResponseNoise, assumed_noise, pooled
 from gsapp.excitation.points.learned import updated
 from gsapp.excitation.rows import FlightRows
 from gsapp.flight.cards import TestCard
@@ -62,8 +62,8 @@ class Knowledge:
     maneuvers : int
         That brought something.
     foreseen : mapping of str to float
-        Bounds expected for the latest one's input as it was flown, before its responses were
-        looked at.
+        Bounds expected for the latest one's input as it was flown and the noise there was, at the
+        values known before: what its fit should report.
     remarks : tuple of str
         Why others brought nothing.
     """
@@ -97,21 +97,12 @@ class Knowledge:
         }
         return updated(self.given, {**self.earned, **own}, aircraft=aircraft)
 
-    def noise(self, axis: Axis, aircraft: Aircraft, *, soon: bool = False) -> ResponseNoise:
-        """Return the noise to be expected, as heard so far; else that of the instruments.
-
-        Parameters
-        ----------
-        axis : {"lon", "lat"}
-        aircraft : Aircraft
-        soon : bool
-            In the next seconds: what was heard just now tells more of it.
-        """
+    def noise(self, axis: Axis, aircraft: Aircraft) -> ResponseNoise:
+        """Return the noise to be expected, as heard so far; else that of the instruments."""
         heard = self.heard.get(axis, ())
         if not heard:
             return assumed_noise(aircraft, RESPONSES[axis], self.rate)
-        alike = [one for one in heard if one.responses == heard[-1].responses]
-        return just_heard(alike) if soon else pooled(alike)
+        return pooled([one for one in heard if one.responses == heard[-1].responses])
 
     def hearing(self, axis: Axis, noise: ResponseNoise) -> Knowledge:
         """Return the knowledge with the noise of another stretch."""
@@ -181,13 +172,13 @@ def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
         yield
     useful = False
     for axis in axes_of(verdict.surfaces):
-        usual, soon = now.noise(axis, aircraft), now.noise(axis, aircraft, soon=True)
+        usual = now.noise(axis, aircraft)
         try:
             sensed = sense(maneuver, axis, model, usual.responses)
             planned_for = sensed.information(usual).stds
             yield
-            foreseen = sensed.information(soon).stds
-            now = replace(now, foreseen={**now.foreseen, **foreseen})
+            foreseen = sensed.information(sensed.own_noise()).stds
+            now = _surprised(now, foreseen, planned_for)
             yield
             solution = fitted(maneuver, axis, model)
         except FlightError as error:
@@ -197,7 +188,7 @@ def learn(before: Knowledge, lesson: Lesson, aircraft: Aircraft) -> Learning:
             now = _without(now, verdict, solution.estimate.message)
             continue
         yield
-        now, useful = _booked(now, solution, axis, planned_for), True
+        now, useful = _booked(now, solution, axis), True
         yield
     return replace(now, maneuvers=now.maneuvers + useful)
 
@@ -262,16 +253,21 @@ def _listened(
         return now
 
 
-def _booked(
-    now: Knowledge, solution: Solution, axis: Axis, foreseen: Mapping[str, float]
+def _surprised(
+    now: Knowledge, foreseen: Mapping[str, float], planned_for: Mapping[str, float]
 ) -> Knowledge:
+    """Return the knowledge with what noise and gusts made of a maneuver's bounds."""
+    ratios = [std / planned_for[name] for name, std in foreseen.items() if name in planned_for]
+    habits = now.habits.surprised(ratios) if ratios else now.habits
+    return replace(now, habits=habits, foreseen={**now.foreseen, **foreseen})
+
+
+def _booked(now: Knowledge, solution: Solution, axis: Axis) -> Knowledge:
     """Return the knowledge with what a fit brought."""
     information = brought(solution)
     values = {name: solution.value(name) for name in information.names}
-    ratios = [std / foreseen[name] for name, std in information.stds.items() if name in foreseen]
-    habits = now.habits.surprised(ratios) if ratios else now.habits
     totals = {**now.totals, axis: now.totals[axis].plus(information, values)}
-    return replace(now.hearing(axis, heard_in(solution, now.rate)), totals=totals, habits=habits)
+    return replace(now.hearing(axis, heard_in(solution, now.rate)), totals=totals)
 
 
 def _without(now: Knowledge, verdict: Verdict, why: FlightError | str) -> Knowledge:

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.identification.statistics.correlation import MOST_LAGS, bartlett
+from gsapp.identification.statistics.correlation import MOST_LAGS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -18,13 +18,6 @@ _USUAL_ANGLE: Final = 0.1 * DEGREE
 _USUAL_RATE: Final = 1.0 * DEGREE
 _USUAL_ACCELERATION: Final = 0.005 * GRAVITY
 """Noise of instruments of which the aircraft file says nothing."""
-_SLOW: Final = np.linspace(0.2, 2.5, 12)
-"""Frequencies at which an aircraft of this size answers, Hz."""
-_LUCK: Final = 0.7
-"""Variance of the logarithm of a density heard for a second; it falls with the seconds."""
-_USUAL_SPREAD: Final = 0.09
-"""Variance of that logarithm from stretch to stretch, before it was seen to differ."""
-_USUALLY_SEEN: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,42 +111,3 @@ def pooled(heard: Sequence[ResponseNoise]) -> ResponseNoise:
         lagged=total / weights[:, None, None],
         seconds=float(weights[reach]),
     )
-
-
-def just_heard(heard: Sequence[ResponseNoise]) -> ResponseNoise:
-    """Return the noise to be expected in the next seconds; the last stretch was heard just now.
-
-    Engine vibration that folds into the gyros differs from throttle setting to throttle setting,
-    gusts do not: how much the earlier stretches differ among each other says, response by
-    response, how much of the last one to take.
-
-    Parameters
-    ----------
-    heard : sequence of ResponseNoise
-        Of the same responses.
-    """
-    now, whole = heard[-1], pooled(heard)
-    levels = np.array([_slow_level(one) for one in heard])
-    luck = np.array([_LUCK / one.seconds for one in heard])
-    differing = np.square(levels - levels.mean(axis=0)).sum(axis=0)
-    by_luck = luck.mean() * (len(heard) - 1)
-    spread = np.maximum(differing - by_luck + _USUALLY_SEEN * _USUAL_SPREAD, 0.0) / (
-        _USUALLY_SEEN + len(heard) - 1
-    )
-    share = np.clip(spread / (spread + luck[-1]), 0.05, 1.0)
-    old, new = np.sqrt(1.0 - share), np.sqrt(share)
-    lagged = whole.lagged * old[:, None] * old
-    middle, own = len(lagged) // 2, len(now.lagged) // 2
-    lagged[middle - own : middle + own + 1] += now.lagged * new[:, None] * new
-    return ResponseNoise(
-        responses=now.responses, rate=now.rate, lagged=lagged, seconds=whole.seconds
-    )
-
-
-def _slow_level(noise: ResponseNoise) -> FloatArray:
-    """Return the logarithm of the density where the aircraft moves, shape (n_responses,)."""
-    reach = len(noise.lagged) // 2
-    lag = np.arange(-reach, reach + 1)
-    waves = np.cos(2.0 * np.pi * _SLOW[:, None] * lag / noise.rate) * bartlett(reach)
-    density = (waves @ np.einsum("jrr->jr", noise.lagged)).mean(axis=0)
-    return np.asarray(np.log(np.maximum(density, 1e-3 * noise.variances)))

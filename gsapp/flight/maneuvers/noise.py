@@ -44,11 +44,14 @@ class NoiseFloor:
         Where it was measured, in words.
     seconds : float
         Length of the stretches it was measured in, s.
+    stands : bool
+        Whether it was measured before take-off: no flying changes it any more.
     """
 
     std: Mapping[str, float] = field(default_factory=dict)
     source: str = "not measured"
     seconds: float = 0.0
+    stands: bool = False
 
     def of(self, name: str) -> float:
         """Return the standard deviation of a channel; 0 where it is not known."""
@@ -152,6 +155,7 @@ class NoiseMeter:
                 std=_named(_on_the_ground(np.array(running))),
                 source=f"{length:.0f} s before take-off{told}",
                 seconds=length,
+                stands=self._flown,
             )
         windows = self._air or [*self._ground, *(noise for noise, _ in self._recent)]
         if not windows:
