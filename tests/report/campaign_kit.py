@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from gsapp.dynamics.model import load_model
-from gsapp.identification.campaign import CampaignSettings, run_campaign
+from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.runs.outcome import Outcome
@@ -50,11 +50,22 @@ def maneuvers() -> tuple[Maneuver, ...]:
 def outcome() -> Outcome:
     """Return what maximum likelihood makes of them, with the truth as what was known before."""
     settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH))
-    result = run_campaign(maneuvers(), settings)
+    return _outcome(run_campaign(maneuvers(), settings))
+
+
+@cache
+def unearned() -> Outcome:
+    """Return what comes of an elevator maneuver in which nothing moved: hardly any derivative."""
+    still = fly(47, "lon", dt=0.02, duration=4.0, model=TRUTH, still=("de",)).maneuver
+    settings = CampaignSettings(axis="lon")
+    return _outcome(run_campaign([replace(still, id="M1", flight="A", inputs=("de",))], settings))
+
+
+def _outcome(result: CampaignResult) -> Outcome:
     summary = summarize_campaign(result)
     models, why_not = linear_models(result, summary)
     return Outcome(
-        request=RunRequest(flights=(Path("A"), Path("B")), settings=settings, label="trial"),
+        request=RunRequest(flights=(Path("A"), Path("B")), settings=result.settings, label="trial"),
         aircraft="B777",
         result=result,
         summary=summary,

@@ -27,7 +27,7 @@ from gsapp.report.linear_report import LinearComparison, compare_linear_models
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign_kit import TRUTH, WILD, outcome
+from campaign_kit import TRUTH, WILD, outcome, unearned
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +72,16 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> N
     ):
         assert words in said, words
     assert "Written" not in said
+
+
+def test_what_was_not_earned_is_listed_with_its_reason() -> None:
+    """And there are no linear models, which is said, too."""
+    run = unearned()
+    compared = compare_linear_models(run)
+    said = words_of(estimate_document(Reported(outcome=run, linear=compared)))
+    assert "Not earned" in said
+    assert "CN_q unknown too little excitation" in said
+    assert "no linear longitudinal model: " in said
 
 
 def test_pictures_have_names_of_their_own(compared: LinearComparison) -> None:

@@ -29,7 +29,7 @@ from ui.settings import SettingsStore
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
-from campaign_kit import WILD, outcome
+from campaign_kit import WILD, outcome, unearned
 from window_kit import until
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -107,6 +107,22 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert page.attention.lines.lines[0].cells[0] == WILD
     assert "wild: " in page.attention.lines.lines[0].cells[1]
     assert page.state.words == "1 wild maneuver"
+
+
+def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
+    """In the table in a few words, beside it in whole; italic, and never a number."""
+    room.page.show_outcome(unearned())
+    cells = room.cells("CN_q")
+    assert cells["What to know"] == "unknown: too little excitation"
+    assert {cells[title] for title in ("Mean", "Bound", "%", "Scatter", "Before")} == {"–"}
+    assert cells["n"] == "0"
+    line = next(one for one in room.page.table.lines.lines if one.key == "Cm_q")
+    assert line.italic
+    assert line.cells[-1].startswith("not identifiable: Cm_q cannot be told apart from ")
+    room.selection.choose_derivative("Cm_q")
+    assert "fly an input that parts them, or hold one of them" in room.page.detail.text()
+    assert not room.page.modes.isVisible()
+    assert room.page.no_modes.text().startswith("No linear longitudinal model: ")
 
 
 def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> None:

@@ -67,9 +67,19 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
         )  # fmt: skip
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
-        cells = (derivative_text(name), *(DASH,) * 4, "0", "", DASH, f"{_status(status)}: {why}")
-        lines.append(Line(key=name, cells=cells, italic=True, detail=why))
+        words = f"{_status(status)}: {_brief(why)}"
+        cells = (derivative_text(name), *(DASH,) * 4, "0", "", DASH, words)
+        lines.append(
+            Line(key=name, cells=cells, italic=True, detail=derivative_words(outcome, name))
+        )
     return tuple(lines)
+
+
+def _brief(why: str) -> str:
+    """Return the first clause of a reason; the whole of it stands beside the table."""
+    for end in (":", ";", " in this maneuver"):
+        why = why.partition(end)[0]
+    return why
 
 
 def _minus(text: str) -> str:

@@ -36,7 +36,7 @@ from ui.review.summary_lines import (
 )
 from ui.review.summary_writing import SummaryWriter
 from ui.settings import SettingsStore
-from ui.words import count_text
+from ui.words import count_text, sentences
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
@@ -318,7 +318,9 @@ class SummaryPage(ReviewPage):
         self.modes.show_lines(mode_lines(outcome))
         self.modes.setVisible(bool(outcome.models))
         why_not = [text for text in outcome.remarks if text.startswith("no linear")]
-        self.no_modes.setText(" ".join(f"{text[:1].upper()}{text[1:]}." for text in why_not))
+        if not why_not and not outcome.models:
+            why_not = ["no maneuver moved the surfaces of an axis"]
+        self.no_modes.setText(sentences(why_not))
         self.no_modes.setVisible(bool(why_not))
         names = [name for name in file_names(outcome) if name in FILE_TITLES]
         self.file.show_choices([(name, FILE_TITLES[name]) for name in names], self.file.value)
