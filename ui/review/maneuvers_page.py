@@ -7,28 +7,22 @@ from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout
 
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
 from gsapp.session.review.traces import Traces
 from ui.commands import Need
 from ui.frame.steps import StepState
-from ui.gap.parts import Pair
 from ui.look import Look
-from ui.review.channel_row import ChannelRow
 from ui.review.flight_work import CatalogKeeping
 from ui.review.grade_dialog import GradeDialog
-from ui.review.maneuvers_bar import EditBar
-from ui.review.maneuvers_details import ManeuverDetails
+from ui.review.maneuvers_board import ManeuversBoard
 from ui.review.maneuvers_editing import ManeuverEditing
-from ui.review.maneuvers_flights import FlightsPanel
-from ui.review.maneuvers_table import ManeuversTable
 from ui.review.maneuvers_words import grade_text
 from ui.review.page import ReviewPage
 from ui.review.reviewed_flights import ReviewedFlights
 from ui.review.selection import Selection
-from ui.review.timeline import Timeline
 from ui.review.timeline_drawing import TimelineSpan
 from ui.settings import SettingsStore, catalog_path
 from ui.words import count_text
@@ -81,49 +75,18 @@ class ManeuversPage(ReviewPage):
         self.opening = self.flights.opening
         self.keeping = CatalogKeeping(lambda: catalog_path(store.current), self)
         self.editing = ManeuverEditing(self.flights, review, selection, self.keeping, self)
-        self._lay_out(actions)
+        self.board = board = ManeuversBoard(actions, look)
+        self.details, self.timeline, self.bar = board.details, board.timeline, board.bar
+        self.panel, self.channels, self.table = board.panel, board.channels, board.table
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(board)
         self._bind()
         self._poll = QTimer(self)
         self._poll.setInterval(_POLL)
         self._poll.timeout.connect(self.editing.follow)
         self.flights.open_remembered()
         self._refresh()
-
-    def _lay_out(self, actions: Mapping[str, QAction]) -> None:
-        look = self.look
-        self.details = ManeuverDetails(look)
-        self.timeline = Timeline(look)
-        self.bar = EditBar(actions, look)
-        self.panel = FlightsPanel(actions, look)
-        self.channels = ChannelRow(look)
-        self.table = ManeuversTable(look)
-        self._area = area = QScrollArea()
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setWidgetResizable(True)
-        body = QWidget()
-        body.setObjectName("page")
-        area.setWidget(body)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(area)
-        self._column = QVBoxLayout(body)
-        # What one works on stands first, also where the window is narrow.
-        pair = Pair(look, (7, 2))
-        pair.left.addWidget(self.details)
-        pair.left.addWidget(self.timeline, 1)
-        pair.left.addWidget(self.bar)
-        pair.right.addWidget(self.panel)
-        pair.right.addWidget(self.channels)
-        pair.right.addStretch(1)
-        self._column.addWidget(pair, 3)
-        self._column.addWidget(self.table, 1)
-        look.changed.connect(self._restyle)
-        self._restyle()
-
-    def _restyle(self) -> None:
-        px = self.look.px
-        self._column.setContentsMargins(px(16), px(10), px(16), px(10))
-        self._column.setSpacing(px(8))
 
     def _bind(self) -> None:
         flights, editing, timeline, table = self.flights, self.editing, self.timeline, self.table
@@ -303,9 +266,8 @@ class ManeuversPage(ReviewPage):
         self.editing.add(start, stop)
 
     def _type(self, column: str) -> None:
-        """Begin to type into the row of the chosen maneuver; the table ends the page."""
-        below = self._area.verticalScrollBar()
-        below.setValue(below.maximum())
+        """Begin to type into the row of the chosen maneuver."""
+        self.board.show_table()
         self.table.edit_cell(self._selection.maneuver, column)
 
     def use(self) -> None:

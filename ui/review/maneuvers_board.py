@@ -1,0 +1,76 @@
+"""How the page of maneuvers is laid out: time line and flights side by side, the table below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+
+from ui.gap.parts import Pair
+from ui.look import Look
+from ui.review.channel_row import ChannelRow
+from ui.review.maneuvers_bar import EditBar
+from ui.review.maneuvers_details import ManeuverDetails
+from ui.review.maneuvers_flights import FlightsPanel
+from ui.review.maneuvers_table import ManeuversTable
+from ui.review.timeline import Timeline
+
+
+class ManeuversBoard(QScrollArea):
+    """All parts of the page; it scrolls where the window is small for its scale.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : Look
+        Colors, sizes, units.
+
+    Attributes
+    ----------
+    details : ManeuverDetails
+    timeline : Timeline
+    bar : EditBar
+    panel : FlightsPanel
+    channels : ChannelRow
+    table : ManeuversTable
+    """
+
+    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.details = ManeuverDetails(look)
+        self.timeline = Timeline(look)
+        self.bar = EditBar(actions, look)
+        self.panel = FlightsPanel(actions, look)
+        self.channels = ChannelRow(look)
+        self.table = ManeuversTable(look)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        body = QWidget()
+        body.setObjectName("page")
+        self.setWidget(body)
+        self._column = QVBoxLayout(body)
+        # What one works on stands first, also where the window is narrow.
+        pair = Pair(look, (7, 2))
+        pair.left.addWidget(self.details)
+        pair.left.addWidget(self.timeline, 1)
+        pair.left.addWidget(self.bar)
+        pair.right.addWidget(self.panel)
+        pair.right.addWidget(self.channels)
+        pair.right.addStretch(1)
+        self._column.addWidget(pair, 3)
+        self._column.addWidget(self.table, 1)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        px = self._look.px
+        self._column.setContentsMargins(px(16), px(10), px(16), px(10))
+        self._column.setSpacing(px(8))
+
+    def show_table(self) -> None:
+        """Bring the table into sight: it ends the page."""
+        bar = self.verticalScrollBar()
+        bar.setValue(bar.maximum())
