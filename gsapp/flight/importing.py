@@ -11,6 +11,7 @@ from pathlib import Path
 
 from calibration import certificate_files
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.flight.events import events_path
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
@@ -27,7 +28,8 @@ def import_flight(
 
     A ``.tlog`` becomes the folder's ``raw.tlog``, byte for byte; any other file its on-board log,
     named in ``flight.toml``. The map and the certificates it names are copied, so that the flight
-    can be read again, with these or with others. The folder appears whole or not at all.
+    can be read again, with these or with others. Marks, notes and maneuvers corrected by hand lay
+    beside the file, and come along. The folder appears whole or not at all.
 
     Parameters
     ----------
@@ -74,6 +76,8 @@ def import_flight(
             folder.keep_onboard_log(source)
             # When the log was made is not known; that of the import would mislead.
             folder.update_info(date=None)
+        if events_path(source).is_file():
+            copy_atomically(events_path(source), events_path(made))
     return Flight(
         name=info.name,
         path=target,

@@ -11,6 +11,7 @@ import pytest
 
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store_debrief
+from gsapp.flight.importing import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.flights import flown_flights
@@ -60,6 +61,20 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     ]
     assert any("6 changes by hand" in remark for remark in flown.remarks)
     assert len(printed(flight.path, tmp_path / "f.json", as_found=True)) == 5
+
+
+def test_corrections_come_along_into_a_flight_folder(flight, tmp_path):
+    flight.remove("2")
+    flight.annotate("3", "calm")
+    import_flight(flight.path, tmp_path / "folder")
+    again = open_reviewed(tmp_path / "folder")
+    assert [(one.id, one.note) for one in again.maneuvers] == [
+        ("1", ""), ("3", "calm"), ("4", ""), ("5", ""),
+    ]  # fmt: skip
+    again.undo()
+    # From here on each goes its own way.
+    assert again["3"].note == ""
+    assert open_reviewed(flight.path)["3"].note == "calm"
 
 
 def test_changes_are_taken_back_in_their_order_by_whoever_looks(flight):
