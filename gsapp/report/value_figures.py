@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from gsapp.identification.summary import CampaignSummary, DerivativeSummary, Point
+from gsapp.quantities import channel
 from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import (
     DERIVATIVE,
@@ -146,11 +148,23 @@ def values_picture(
         name=f"values-{over}-{number}",
         caption=f"{subject} {told}: bars are 95 % of its own bound, the band is "
         "the mean over all with 95 % of its error, the dotted line what was known before. Gray "
-        "marks were left out of the mean.",
+        f"marks were left out of the mean.{_not_drawn(chosen, over)}",
         height=0.9 + 1.65 * rows if len(chosen) > 1 else 3.6,
         draw=draw,
         numbers=lambda: _numbers(chosen, units),
     )
+
+
+def _not_drawn(chosen: Sequence[DerivativeSummary], over: str) -> str:
+    """Return in a sentence which maneuvers have no place on the axis; empty where all have."""
+    if over == "number":
+        return ""
+    points = (point for one in chosen for point in one.points)
+    count = len({point.maneuver for point in points if over not in point.conditions})
+    what = f"{channel(over).title.lower()} was not measured"
+    if count == 0:
+        return ""
+    return f" Not drawn: {count} {'maneuver' if count == 1 else 'maneuvers'} whose {what}."
 
 
 def _flights(summary: CampaignSummary) -> dict[str, int]:
@@ -187,6 +201,8 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
     plain(chart, palette)
+    if drawn.over == "number":
+        chart.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     chart.margins(x=0.08)
     _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
     _draw_left_out(chart, one.excluded, _BY_HAND, drawn)

@@ -31,12 +31,13 @@ from ui.commands import CommandSet
 from ui.keyboard import KeyKeeper
 from ui.look import Look
 from ui.review.figure_geometry import Pane, Spot, View, moved, stepped, zoomed
+from ui.review.figure_palette import window_palette
 from ui.review.figures_page import FiguresPage
 from ui.review.figures_saving import FigureSaver
 from ui.review.jobs import HearJob, Job
 from ui.review.selection import Selection
 from ui.settings import SettingsStore
-from ui.theme import THEMES
+from ui.theme import THEMES, contrast
 from ui.work import CancelledError
 
 
@@ -341,6 +342,16 @@ def test_figures_take_theme_and_scale_of_the_window(bench: Bench, theme: str, sc
     ink = QColor(THEMES[theme].text).rgb()
     titles = round(drawing.panes[0].top)
     assert any(image.pixel(x, y) == ink for y in range(titles) for x in range(40, 400))
+
+
+@pytest.mark.parametrize("theme", ["daylight", "high-contrast"])
+def test_words_in_figures_stand_out_seven_to_one(theme: str) -> None:
+    """Ink and quiet words on the figure's background; traces and markers three to one."""
+    palette = window_palette(THEMES[theme])
+    for color in (palette.ink, palette.quiet):
+        assert contrast(color, palette.background) >= 7.0
+    for color in (palette.measured, palette.computed, *palette.flights):
+        assert contrast(color, palette.background) >= 3.0
 
 
 def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: Bench) -> None:

@@ -22,6 +22,8 @@ _LIST = 152
 """Points of width of the list of figures ..."""
 _WIDE = 820
 """... that stands at the left where the page has so many; else above."""
+_LETTERS = 24
+"""Of a choice above the figure: a maneuver with its input and flight."""
 _HIGH = 380
 """Points of height below which the buttons give way to the figure."""
 
@@ -119,7 +121,7 @@ class FiguresFrame(QWidget):
         """Show the lists above the figure, each with the key that is chosen."""
         for option, key in options:
             if option.id not in self.choices:
-                choice = Choice(self._look, option.title, letters=18)
+                choice = Choice(self._look, option.title, letters=_LETTERS)
                 choice.box.currentIndexChanged.connect(
                     lambda _place, name=option.id: self.option_chosen.emit(
                         name, self.choices[name].value

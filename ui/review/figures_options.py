@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ui.review.figures_material import Material, maneuver_words, run_name
+from ui.review.figures_material import Material, maneuver_words, result_of, run_name
 
 if TYPE_CHECKING:
     from gsapp.identification.results import Estimate
@@ -20,6 +21,7 @@ _CONDITIONS = (("number", "maneuver"), ("V", "speed"), ("alpha", "angle of attac
 LONGITUDINAL = ("CN", "CA", "Cm")
 """Coefficients of the longitudinal axis."""
 _COEFFICIENTS = (*LONGITUDINAL, "CY", "Cl", "Cn")
+_EFFECTS = "effects"
 AXES = {"lon": "longitudinal", "lat": "lateral"}
 """Words for the axes."""
 
@@ -50,38 +52,37 @@ def chosen(material: Material, option: Option) -> str:
 
 def group_of(material: Material) -> Option:
     """Return which derivatives can be looked at together, and each alone."""
-    names = [name for name in material.outcome.summary.derivatives if not name.endswith("_0")]
-    families = [one for one in _COEFFICIENTS if any(_of(name, one) for name in names)]
-    axes = [
-        (axis, f"all {words}")
-        for axis, words in AXES.items()
-        if any((one in LONGITUDINAL) == (axis == "lon") for one in families)
-    ]
+    names = _names(material)
+    groups = {
+        **{axis: f"all {words}" for axis, words in AXES.items()},
+        **{one: f"of {one}" for one in _COEFFICIENTS},
+        _EFFECTS: "parameters of effects",
+    }
+    choices = tuple((key, words) for key, words in groups.items() if _within(names, key))
     return Option(
-        id="group",
-        title="Derivatives",
-        choices=(
-            *axes,
-            *((one, f"of {one}") for one in families),
-            *((name, name) for name in names),
-        ),
+        id="group", title="Derivatives", choices=(*choices, *((name, name) for name in names))
     )
 
 
 def names_in(material: Material, group: str) -> tuple[str, ...]:
     """Return the derivatives of a group."""
-    names = [name for name in material.outcome.summary.derivatives if not name.endswith("_0")]
-    if group in AXES:
-        return tuple(
-            name for name in names if (name.partition("_")[0] in LONGITUDINAL) == (group == "lon")
-        )
-    if group in _COEFFICIENTS:
-        return tuple(name for name in names if _of(name, group))
-    return (group,) if group in names else tuple(names)
+    names = _names(material)
+    return (group,) if group in names else _within(names, group)
 
 
-def _of(name: str, coefficient: str) -> bool:
-    return name.partition("_")[0] == coefficient
+def _names(material: Material) -> tuple[str, ...]:
+    """Return what has figures: all that was estimated but the values at zero."""
+    found = material.outcome.summary.derivatives
+    return tuple(name for name in found if not name.endswith("_0"))
+
+
+def _within(names: Sequence[str], group: str) -> tuple[str, ...]:
+    """Return those of an axis, of a coefficient, or of effects."""
+    lateral = tuple(one for one in _COEFFICIENTS if one not in LONGITUDINAL)
+    wanted = {"lon": LONGITUDINAL, "lat": lateral}.get(group, (group,))
+    if group == _EFFECTS:
+        return tuple(name for name in names if name.partition("_")[0] not in _COEFFICIENTS)
+    return tuple(name for name in names if name.partition("_")[0] in wanted)
 
 
 def over_of(material: Material) -> Option:
@@ -111,15 +112,16 @@ def maneuver_of(material: Material) -> Option:
 
 
 def beside_of(material: Material) -> Option:
-    """Return the runs that a fit can be compared with."""
-    return Option(
-        id="beside",
-        title="Compare with",
-        choices=(
-            ("", "no other run"),
-            *((str(place), run_name(one)) for place, one in enumerate(material.others)),
-        ),
-    )
+    """Return the runs that a fit can be compared with: those that computed its responses, too."""
+    maneuver = material.looked_at.maneuver.id
+    comparable = [
+        (str(place), run_name(one))
+        for place, one in enumerate(material.others)
+        if (found := result_of(one, maneuver)) is not None
+        and found.estimate is not None
+        and found.estimate.histories
+    ]
+    return Option(id="beside", title="Compare with", choices=(("", "no other run"), *comparable))
 
 
 def fit_of(material: Material) -> Option:

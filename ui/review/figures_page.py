@@ -263,11 +263,22 @@ class FiguresPage(ReviewPage):
         if material is None:
             return
         self._chosen.pop("maneuver", None)
+        result = result_of(material.outcome, maneuver)
+        if result is not None:
+            self._chosen["flight"] = result.maneuver.flight
         self._material = replace(material, maneuver=maneuver, chosen=dict(self._chosen))
-        if any(option.id == "maneuver" for option in self.kind.options(material)):
+        if self._follows(material):
             self._refresh()
         self._show_detail()
         self.changed.emit()
+
+    def _follows(self, former: Material) -> bool:
+        """Return whether the figure is another for another maneuver."""
+        options = self.kind.options(former)
+        if any(one.id == "maneuver" for one in options):
+            return True
+        flights = [chosen(former, one) for one in options if one.id == "flight"]
+        return bool(flights) and flights != [self._chosen.get("flight")]
 
     def _derivative_chosen(self, derivative: str) -> None:
         """Look at a derivative that was chosen elsewhere."""
