@@ -108,11 +108,11 @@ class Announcer:
     Parameters
     ----------
     system : {"US", "SI"}
-        Units in which amounts are said.
+        Units in which amounts are said; others may be set at any time.
     """
 
     def __init__(self, system: str = "US") -> None:
-        self._system = system
+        self.system = system
         self.restart()
 
     def restart(self) -> None:
@@ -230,7 +230,7 @@ class Announcer:
         if former == "turn" and trim.state != "turn":
             self._level_at = time + _ROLLING_OUT
         if trim.state == "fly" and trim.worst is not None:
-            words = aloud(trim.worst.words(self._system))
+            words = aloud(trim.worst.words(self.system))
             due = bool(lost) or (trim.worst.share <= _FAR and time >= self._level_at)
             due = due and self._nagging.due(
                 time, _key(trim.worst), abs(trim.worst.amount), bool(lost)

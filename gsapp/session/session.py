@@ -555,6 +555,11 @@ class Session:
         if self.cue_watch is not None:
             self.cue_watch.choose(card_id)
 
+    def use_units(self, system: str) -> None:
+        """Give cues in these units, ``US`` or ``SI``, from now on."""
+        if self.cue_watch is not None:
+            self.cue_watch.cueing.use_units(system)
+
     def use_cards(self, cards: CardSet) -> None:
         """Take other test cards; a live flight without any keeps them in its folder.
 

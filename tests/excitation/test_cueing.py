@@ -128,6 +128,26 @@ def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
     assert any(words.startswith("not believed: ") for words in snapshot.missing)
 
 
+def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
+    """A card in feet is one in meters at once, paused or not, and so is what it would bring."""
+    cues = cueing()
+    cues.feed(part(flown(), 0, 700))
+    cues.settle()
+    before = cues.snapshot()
+    assert before.card is not None
+    assert "100 ft/s" in before.card.words
+    cues.use_units("SI")
+    at_once = cues.snapshot().card
+    assert at_once is not None
+    assert "30 m/s" in at_once.words
+    cues.feed(part(flown(), 700, len(flown())))
+    cues.settle()
+    after = cues.snapshot()
+    assert after.outlook is not None
+    assert all("m/s" in one.words for one in after.outlook.prospects)
+    assert after.outlook.prospects
+
+
 def test_a_replay_that_goes_back_tells_the_same_again(whole: Cueing) -> None:
     """After a reset in the middle of the hands-off interval nothing of before is left."""
     block = flown()

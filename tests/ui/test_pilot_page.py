@@ -59,6 +59,7 @@ class Flown:
         self.snapshot: CueSnapshot | None = BASE
         self.silent: float | None = None
         self.chosen: list[str] = []
+        self.units: list[str] = []
 
 
 @pytest.fixture
@@ -70,6 +71,7 @@ def flown(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> Flown:
     monkeypatch.setattr(FlightCues, "snapshot", lambda _self: made.snapshot)
     monkeypatch.setattr(FlightCues, "silent", lambda _self: made.silent)
     monkeypatch.setattr(FlightCues, "choose", lambda _self, card: made.chosen.append(card))
+    monkeypatch.setattr(FlightCues, "use_units", lambda _self, units: made.units.append(units))
     window.show_place("pilot")
     window.pilot.state.restart()
     window.pilot.refresh()
@@ -365,6 +367,7 @@ def test_units_of_the_screen_are_those_of_the_page(
     window.pilot.state.restart()
     window.pilot.refresh()
     assert page.sheet.gauges[0].unit == "m/s"
+    assert flown.units == ["SI"]
 
 
 # The second window

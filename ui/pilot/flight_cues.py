@@ -70,6 +70,11 @@ class FlightCues:
         session = self._desk.session
         return None if session is None else session.debrief()
 
+    def use_units(self, units: str) -> None:
+        """Have the cues of the open flight said in these units, ``US`` or ``SI``."""
+        if self._desk.session is not None:
+            self._desk.session.use_units(units)
+
     def choose(self, card_id: str) -> None:
         """Have a card flown until it is done; an empty one lets the program choose."""
         if self._desk.session is not None:

@@ -93,6 +93,7 @@ class PilotPlace(QWidget):
         self.debrief = DebriefRoom(self, look, store, faults, desk, self.cues)
         self._looked = 0.0
         self._was_opened = False
+        self._units = look.units
         self._present: tuple[Need, ...] = ()
         self.setAccessibleName("Pilot")
         column = QVBoxLayout(self)
@@ -113,7 +114,7 @@ class PilotPlace(QWidget):
         desk.changed.connect(self._flight_changed)
         desk.painted.connect(lambda _until: self._samples_came())
         desk.told.connect(self.refresh)
-        look.changed.connect(self.refresh)
+        look.changed.connect(self._restyle)
 
     # Commands
 
@@ -275,6 +276,13 @@ class PilotPlace(QWidget):
         focus = QApplication.focusWidget()
         if self.shown and not (focus is not None and self.isAncestorOf(focus)):
             self.begin()
+
+    def _restyle(self) -> None:
+        """Show it in other colors, sizes or units; units are spoken, too."""
+        if self._look.units != self._units:
+            self._units = self._look.units
+            self.cues.use_units(self._units)
+        self.refresh()
 
     def _samples_came(self) -> None:
         """Look at the cues as soon as samples came, but not at every one."""

@@ -72,6 +72,12 @@ class CardDesk:
         self.cards = cards
         self.restart()
 
+    def use_units(self, system: str) -> None:
+        """Take other units for the words, ``US`` or ``SI``, from the next look on."""
+        self._system = system
+        self._changes += 1
+        self._points.use_units(system)
+
     def restart(self) -> None:
         """Forget what was flown and chosen; the flight begins anew."""
         self.flown: CardsFlown | None = None

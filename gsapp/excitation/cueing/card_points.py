@@ -52,6 +52,11 @@ class CardPoints:
         self._points: dict[str, tuple[TestPoint | None, str]] = {}
         self._wanted: dict[tuple[object, ...], WantedInput] = {}
 
+    def use_units(self, system: str) -> None:
+        """Say what is wrong with a card in these units, ``US`` or ``SI``, from now on."""
+        self._system = system
+        self._points.clear()
+
     def breathe(self, density: float) -> None:
         """Take the air of the day, kg/m^3."""
         self._density = density

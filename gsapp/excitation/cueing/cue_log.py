@@ -21,7 +21,7 @@ class CueLog:
     Parameters
     ----------
     system : {"US", "SI"}
-        Units of the words.
+        Units of the words; others may be set at any time.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class CueLog:
     """
 
     def __init__(self, system: str = "US") -> None:
-        self._system = system
+        self.system = system
         self.restart()
 
     def restart(self) -> None:
@@ -53,7 +53,7 @@ class CueLog:
             cue.time,
             "trim",
             cue.state,
-            worst.words(self._system) if told and worst is not None else "",
+            worst.words(self.system) if told and worst is not None else "",
             {
                 "off": [
                     {"quantity": off.quantity, "amount": off.amount, "share": off.share}

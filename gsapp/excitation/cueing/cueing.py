@@ -194,6 +194,14 @@ class Cueing:
         self._desk.look(self._lessons.outlook)
         self._aim()
 
+    def use_units(self, system: str) -> None:
+        """Say everything from now on in these units, ``US`` or ``SI``; the log stays as it is."""
+        self._changes.system = self._announcer.system = self._doublets.system = system
+        self._desk.use_units(system)
+        self._lessons.use_units(system)
+        if self._doublets.under_way is None and self._desk.look(self._lessons.outlook, stay=True):
+            self._aim()
+
     # --- what it tells --------------------------------------------------------------------------
 
     @property

@@ -66,6 +66,10 @@ class Lessons:
         self._ready_at = 0.0
         self._revision = 0
 
+    def use_units(self, system: str) -> None:
+        """Say what cards would bring in these units, ``US`` or ``SI``, from the next look on."""
+        self._book.use_units(system)
+
     @property
     def estimates(self) -> Mapping[str, LiveEstimate]:
         """Return the derivatives that the flight has earned."""

@@ -55,7 +55,7 @@ class DoubletWatch:
     tolerances : TrimTolerances
         Of the trim before an input.
     system : {"US", "SI"}
-        Units of the words.
+        Units of the words; others may be set at any time.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class DoubletWatch:
         self._tick = max(round(TICK * rate), 1)
         self._wanted_for = wanted_for
         self._tolerances = tolerances
-        self._system = system
+        self.system = system
         self._explainer = None
         if aircraft is not None and model is not None:
             self._explainer = Explainer(aircraft, model, rate)
@@ -340,7 +340,7 @@ class DoubletWatch:
                 self._around.setting,
                 self._tolerances,
                 known_aircraft=self._known_aircraft,
-                system=self._system,
+                system=self.system,
             )
         )
         self._busy_until = self._now + _BUSY

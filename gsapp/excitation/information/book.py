@@ -94,10 +94,17 @@ class InformationBook:
         self._cards: tuple[OpenCard, ...] = ()
         self._stale = False
         self._due: float | None = None
+        self._looked_at = 0.0
         self._reply = Reply(by_card={})
         self._shown = self._reply
         self._bounds = self._bounds_now()
         self._remarks: tuple[str, ...] = ()
+
+    def use_units(self, system: str) -> None:
+        """Take other units for the words, ``US`` or ``SI``; what is shown is worded anew."""
+        self._system = system
+        if self._shown.by_card:
+            self._ask(self._looked_at)
 
     # --- what comes in --------------------------------------------------------------------------
 
@@ -245,6 +252,7 @@ class InformationBook:
         cards : CardsFlown or CardSet, optional
             Those of the flight, as they stand.
         """
+        self._looked_at = time
         missing = _open(cards)
         if missing != self._cards:
             self._cards = missing
