@@ -23,8 +23,13 @@ def headline(summary: CampaignSummary, result: CampaignResult) -> str:
     maneuvers = sum(one.estimate is not None for one in result.results)
     flights = len({one.maneuver.flight for one in result.results})
     said = (
-        f"{_count(maneuvers, 'maneuver')} of {_count(flights, 'flight')} give "
-        f"{_count(len(known), 'derivative')}, {well} of them to {_WELL:.0f} % or better."
+        f"{_count(maneuvers, 'maneuver')} of {_count(flights, 'flight')} "
+        f"{'gives' if maneuvers == 1 else 'give'} "
+        + (
+            f"{_count(len(known), 'derivative')}, {well} of them to {_WELL:.0f} % or better."
+            if known
+            else "no derivative."
+        )
     )
     if summary.wild:
         said += (

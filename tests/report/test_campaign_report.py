@@ -6,6 +6,8 @@ import csv
 import io
 import json
 import sys
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +74,23 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> N
     ):
         assert words in said, words
     assert "Written" not in said
+
+
+def test_a_kept_run_stands_in_the_line_of_the_date_and_nowhere_else(
+    compared: LinearComparison,
+) -> None:
+    """So that a run gives the same page whether it is kept or not, but for that line."""
+    when = datetime(2026, 5, 12, 9, 30)
+    every = [
+        words_of(
+            estimate_document(
+                Reported(outcome=replace(outcome(), number=number), linear=compared), written=when
+            )
+        ).splitlines()
+        for number in (None, 3)
+    ]
+    (differing,) = [pair for pair in zip(*every, strict=True) if pair[0] != pair[1]]
+    assert differing == ("2026-05-12 09:30", "2026-05-12 09:30; run 3 of the catalog")
 
 
 def test_what_was_not_earned_is_listed_with_its_reason() -> None:

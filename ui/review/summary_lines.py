@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -23,6 +24,10 @@ REMARK: Final = len(DERIVATIVE_TITLES) - 1
 _HONESTY: Final = 4
 _SCATTERS: Final = 1.4
 """Scatter over bounds from which it is said."""
+
+
+_APART: Final = re.compile("told apart from (.+?) in this maneuver")
+"""How an estimate names what it cannot tell a derivative from."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +72,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
         )  # fmt: skip
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
-        words = f"{_status(status)}: {_brief(why)}"
+        words = _brief(status, why)
         cells = (derivative_text(name), *(DASH,) * 4, "0", "", DASH, words)
         lines.append(
             Line(key=name, cells=cells, italic=True, detail=derivative_words(outcome, name))
@@ -75,11 +80,13 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
     return tuple(lines)
 
 
-def _brief(why: str) -> str:
-    """Return the first clause of a reason; the whole of it stands beside the table."""
-    for end in (":", ";", " in this maneuver"):
-        why = why.partition(end)[0]
-    return why
+def _brief(status: str, why: str) -> str:
+    """Return a reason in a few words; the whole of it stands beside the table."""
+    others = _APART.search(why)
+    if status == "not-identifiable" and others is not None:
+        names = [derivative_text(name) for name in re.split(", | and ", others[1])]
+        return f"not told apart from {', '.join(names)}"
+    return f"{_status(status)}: {re.split('[:;]', why)[0]}"
 
 
 def _minus(text: str) -> str:
@@ -162,15 +169,17 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
                 one.maneuver,
                 f"wild: {len(one.derivatives)} of {one.of} derivatives"
                 + (", though fitted well" if one.fits_well else ""),
-                "; ".join(one.reasons),
+                f"{', '.join(derivative_text(name) for name in one.derivatives)}: "
+                f"{'; '.join(one.reasons)}",
             ),
             state="caution",
             strong=True,
-            detail=", ".join(derivative_text(name) for name in one.derivatives),
             colored=frozenset({1}),
         )
         for one in summary.wild
     ]
+    # The values of a wild maneuver stand in its own line.
+    wild = {one.maneuver for one in summary.wild}
     lines += [
         Line(
             key=Attention(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
@@ -182,6 +191,7 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
         )
         for name, one in summary.derivatives.items()
         for outlier in one.outliers
+        if outlier.point.maneuver not in wild
     ]
     for one in outcome.result.results:
         estimate = one.estimate

@@ -266,7 +266,8 @@ class SummaryPage(ReviewPage):
         wild = len(self._outcome.summary.wild)
         if wild:
             return StepState(state="caution", words=count_text(wild, "wild maneuver"))
-        return StepState(state="plain", words=count_text(len(self.table.lines.lines), "derivative"))
+        earned = [name for name in self._outcome.summary.derivatives if not name.endswith("_0")]
+        return StepState(state="plain", words=count_text(len(earned), "derivative"))
 
     def copy(self) -> None:
         """Put the table on the clipboard, as text with tabs."""
