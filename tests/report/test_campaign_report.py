@@ -7,7 +7,7 @@ import io
 import json
 import sys
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -80,7 +80,7 @@ def test_a_kept_run_stands_in_the_line_of_the_date_and_nowhere_else(
     compared: LinearComparison,
 ) -> None:
     """So that a run gives the same page whether it is kept or not, but for that line."""
-    when = datetime(2026, 5, 12, 9, 30)
+    when = datetime(2026, 5, 12, 9, 30, tzinfo=UTC)
     every = [
         words_of(
             estimate_document(
