@@ -22,13 +22,13 @@ from gsapp.quantities.constants import DEGREE, FOOT
 
 sys.path.insert(0, str(Path(__file__).parent))
 from input_plan import InputPlan, draw
-from inputs import RATE, FlownInput, _Flight
+from inputs import FlownInput, InputFlight
 
 _NOSE_STICK = 0.12
 """Pitch stick by which the nose is held too high or too low, of full stick."""
 
 
-class _Approach(_Flight):
+class _Approach(InputFlight):
     """Corrects towards one goal after the other."""
 
     def __init__(self, plan: InputPlan, random: np.random.Generator) -> None:
@@ -42,14 +42,11 @@ class _Approach(_Flight):
         )
         self._until = list(accumulate(float(length) for length in lengths))
         self._goals = [_goal(goals, far=place % 2 == 0) for place in range(4)]
-        self._plan = replace(plan, approach=self._until[-1], bank=0.0, speed_off=0.0)
+        self.plan = replace(plan, approach=self._until[-1], bank=0.0, speed_off=0.0)
 
-    def _corrected(self, bank: float, speed: float) -> list[float]:
-        time = len(self._tables[0]) / RATE
-        place = sum(time >= until for until in self._until[:-1])
-        lean, fast, nose = self._goals[place]
-        sticks = super()._corrected(bank + lean, speed + fast)
-        return [sticks[0] + nose, *sticks[1:]]
+    def beside(self, time: float) -> tuple[float, float, float]:
+        """Return the errors of the goal that the pilot has at a time, s."""
+        return self._goals[sum(time >= until for until in self._until[:-1])]
 
 
 def _goal(random: np.random.Generator, *, far: bool) -> tuple[float, float, float]:

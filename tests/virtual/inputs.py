@@ -110,7 +110,7 @@ def fly_input(seed: int, **draws: object) -> FlownInput:
     surfaces = draws.get("surfaces", ())
     assert isinstance(surfaces, tuple)
     plan = replace(draw(seed, surfaces), **draws)
-    return _Flight(plan, np.random.default_rng((seed, 7))).fly()
+    return InputFlight(plan, np.random.default_rng((seed, 7))).fly()
 
 
 def noisy(aircraft: Aircraft, factor: float) -> Aircraft:
@@ -147,11 +147,24 @@ def _feel(speed: float, density: float) -> Feel:
     return learn(_base()[1], speed, density)
 
 
-class _Flight:
-    """One flight of one plan."""
+class InputFlight:
+    """One flight of one plan.
+
+    Parameters
+    ----------
+    plan : InputPlan
+    random : numpy.random.Generator
+
+    Attributes
+    ----------
+    plan : InputPlan
+        What the pilot means to do; may be another until the flight begins.
+    aircraft : Aircraft
+        With the noise of the day.
+    """
 
     def __init__(self, plan: InputPlan, random: np.random.Generator) -> None:
-        self._plan = plan
+        self.plan = plan
         self._random = random
         self.aircraft = noisy(_base()[0], plan.noise)
         pilot, air, instruments, place = random.spawn(4)
@@ -200,12 +213,22 @@ class _Flight:
         )
         return [pitch, roll, yaw]
 
+    def beside(self, time: float) -> tuple[float, float, float]:  # noqa: ARG002
+        """Return what the pilot flies beside what he should, at a time (s) since it began.
+
+        Returns
+        -------
+        tuple of float
+            Bank (rad), speed (m/s), and pitch stick (share of full stick); none as it is.
+        """
+        return 0.0, 0.0, 0.0
+
     def _input(self, time: float) -> list[float]:
         """Return what the input adds to each stick, `time` seconds after it began."""
         added = []
         for name in SURFACES:
             value = _at(self._edges[name], time) if name in self._edges else 0.0
-            for one in self._plan.meddling:
+            for one in self.plan.meddling:
                 if one.surface == name and one.at <= time < one.at + one.length:
                     value += one.size
             added.append(value / self._full[name])
@@ -215,7 +238,7 @@ class _Flight:
 
     def fly(self) -> FlownInput:
         """Fly it all."""
-        plan = self._plan
+        plan = self.plan
         ground = self._stand() if plan.ground > 0.0 else None
         offset = plan.ground + _PAUSE if plan.ground > 0.0 else 0.0
         self._take_off()
@@ -251,13 +274,16 @@ class _Flight:
 
     def _sticks(self, time: float, begin: float, hand: float) -> Sticks:
         """Return the sticks: corrected, held with the errors meant, moved, or let go."""
-        plan, feel = self._plan, self._feel
+        plan, feel = self.plan, self._feel
         corrects = time < plan.approach or time >= hand
         if corrects:
             off = time >= hand
+            lean, fast, nose = self.beside(time)
             wanted = self._corrected(
-                0.0 if off else plan.bank, plan.speed + (0.0 if off else plan.speed_off)
+                (0.0 if off else plan.bank) + lean,
+                plan.speed + (0.0 if off else plan.speed_off) + fast,
             )
+            wanted[0] += nose
             self._usual = [
                 usual + _DT / 0.5 * (want - usual)
                 for usual, want in zip(self._usual, wanted, strict=True)
@@ -288,7 +314,7 @@ class _Flight:
 
     def _take_off(self) -> None:
         """Put the aircraft into the air, near the test point."""
-        plan = self._plan
+        plan = self.plan
         bank, path, fast, p, q, r = plan.start
         speed = plan.speed + plan.speed_off + fast
         level = trim(_base()[1], V=speed, rho=self._frame.density(HEIGHT))
@@ -325,7 +351,7 @@ class _Flight:
 
     def _stand(self) -> Block:
         """Return what the instruments show on the ground with the engines running."""
-        for step in range(round((self._plan.ground + 1.0) * RATE)):
+        for step in range(round((self.plan.ground + 1.0) * RATE)):
             if step >= RATE:
                 self._note()
             self._frame.advance(Sticks(throttle=0.15, brake=1.0, engines=True))
@@ -364,13 +390,13 @@ class _Flight:
         board = dict(zip(BOARD, np.array(self._tables[2]).T, strict=True))
         truth = dict(zip(TRUTH, np.array(self._tables[0]).T, strict=True))
         noise = self._place.standard_normal((times.size, 6))
-        if self._plan.attitude:
+        if self.plan.attitude:
             names += ["phi", "theta", "psi"]
             values.append(
                 np.column_stack([board[name] for name in ("phi", "theta", "psi")])
                 + 0.3 * DEGREE * noise[:, :3]
             )
-        if self._plan.position:
+        if self.plan.position:
             names += ["north", "east", "height"]
             drift = self._place.standard_normal(3)
             values.append(
