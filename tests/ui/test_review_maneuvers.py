@@ -34,6 +34,7 @@ from ui.review.timeline_view import TimeView
 from ui.settings import catalog_path
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
+from ui.words import MINUS
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -207,6 +208,26 @@ def test_an_edge_is_dragged_and_its_grade_follows(window, qtbot):
     assert moved.t_end == pytest.approx(one.t_end - 1.0, abs=0.03)
     assert moved.t_end in page.flights.flight.flight.block.times
     assert written(page) == [f"move 1 to {moved.t_start:.2f} to {moved.t_end:.2f} s"]
+
+
+def test_values_are_read_at_a_line_that_keys_move(window, qtbot):
+    """What stands beside the symbols is the sample there, in the units of the screen."""
+    page = page_of(window)
+    one = page.flights.flight["1"]
+    page.timeline.zoom_to(one.t_start, one.t_end)
+    pixels(page.timeline)
+    press(qtbot, Qt.Key.Key_C)
+    press(qtbot, Qt.Key.Key_Left, times=12)
+    time = page.timeline.pointer
+    block = page.flights.flight.flight.block
+    sample = np.degrees(block["de"][np.argmin(np.abs(block.times - time))])
+    said = page.timeline.accessibleDescription()
+    assert f"at {time:.2f} s δe {sample:.1f}".replace("-", MINUS) in said
+    muted = int(page.look.color("muted").name()[1:], 16)
+    lines = np.flatnonzero((pixels(page.timeline) == muted).sum(axis=0) > 100)
+    assert lines == pytest.approx([page.timeline.scale.x(time)], abs=1.0)
+    press(qtbot, Qt.Key.Key_Escape)
+    assert page.timeline.pointer is None
 
 
 def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):

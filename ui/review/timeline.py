@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 
 from gsapp.session.review.traces import Traces
@@ -19,6 +19,7 @@ from ui.review.timeline_picture import TimelinePicture
 
 _REACH = 6
 """Points beside an edge in which it is taken hold of."""
+_READ = {Qt.Key.Key_Left: -0.005, Qt.Key.Key_Right: 0.005}
 _STEP, _ZOOM = 0.1, 0.7
 """Shares of what is in sight: moved by a key, and left by a step of the zoom."""
 
@@ -36,7 +37,8 @@ class Timeline(TimelinePicture, ArrowKeys):
     """One flight with its maneuvers, to be worked on.
 
     Left and Right move, PgUp and PgDown by a whole view, Up and Down zoom, Home shows the whole
-    flight; Return zooms to the chosen maneuver, Esc drops what is being dragged or marked.
+    flight; Return zooms to the chosen maneuver, Esc drops what is being dragged or marked. All
+    values are read where the mouse is, or with C at a line that Left and Right move then.
 
     Parameters
     ----------
@@ -64,12 +66,13 @@ class Timeline(TimelinePicture, ArrowKeys):
     def __init__(self, look: Look) -> None:
         super().__init__(look)
         self._drag: _Drag | None = None
+        self._reads = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
 
     def show_flight(self, traces: Traces | None) -> None:
         """Show another flight, whole; what was held is let go."""
-        self._drag = None
+        self._drag, self._reads = None, False
         super().show_flight(traces)
 
     # Mouse
@@ -133,6 +136,9 @@ class Timeline(TimelinePicture, ArrowKeys):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Drag what is held; else show that an edge can be."""
         at, drag = event.position(), self._drag
+        known = self._traces is not None and self.places.plot.contains(at)
+        self._reads = False
+        self.point(self.scale.time(at.x()) if known else None)
         if drag is None or not event.buttons() & Qt.MouseButton.LeftButton:
             plot = self.places.plot
             over = plot.top() - self._look.px(20) <= at.y() <= plot.bottom()
@@ -149,6 +155,12 @@ class Timeline(TimelinePicture, ArrowKeys):
                 self.mark((min(drag.anchor, time), max(drag.anchor, time)))
             return
         self._drag_edge(drag, time)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Read nothing where the mouse is not."""
+        super().leaveEvent(event)
+        if not self._reads:
+            self.point(None)
 
     def _drag_edge(self, drag: _Drag, time: float) -> None:
         span = next((one for one in self._spans if one.id == drag.name), None)
@@ -211,7 +223,12 @@ class Timeline(TimelinePicture, ArrowKeys):
             Qt.Key.Key_PageUp: -1.0, Qt.Key.Key_PageDown: 1.0,
         }  # fmt: skip
         zooms = {Qt.Key.Key_Up: _ZOOM, Qt.Key.Key_Down: 1.0 / _ZOOM}
-        if key in moves:
+        if key == Qt.Key.Key_C and not event.modifiers():
+            self._reads = not self._reads
+            self.point((view.start + view.stop) / 2.0 if self._reads else None)
+        elif self._reads and self.pointer is not None and key in _READ:
+            self.point(self.pointer + _READ[key] * view.seconds)
+        elif key in moves:
             view.pan(moves[key] * view.seconds)
         elif key in zooms:
             view.zoom(zooms[key], self._anchor())
@@ -233,6 +250,8 @@ class Timeline(TimelinePicture, ArrowKeys):
     def _let_go(self) -> None:
         """Drop what is being dragged or marked."""
         held, self._drag, self._held = self._held, None, None
+        self._reads = False
+        self.point(None)
         self.mark(None)
         if held is not None:
             self.dropped.emit()

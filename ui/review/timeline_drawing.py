@@ -144,6 +144,24 @@ def draw_stretch(
         painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
 
+def draw_pointer(
+    painter: QPainter, look: Look, time: float, scale: Scale, plot: QRectF, axis: QRectF
+) -> None:
+    """Draw where the mouse is, with the time below."""
+    x = scale.x(time)
+    painter.setPen(QPen(look.color("muted"), 1))
+    painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))
+    font = look.font("label", strong=True)
+    text = number(time, 2)
+    wide = QFontMetricsF(font).horizontalAdvance(text) + look.px(8)
+    left = min(max(x - wide / 2.0, axis.left()), axis.right() - wide)
+    place = QRectF(left, axis.top() + 1, wide, axis.height() - 1)
+    painter.fillRect(place, look.color("background"))
+    painter.setFont(font)
+    painter.setPen(look.color("text"))
+    painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
+
+
 def draw_labels(
     painter: QPainter,
     look: Look,
@@ -197,7 +215,7 @@ def draw_outline(
 def draw_chart(
     painter: QPainter, look: Look, chart: LineChart, scale: Scale, box: QRectF, tick: float
 ) -> None:
-    """Draw grid, lines, ticks and names of a chart; what lies behind the lines is there already."""
+    """Draw grid, lines and ticks of a chart; what lies behind the lines is there already."""
     gain = box.height() / (chart.high - chart.low)
 
     def y_of(value: float) -> float:
@@ -231,7 +249,6 @@ def draw_chart(
         painter.drawPath(path)
     painter.restore()
     _draw_ticks(painter, look, ticks, y_of, box)
-    _draw_names(painter, look, chart, box)
 
 
 def _draw_ticks(
@@ -252,13 +269,18 @@ def _draw_ticks(
         painter.drawText(place, side, number(value, step_decimals(step)))
 
 
-def _draw_names(painter: QPainter, look: Look, chart: LineChart, box: QRectF) -> None:
-    """Write the symbols of the lines, each in its color, and the unit on a ground of their own."""
+def draw_names(
+    painter: QPainter, look: Look, chart: LineChart, box: QRectF, names: Sequence[str]
+) -> None:
+    """Write a name for each line in its color, and the unit, on a ground of their own."""
     font = look.font("label", strong=True)
     painter.setFont(font)
     metrics = QFontMetricsF(font)
     gap = look.px(6)
-    texts = [(line.title, QColor(look.theme.trace(line.color))) for line in chart.lines]
+    texts = [
+        (name, QColor(look.theme.trace(line.color)))
+        for name, line in zip(names, chart.lines, strict=True)
+    ]
     texts.append((f"[{chart.unit}]", look.color("muted")))
     wide = sum(metrics.horizontalAdvance(text) + gap for text, _ in texts) + gap
     ground = QColor(look.color("panel"))

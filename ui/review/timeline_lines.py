@@ -15,7 +15,7 @@ from gsapp.quantities import FloatArray, channel
 from gsapp.session.review.traces import Traces
 from ui.strips.furniture import Display
 from ui.strips.ticks import round_range
-from ui.words import symbol_text, unit_text
+from ui.words import number_text, symbol_text, unit_text
 
 GROUPS = (
     ("de", "da", "dr"),
@@ -52,6 +52,8 @@ class Line:
         s, and in the unit of the chart; NaN where missing.
     dense : bool
         Whether each column has its lowest and highest value only.
+    display : Display
+        How its values are shown.
     """
 
     channel: str
@@ -60,6 +62,12 @@ class Line:
     times: FloatArray
     values: FloatArray
     dense: bool
+    display: Display
+
+    def reading(self, value: float) -> str:
+        """Return the symbol with a value (SI); a dash for a missing one."""
+        shown = number_text(self.display.shown(value), self.display.decimals)
+        return f"{self.title} {shown}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,6 +129,7 @@ def _chart(
                 times=times,
                 values=shown,
                 dense=times.size > 1 and bool(times[0] == times[1]),
+                display=displays[name],
             )
         )
     least = max(display.least_span for display in displays.values())

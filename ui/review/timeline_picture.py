@@ -50,6 +50,8 @@ class TimelinePicture(QWidget):
         What is in sight.
     shown_charts : tuple of LineChart
         The charts as they were drawn last.
+    pointer : float or None
+        Where all values are read, s.
     """
 
     marked = Signal()
@@ -65,6 +67,8 @@ class TimelinePicture(QWidget):
         self._curves: QPixmap | None = None
         self._overview: QPixmap | None = None
         self._tick = 10.0
+        self._boxes: tuple[QRectF, ...] = ()
+        self.pointer: float | None = None
         self.shown_charts: tuple[LineChart, ...] = ()
         self.stretch: tuple[float, float] | None = None
         self.view = TimeView()
@@ -78,7 +82,7 @@ class TimelinePicture(QWidget):
         """Show another flight, whole."""
         self._traces = traces
         self._spans, self._name = (), ""
-        self.stretch, self._held = None, None
+        self.stretch, self._held, self.pointer = None, None, None
         times = None if traces is None else traces.times
         known = times is not None and times.size > 1
         self.view = TimeView(float(times[0]), float(times[-1])) if known else TimeView()
@@ -247,6 +251,8 @@ class TimelinePicture(QWidget):
             drawing.draw_span(painter, look, span, scale, plot, chosen=span.id == self._name)
         painter.restore()
         painter.drawPixmap(0, 0, self._curves)
+        for chart, box in zip(self.shown_charts, self._boxes, strict=True):
+            drawing.draw_names(painter, look, chart, box, self._names(chart))
         painter.save()
         painter.setClipRect(plot.adjusted(-look.px(4), 0, look.px(4), 0))
         for span in self.spans:
@@ -258,6 +264,24 @@ class TimelinePicture(QWidget):
         painter.restore()
         drawing.draw_labels(painter, look, self.spans, scale, places.lane, self._name)
         drawing.draw_axis(painter, look, scale, places.axis, self._tick)
+        if self.pointer is not None:
+            drawing.draw_pointer(painter, look, self.pointer, scale, plot, places.axis)
+
+    def _names(self, chart: LineChart) -> list[str]:
+        """Return the symbols of a chart's lines, with their values where the mouse is."""
+        traces, time = self._traces, self.pointer
+        if traces is None or time is None:
+            return [line.title for line in chart.lines]
+        return [line.reading(traces.value(line.channel, time)) for line in chart.lines]
+
+    def point(self, time: float | None) -> None:
+        """Read all values at a time (s), or at none."""
+        inside = time is not None and self.view.start <= time <= self.view.stop
+        pointer = time if inside else None
+        if pointer != self.pointer:
+            self.pointer = pointer
+            self._describe()
+            self.update()
 
     def _pixmap(self, draw: Callable[[QPainter], None]) -> QPixmap:
         density = self.devicePixelRatioF()
@@ -277,6 +301,7 @@ class TimelinePicture(QWidget):
         self.shown_charts = charts(
             traces, self._channels, scale.start, scale.stop, round(plot.width()), look.units
         )
+        self._boxes = ()
         if not self.shown_charts:
             painter.setPen(look.color("muted"))
             painter.setFont(look.font("body"))
@@ -294,6 +319,7 @@ class TimelinePicture(QWidget):
             box = QRectF(plot.left(), top, plot.width(), high)
             drawing.draw_chart(painter, look, chart, scale, box, self._tick)
             drawing.draw_frame(painter, look, box)
+            self._boxes = (*self._boxes, box)
 
     def _describe(self) -> None:
         """Say what is in sight, for those who hear the window."""
@@ -304,4 +330,7 @@ class TimelinePicture(QWidget):
                 words.insert(0, f"maneuver {span.label}, {span.start:.2f} to {span.stop:.2f} s")
         if self.stretch is not None:
             words.append(f"{self.stretch[0]:.2f} to {self.stretch[1]:.2f} s marked")
+        if self.pointer is not None:
+            values = [name for chart in self.shown_charts for name in self._names(chart)]
+            words.append(f"at {self.pointer:.2f} s {', '.join(values)}")
         self.setAccessibleDescription("; ".join(words))

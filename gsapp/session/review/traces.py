@@ -42,6 +42,13 @@ class Traces:
         """Return what was measured, in the order of the signals."""
         return tuple(self._series)
 
+    def value(self, name: str, time: float) -> float:
+        """Return the sample (SI) nearest to a time, s; NaN where it is missing."""
+        place = int(np.clip(np.searchsorted(self.times, time), 1, self.times.size - 1))
+        if time - self.times[place - 1] <= self.times[place] - time:
+            place -= 1
+        return float(self._series[name][place])
+
     def line(
         self, name: str, start: float, stop: float, columns: int
     ) -> tuple[FloatArray, FloatArray]:
