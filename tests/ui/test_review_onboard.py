@@ -128,7 +128,7 @@ def test_a_fetch_is_stopped_and_its_process_killed(reviewed, qtbot, tmp_path):
     port = free_port()
     # So slow that there is time to stop it.
     served = subprocess.Popen(
-        [sys.executable, AUTOPILOT, str(port), str(log), str(tmp_path / "heard"), "0.0", "2"]
+        [sys.executable, AUTOPILOT, str(port), str(log), str(tmp_path / "heard"), "0.0", "3"]
     )
     card = folder.info_file.read_bytes()
     desk = window.review.onboard
