@@ -206,6 +206,9 @@ _REVIEW_COMMANDS = (
     ),
     _command("Review", "review_cancel", "Stop the work", "Ctrl+.", needs="review_busy"),
     _command(
+        "Review", "review_trial", "Try a flight of the virtual aircraft", needs="review"
+    ),
+    _command(
         "Review", "review_onboard", "On-board log…", "Ctrl+Shift+L", needs="review_folder",
         rule=True,
     ),

@@ -1,7 +1,11 @@
-"""A flight to try the page on: the virtual aircraft with an effect that its model lacks. No Qt."""
+"""A flight to try things on: the virtual aircraft, with an effect that its model lacks or without.
+
+No Qt.
+"""
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -26,15 +30,17 @@ def trial_folder(flights: Path, today: date) -> Path:
     return folder
 
 
-def fly_trial(folder: Path, tell: Tell) -> Path:
-    """Let the virtual aircraft fly with the hidden effect, as fast as it goes.
+def fly_trial(folder: Path, tell: Tell, *, hide: str = EFFECT) -> Path:
+    """Let the virtual aircraft fly, as fast as it goes.
 
     Parameters
     ----------
     folder : Path
-        Flight folder to write.
+        Flight folder to write; not there yet. A flight that is stopped leaves none.
     tell : callable
         Told what is being done; what it raises stops the flight.
+    hide : str
+        Effect that the aircraft has and its model lacks; empty for none.
 
     Raises
     ------
@@ -42,7 +48,10 @@ def fly_trial(folder: Path, tell: Tell) -> Path:
         If the flight is not written.
     """
     command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(folder),
-               "--plan", _PLAN, "--hide", EFFECT, "--seed", "1"]  # fmt: skip
+               "--plan", _PLAN, "--seed", "1", *(("--hide", hide) if hide else ())]  # fmt: skip
+    words_of_it = "the virtual aircraft flies"
+    if hide:
+        words_of_it += " with an effect that its model lacks"
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile() as words:
         process = subprocess.Popen(
@@ -50,12 +59,14 @@ def fly_trial(folder: Path, tell: Tell) -> Path:
         )
         try:
             while process.poll() is None:
-                tell(None, "the virtual aircraft flies with an effect that its model lacks")
+                tell(None, words_of_it)
                 time.sleep(0.1)
         finally:
             if process.poll() is None:
                 process.terminate()
                 process.wait(5.0)
+            if process.returncode != 0:
+                shutil.rmtree(folder, ignore_errors=True)
         if process.returncode != 0:
             words.seek(0)
             said = words.read().decode("utf-8", "replace").strip().splitlines()

@@ -108,7 +108,19 @@ class ReportJob:
         return f"Writing {self.path.name}"
 
 
-Job = EstimateJob | RepeatJob | HearJob | LinearJob | ReportJob
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialJob:
+    """Let the virtual aircraft fly a flight to try the review on; the result is its folder."""
+
+    folder: Path
+
+    @property
+    def title(self) -> str:
+        """Return what is being done, in words."""
+        return "Flying the virtual aircraft"
+
+
+Job = EstimateJob | RepeatJob | HearJob | LinearJob | ReportJob | TrialJob
 
 
 class BeginJob(Protocol):

@@ -68,7 +68,8 @@ class FlightsPanel(QWidget):
         self.words = label("", "muted", wrap=True)
         column.addWidget(self.words)
         self.buttons: dict[str, QPushButton] = {}
-        names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out")
+        names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out",
+                 "review_trial")  # fmt: skip
         for name in names:
             self.buttons[name] = command_button(actions[name])
         column.addWidget(button_row(look, *self.buttons.values()))
@@ -99,6 +100,7 @@ class FlightsPanel(QWidget):
         self.flights.setCurrentRow(place)
         self.flights.blockSignals(False)
         self.flights.setVisible(bool(flights))
+        self.buttons["review_trial"].setVisible(not flights)
         self._fit()
         if doing:
             self.words.setText(doing)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +19,12 @@ from ui.frame.work_strip import WorkStrip
 from ui.look import Look
 from ui.process.engine import Engine
 from ui.review.chapters import CHAPTERS
+from ui.review.jobs import TrialJob
 from ui.review.onboard_desk import OnboardDesk
 from ui.review.page import FORMER_RUNS, ReviewPage
 from ui.review.selection import Selection
 from ui.review.work import ReviewWork, review_engine
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, flights_path
 
 if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
@@ -114,7 +116,7 @@ class ReviewPlace(QWidget):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place and its pages do."""
         own = {f"review_{one.id}": lambda name=one.id: self.go(name) for one in CHAPTERS}
-        own |= {"review_cancel": self.cancel, "review_redo": self.redo}
+        own |= {"review_cancel": self.cancel, "review_redo": self.redo, "review_trial": self.try_it}
         own |= self.onboard.handlers
         of_pages = {
             command.id: lambda name=command.id: self._on_page(name)
@@ -267,6 +269,18 @@ class ReviewPlace(QWidget):
         estimate = self.pages.get("estimate")
         if estimate is not None:
             estimate.refresh()
+
+    def try_it(self) -> None:
+        """Let the virtual aircraft fly, and review that flight."""
+        from ui.gap.trial import trial_folder
+
+        flights = Path(self._store.current.flights or flights_path())
+        folder = trial_folder(flights, datetime.now().astimezone().date())
+        self.work.begin(TrialJob(folder=folder), lambda _path: self._review_too(folder))
+
+    def _review_too(self, folder: Path) -> None:
+        self.go("maneuvers", begin=self.isVisible())
+        self.pages["maneuvers"].opening.open([folder])
 
     def _reviewed(self) -> list[Flight]:
         return [one.flight for one in self._review.flights] if self._review is not None else []

@@ -7,8 +7,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ui.gap.trial import fly_trial
 from ui.process.serving import Stop, Tell, serve_jobs
-from ui.review.jobs import EstimateJob, HearJob, Job, LinearJob, RepeatJob, ReportJob
+from ui.review.jobs import EstimateJob, HearJob, Job, LinearJob, RepeatJob, ReportJob, TrialJob
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
@@ -52,6 +53,8 @@ class ReviewBench:
                 return self._compare(job)
             case ReportJob():
                 return self._report(job)
+            case TrialJob():
+                return fly_trial(job.folder, self._tell, hide="")
 
     @property
     def flights(self) -> FlightShelf:
