@@ -20,7 +20,8 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.runs.request import RunRequest
-from ui.review.jobs import EstimateJob, ReportJob
+from gsapp.report.estimate_files import campaign_files
+from ui.review.jobs import EstimateJob, LinearJob, ReportJob
 from ui.review.worker import ReviewBench
 
 TRUTH = load_model("b777")
@@ -219,8 +220,8 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
 ) -> None:
     """Page, PDF, pictures and results as files; truth in them.
 
-    What the window's button starts writes the same page, in a process that orders its sets
-    otherwise: the line of the date is the only one that differs.
+    What the window's button starts writes the same page and the same files, in a process that
+    orders its sets otherwise: the line of the date is the only one that differs.
     """
     out, again = tmp_path / "results", tmp_path / "again.html"
     done = gsapp("report", flights, "--model", "b777", "--out", out, "--no-date", seed="7")
@@ -233,7 +234,11 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     bench = ReviewBench(lambda _share, _words: None)
     paths = (flights / "flight5.csv", flights / "flight6.csv")
     run = bench.do(EstimateJob(request=RunRequest(flights=paths, model="b777")))
-    bench.do(ReportJob(outcome=run, path=again))
+    linear = bench.do(LinearJob(outcome=run))
+    bench.do(ReportJob(outcome=run, path=again, linear=linear))
+    files = campaign_files(run, linear)
+    assert len(files) == 8
+    assert {name: one[name] for name in files} == files
     page = one["report.html"].decode()
     lines = again.read_text(encoding="utf-8").splitlines()
     dated = [line for line in lines if line.startswith('<p class="written">')]

@@ -104,6 +104,8 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert cells["Before"].startswith("−1.10")
     assert (cells["n"], cells["Out"]) == ("5", "1")
     assert cells["Scatter"] == f"{one.honesty.ratio:.1f} ×"  # type: ignore[union-attr]
+    # Said by a sign as well as by its color, and in words beside the table.
+    assert room.cells("Cm_alpha")["Scatter"] == "▲ 1.4 ×"
     assert page.attention.lines.lines[0].cells[0] == WILD
     assert "wild: " in page.attention.lines.lines[0].cells[1]
     assert len([one for one in page.attention.lines.lines if one.cells[0] == WILD]) == 1

@@ -57,13 +57,14 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
         name, mean, bound, percent, _scatter, ratio, n, out, before = row
         one = outcome.summary.derivatives[name]
         scatters = one.honesty is not None and one.honesty.ratio > _SCATTERS
+        sign = "▲ " if scatters else ""
         lines.append(
             Line(
                 key=name,
                 cells=(
                     derivative_text(name), _minus(mean), bound, percent,
-                    f"{ratio} ×" if ratio else DASH, n, out, _minus(before),
-                    "; ".join(_remarks(one, scatters=scatters)),
+                    f"{sign}{ratio} ×" if ratio else DASH, n, out, _minus(before),
+                    "; ".join(_trends(one)),
                 ),
                 state="caution" if scatters else "plain",
                 colored=frozenset({_HONESTY}),
@@ -97,19 +98,14 @@ def _status(status: str) -> str:
     return "not identifiable" if status == "not-identifiable" else status
 
 
-def _remarks(one: DerivativeSummary, *, scatters: bool) -> list[str]:
+def _trends(one: DerivativeSummary) -> list[str]:
     from gsapp.quantities import channel
 
-    found = []
-    if scatters:
-        found.append("scatters beyond its bounds")
-    found += [
-        f"changes with {channel(trend.condition).title.lower()} "
-        f"(chance {max(trend.p_value, 1e-9):.0e})"
+    return [
+        f"changes with {channel(trend.condition).title.lower()}"
         for trend in one.trends
         if trend.proven
     ]
-    return found
 
 
 def derivative_words(outcome: Outcome, name: str) -> str:
@@ -135,6 +131,8 @@ def derivative_words(outcome: Outcome, name: str) -> str:
             f"Scatter is {one.honesty.ratio:.1f} times what the bounds promise (by chance, were "
             f"they honest: {one.honesty.p_value:.2g})."
         )
+        if one.honesty.ratio > _SCATTERS:
+            said.append("What differs between maneuvers is in the bound of the mean.")
     said += [
         f"Trend with {channel(trend.condition).title.lower()}: "
         f"{'proven' if trend.proven else 'not proven'} (chance alone: "

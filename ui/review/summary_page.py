@@ -51,7 +51,7 @@ _NO_COMPARISON = (
 )
 _DETAIL = 92
 """Points of height that words on a derivative take."""
-_ROOMY = 660
+_ROOMY = 670
 """Points of width of the table below which the columns give way that the detail has, too."""
 _GIVE_WAY = (3, 7)
 
@@ -128,7 +128,7 @@ class SummaryPage(ReviewPage):
     def _derivatives(self) -> None:
         self.table = Lines(
             self.look, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK,
-            widths={0: 60, 1: 100, 2: 92, 3: 64, 4: 64, 5: 42, 6: 46, 7: 96},
+            widths={0: 60, 1: 100, 2: 92, 3: 64, 4: 76, 5: 42, 6: 46, 7: 96},
             right=frozenset(range(1, REMARK)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
