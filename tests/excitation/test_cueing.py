@@ -128,6 +128,28 @@ def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
     assert any(words.startswith("not believed: ") for words in snapshot.missing)
 
 
+@pytest.mark.parametrize(
+    ("lost", "state", "said"),
+    [
+        (("p", "q", "r"), "blind", "roll rate: not measured"),
+        (("de", "elevator_left", "elevator_right"), "go", "inputs of elevator: the surface"),
+        (("dynamic_pressure", "alpha"), "go", "speed: no airspeed"),
+    ],
+)
+def test_what_is_not_measured_is_said_before_anybody_relies_on_it(
+    lost: tuple[str, ...], state: str, said: str
+) -> None:
+    """Without rates there is no cue; without a surface, or air data, there is, and a remark."""
+    block = part(flown(), 0, 700)
+    cues = cueing(model=None)
+    cues.feed(block.select([name for name in block.channels if name not in lost]))
+    cues.settle()
+    snapshot = cues.snapshot()
+    assert snapshot.trim is not None
+    assert snapshot.trim.state == state
+    assert any(words.startswith(said) for words in snapshot.missing)
+
+
 def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
     """A card in feet is one in meters at once, paused or not, and so is what it would bring."""
     cues = cueing()

@@ -280,3 +280,13 @@ def test_the_page_is_made_without_qt() -> None:
     code = "import sys, ui.pilot.reading, ui.pilot.calm, ui.pilot.choosing; " \
         "sys.exit(any('PySide6' in name for name in sys.modules))"  # fmt: skip
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
+    """The program cannot hold a speed that it does not see, and says so below the word."""
+    blind = replace(STATES["go"], speed=None, alpha=None)
+    told = sheet_of(Reading(cues=blind, open=True))
+    assert told.word == "GO"
+    assert told.hints[-1].words == "speed by eye: nothing measures it"
+    seen = sheet_of(Reading(cues=STATES["go"], open=True))
+    assert len(seen.hints) == 1

@@ -216,6 +216,8 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
         hints = (Hint(words="keep it there"),)
     elif trim.state == "go":
         hints = (Hint(words=wanted or "make the input"),)
+        if cues.card is not None and cues.speed is None and cues.alpha is None:
+            hints += (Hint(words="speed by eye: nothing measures it"),)
     elif trim.state == "gusty":
         hints = (Hint(words="gusty: wait for calmer air"),)
     else:

@@ -248,6 +248,7 @@ class Cueing:
                 trim=trim,
                 dangers=dangers,
                 outlook=outlook,
+                unseen=self._doublets.unseen,
             ),
             good=sum(min(one.good, one.card.repeats) for one in progress),
             wanted=sum(one.card.repeats for one in progress),

@@ -9,6 +9,7 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.dangers.danger import Danger
 from gsapp.excitation.information.prospect import Outlook
 from gsapp.excitation.trim.cue import TrimCue
+from gsapp.flight.cards.card import SURFACES
 from gsapp.quantities import channel
 
 NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
@@ -24,6 +25,7 @@ def missing(
     trim: TrimCue | None,
     dangers: Sequence[Danger] = (),
     outlook: Outlook | None = None,
+    unseen: Sequence[str] = (),
 ) -> tuple[str, ...]:
     """Return what cannot be judged, the gravest first.
 
@@ -39,11 +41,16 @@ def missing(
         Their channels are not believed.
     outlook : Outlook or None
         Says what stands in for what is not known.
+    unseen : sequence of str
+        Surfaces that nothing shows.
     """
     found: list[str] = []
     doubted = dict.fromkeys(name for danger in dangers for name in danger.channels)
     if doubted:
         found.append(f"not believed: {', '.join(channel(name).title for name in doubted)}")
+    if unseen:
+        words = " and ".join(SURFACES[name] for name in unseen)
+        found.append(f"inputs of {words}: the surface is not measured")
     found += [] if trim is None else trim.missing
     found += [NO_AIRCRAFT] if aircraft is None else []
     found += [NO_MODEL] if model is None else []

@@ -15,7 +15,7 @@ from gsapp.flight.maneuvers.detection import SETTLED
 from gsapp.flight.maneuvers.grading import Setting
 from gsapp.flight.maneuvers.moves import QuickMoves
 from gsapp.flight.maneuvers.noise import WINDOW, NoiseFloor, NoiseMeter
-from gsapp.flight.maneuvers.signals import COLUMN
+from gsapp.flight.maneuvers.signals import COLUMN, SURFACES
 from gsapp.quantities import FloatArray
 
 _BEGAN_FLYING: Final = 1.5
@@ -43,6 +43,8 @@ class Surroundings:
         The aircraft with the noise floor of each channel, as far as it is known.
     quick : QuickMoves
         Thresholds that tell an input from steering.
+    unseen : tuple of str
+        Surfaces of which the last frame held no sample.
     """
 
     def __init__(self, aircraft: Aircraft, rate: float, tick: int) -> None:
@@ -60,6 +62,7 @@ class Surroundings:
         self.quick = QuickMoves(self.setting, self._rate)
         self._field: deque[float] = deque(maxlen=_STANDING)
         self._low = False
+        self.unseen: tuple[str, ...] = ()
         self._began = -math.inf
         self.interrupt(0.0)
 
@@ -126,6 +129,7 @@ class Surroundings:
         rows = np.concatenate(self._rows)
         there = np.isfinite(rows)
         present = there.sum(axis=0)
+        self.unseen = tuple(name for name in SURFACES if not present[COLUMN[name]])
         means = np.where(there, rows, 0.0).sum(axis=0) / np.where(present > 0, present, np.nan)
         self._watch.add(time - (len(rows) - 1) / self._rate, means)
         self._look_down(float(means[COLUMN["altitude"]]))

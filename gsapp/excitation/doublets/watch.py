@@ -131,6 +131,11 @@ class DoubletWatch:
         return floor.std if floor.stands else {}
 
     @property
+    def unseen(self) -> tuple[str, ...]:
+        """Return the surfaces that nothing shows just now: no input on them is recognized."""
+        return self._around.unseen
+
+    @property
     def under_way(self) -> InputUnderWay | None:
         """Return the input that is being made, or whose answer is awaited."""
         moving = self._moving

@@ -128,7 +128,7 @@ def _words(aircraft: Aircraft, surface: str, amplitude: float, high: bool) -> st
 
 
 def _degrees(amplitude: float) -> str:
-    return f"{abs(amplitude) / DEGREE:.0f} deg"
+    return f"{abs(amplitude) / DEGREE:.2g} deg"
 
 
 def _share(aircraft: Aircraft, surface: str, amplitude: float, high: bool) -> float:

@@ -128,16 +128,17 @@ def not_judged(
     found = []
     for name, value in (
         ("bank: neither attitude nor yaw rate", motion.bank),
-        ("roll rate", motion.roll_rate),
-        ("pitch rate", motion.pitch_rate),
-        ("yaw rate", motion.yaw_rate),
+        ("roll rate: not measured", motion.roll_rate),
+        ("pitch rate: not measured", motion.pitch_rate),
+        ("yaw rate: not measured", motion.yaw_rate),
         ("speed: no airspeed", motion.speed),
         ("climb: no height", motion.climb),
     ):
         if not math.isfinite(value):
             found.append(name)
     if point is not None and point.alpha is not None and not math.isfinite(motion.alpha):
-        found.append("alpha: at 1 g the speed stands for it")
+        stands_in = math.isfinite(motion.speed)
+        found.append(f"alpha: {'at 1 g the speed stands for it' if stands_in else 'not measured'}")
     if not calm:
         found.append("how calm the air is")
     if not leg:
