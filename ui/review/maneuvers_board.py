@@ -62,6 +62,8 @@ class ManeuversBoard(QScrollArea):
         pair.right.addStretch(1)
         self._column.addWidget(pair, 3)
         self._column.addWidget(self.table, 1)
+        self._rest = QWidget()
+        pair.left.addWidget(self._rest, 1)
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -69,6 +71,12 @@ class ManeuversBoard(QScrollArea):
         px = self._look.px
         self._column.setContentsMargins(px(16), px(10), px(16), px(10))
         self._column.setSpacing(px(8))
+
+    def show_parts(self, *, known: bool) -> None:
+        """Show the parts that work on a flight, where one is known: empty ones say nothing."""
+        for part in (self.timeline, self.bar, self.channels, self.table):
+            part.setVisible(known)
+        self._rest.setVisible(not known)
 
     def show_table(self) -> None:
         """Bring the table into sight: it ends the page."""

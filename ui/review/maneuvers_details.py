@@ -36,6 +36,7 @@ class ManeuverDetails(QWidget):
         self._look = look
         self._row: ManeuverRow | None = None
         self._hint = ""
+        self._nothing = "No maneuver is chosen"
         self.setAccessibleName("The maneuver looked at")
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -71,7 +72,7 @@ class ManeuverDetails(QWidget):
         """Show a maneuver as it stands; None where none is looked at, with what to do then."""
         self._row, self._hint = row, hint
         if row is None:
-            self.title.setText("No maneuver is chosen")
+            self.title.setText(self._nothing)
             for empty in (self.grade, self.times, self.remarks):
                 empty.setText("")
             self.reasons.setText(hint)
@@ -79,6 +80,10 @@ class ManeuverDetails(QWidget):
             self._show(row.maneuver)
             self.remarks.setText(remarks_text(row))
         self.remarks.setVisible(bool(self.remarks.text()))
+
+    def say_nothing(self, title: str) -> None:
+        """Take another title for where no maneuver is looked at."""
+        self._nothing = title
 
     def show_moving(self, maneuver: FoundManeuver) -> None:
         """Show what a maneuver would be with the edges that are being dragged."""

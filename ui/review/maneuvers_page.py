@@ -329,7 +329,10 @@ class ManeuversPage(ReviewPage):
         """Return what to do where no maneuver is looked at."""
         here = self.flights.flight
         if here is None:
-            return "Add a flight; its maneuvers are found and graded."
+            return (
+                "Add a flight folder, or a file: its maneuvers are found and graded, and can be "
+                "corrected on a time line before derivatives are estimated from them."
+            )
         found = (
             ""
             if here.maneuvers
@@ -345,6 +348,9 @@ class ManeuversPage(ReviewPage):
         row = next((one for one in rows if one.id == chosen), None)
         self.table.show_rows(rows)
         self.table.choose(chosen)
+        known = here is not None
+        self.board.show_parts(known=known)
+        self.details.say_nothing("No maneuver is chosen" if known else "No flight is under review")
         self.details.show_row(row, self._hint())
         number = self.review.flights.index(here) + 1 if here in self.review.flights else 0
         spans = [_span(one) for one in rows if one.number == number]

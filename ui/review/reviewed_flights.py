@@ -69,9 +69,12 @@ class ReviewedFlights(QWidget):
         selection.maneuver_changed.connect(self._follow)
 
     def open_remembered(self) -> None:
-        """Open the flights that were under review last; those that are gone are passed over."""
+        """Open the flights that were under review last; those that are gone are named."""
         known = [Path(path) for path in self._store.current.review_flights]
         self.opening.open([path for path in known if path.exists()])
+        gone = [str(path) for path in known if not path.exists()]
+        if gone:
+            self.failed.emit(f"{', '.join(gone)}: not there any more; add it where it is now")
 
     # The flight that is open in the window
 
