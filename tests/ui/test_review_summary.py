@@ -130,8 +130,8 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     assert page_state(room) == "no derivatives"
     room.selection.choose_derivative("Cm_q")
     assert "fly an input that parts them, or hold one of them" in room.page.detail.text()
-    assert not room.page.modes.isVisible()
-    assert room.page.no_modes.text().startswith("No linear longitudinal model: ")
+    assert not room.page.linear.modes.isVisible()
+    assert room.page.linear.no_modes.text().startswith("No linear longitudinal model: ")
 
 
 def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> None:
@@ -212,11 +212,11 @@ def test_a_report_that_cannot_be_written_says_why(
 
 def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
     """The table holds the errors of the report, the words say what judged."""
-    assert room.page.errors.isHidden()
+    assert room.page.linear.errors.isHidden()
     qtbot.keyClick(room.window, Qt.Key.Key_L, CONTROL | ALT)
-    until(qtbot, lambda: not room.page.errors.isHidden())
-    assert "judged on 2 maneuvers of B that none of them saw" in room.page.compared.text()
-    comparison = room.page._needs.comparison
+    until(qtbot, lambda: not room.page.linear.errors.isHidden())
+    assert "judged on 2 maneuvers of B that none of them saw" in room.page.linear.compared.text()
+    comparison = room.page.linear.comparison
     assert comparison is not None
     document = estimate_document(Reported(outcome=outcome(), linear=comparison))
     table = next(
@@ -225,7 +225,7 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
         for part in section.parts
         if getattr(part, "caption", "").startswith("RMS error over range")
     )
-    shown = [line.cells[1:] for line in room.page.errors.lines.lines]
+    shown = [line.cells[1:] for line in room.page.linear.errors.lines.lines]
     assert shown == [row[1:] for row in table.rows]
 
 

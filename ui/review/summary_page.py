@@ -15,28 +15,23 @@ from ui.frame.steps import StepState
 from ui.gap.parts import Choice, Lines, Pair, button_row
 from ui.look import Look
 from ui.pages import label
-from ui.review.figures_needs import FigureNeeds
 from ui.review.jobs import BeginJob
 from ui.review.page import ReviewPage
 from ui.review.selection import Selection
+from ui.review.summary_linear import LinearPanel
 from ui.review.summary_lines import (
     ATTENTION_TITLES,
     DERIVATIVE_TITLES,
-    ERROR_TITLES,
-    MODE_TITLES,
     REMARK,
     Attention,
     attention_lines,
-    comparison_words,
     derivative_lines,
     derivative_words,
-    error_lines,
-    mode_lines,
     table_text,
 )
 from ui.review.summary_writing import SummaryWriter
 from ui.settings import SettingsStore
-from ui.words import count_text, sentences
+from ui.words import count_text
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
@@ -44,10 +39,6 @@ if TYPE_CHECKING:
 _NOTHING = (
     "Nothing is estimated yet. Choose what to estimate on the page Estimate (Alt+2) and run it; "
     "what came out is summed up here."
-)
-_NO_COMPARISON = (
-    "How well linear models follow maneuvers that they were not made from: three of them, as in "
-    "section 7.4 of the source."
 )
 _DETAIL = 92
 """Points of height that words on a derivative take."""
@@ -85,9 +76,7 @@ class SummaryPage(ReviewPage):
         self._actions = actions
         self._selection = selection
         self._outcome: Outcome | None = None
-        self._compared = False
-        self._needs = FigureNeeds(begin_job, self)
-        self._needs.changed.connect(self._show_comparison)
+        self.linear = LinearPanel(look, actions, begin_job)
         self.writer = SummaryWriter(store, begin_job, self)
         self.writer.told.connect(self._told)
         self._build()
@@ -123,7 +112,8 @@ class SummaryPage(ReviewPage):
         self._derivatives()
         self._attention()
         self._writing()
-        self._linear()
+        self._add(self._pair.right, self.linear)
+        self._pair.right.addStretch(1)
 
     def _derivatives(self) -> None:
         self.table = Lines(
@@ -165,7 +155,6 @@ class SummaryPage(ReviewPage):
                 ("review_copy", "Copy the table"),
                 ("review_file", "Write it…"),
                 ("review_open_written", "Open it"),
-                ("review_compare", "Compare with flight"),
             )
         }
         self.buttons["review_report"].setProperty("role", "primary")
@@ -180,27 +169,6 @@ class SummaryPage(ReviewPage):
         self.told.hide()
         self._add(right, button_row(look, self.buttons["review_open_written"]))
         self.buttons["review_open_written"].hide()
-
-    def _linear(self) -> None:
-        right = self._pair.right
-        self._add(right, label("Linear models made from the means: modes", "strong", wrap=True))
-        self.modes = Lines(
-            self.look, "Modes of the linear models", MODE_TITLES, stretch=0,
-            widths={1: 84, 2: 80, 3: 124}, right=frozenset({1, 2, 3}), least=2, most=8,
-        )  # fmt: skip
-        self.no_modes = label("", "muted", wrap=True)
-        self._add(right, self.modes)
-        self._add(right, self.no_modes)
-        self._add(right, label("Linear models against flight", "strong", wrap=True))
-        self.compared = label(_NO_COMPARISON, "muted", wrap=True)
-        self._add(right, self.compared)
-        self.errors = Lines(
-            self.look, "Errors of the linear models", ERROR_TITLES, stretch=0,
-            widths={1: 96, 2: 84, 3: 88}, right=frozenset({1, 2, 3}), least=2, most=8,
-        )  # fmt: skip
-        self._add(right, self.errors)
-        self._add(right, button_row(self.look, self.buttons["review_compare"]))
-        right.addStretch(1)
 
     def _add(self, column: QVBoxLayout, widget: QWidget) -> None:
         column.addWidget(widget)
@@ -231,17 +199,17 @@ class SummaryPage(ReviewPage):
         """Return what the commands of this page do."""
         return {
             "review_report": lambda: self._with_outcome(
-                lambda run: self.writer.ask_report(run, self.look.units, self._needs.comparison)
+                lambda run: self.writer.ask_report(run, self.look.units, self.linear.comparison)
             ),
             "review_everything": lambda: self._with_outcome(
-                lambda run: self.writer.ask_everything(run, self.look.units, self._needs.comparison)
+                lambda run: self.writer.ask_everything(run, self.look.units, self.linear.comparison)
             ),
             "review_file": lambda: self._with_outcome(
-                lambda run: self.writer.ask_file(run, self.file.value, self._needs.comparison)
+                lambda run: self.writer.ask_file(run, self.file.value, self.linear.comparison)
             ),
             "review_open_written": self.writer.open,
             "review_copy": self.copy,
-            "review_compare": self.compare,
+            "review_compare": lambda: self._with_outcome(lambda _run: self.linear.compare()),
         }
 
     def _with_outcome(self, act: Callable[[Outcome], object]) -> None:
@@ -275,13 +243,6 @@ class SummaryPage(ReviewPage):
             QGuiApplication.clipboard().setText(table_text(self._outcome))
             self._told("The table is on the clipboard.")
 
-    def compare(self) -> None:
-        """Have linear models compared with flight, once for each run."""
-        if self._outcome is not None:
-            self._compared = True
-            self._needs.again()
-            self._show_comparison()
-
     # Showing
 
     def begin(self) -> None:
@@ -292,15 +253,12 @@ class SummaryPage(ReviewPage):
 
     def show_outcome(self, outcome: Outcome | None) -> None:
         """Show a run; None where there is none."""
-        former, self._outcome = self._outcome, outcome
+        self._outcome = outcome
         self._pair.setVisible(outcome is not None)
         self.trust.setVisible(outcome is not None)
         if outcome is None:
             self.headline.setText(_NOTHING)
             return
-        if outcome is not former:
-            self._compared = False
-            self._needs.forget(outcome)
         from gsapp.report.estimate_files import FILE_TITLES, file_names
         from gsapp.report.estimate_words import excluded_words, headline, honesty_words
         from gsapp.report.residual_words import residual_words
@@ -316,35 +274,13 @@ class SummaryPage(ReviewPage):
             self.attention.show_lines(lines)
         self.attention.setVisible(bool(lines))
         self.attention_heading.setText("To look at" if lines else "Nothing stands out to look at")
-        self.modes.show_lines(mode_lines(outcome))
-        self.modes.setVisible(bool(outcome.models))
-        why_not = [text for text in outcome.remarks if text.startswith("no linear")]
-        if not why_not and not outcome.models:
-            why_not = ["no maneuver moved the surfaces of an axis"]
-        self.no_modes.setText(sentences(why_not))
-        self.no_modes.setVisible(bool(why_not))
+        self.linear.show_outcome(outcome)
         names = [name for name in file_names(outcome) if name in FILE_TITLES]
         self.file.show_choices([(name, FILE_TITLES[name]) for name in names], self.file.value)
-        self._show_comparison()
         self._derivative_chosen(self._selection.derivative)
         self._maneuver_chosen(self._selection.maneuver)
         self._tell_of(self._selection.derivative)
         self.changed.emit()
-
-    def _show_comparison(self) -> None:
-        outcome, comparison = self._outcome, self._needs.comparison
-        if outcome is None:
-            return
-        if comparison is not None:
-            self.compared.setText(comparison_words(comparison))
-            self.errors.show_lines(error_lines(comparison))
-        elif self._compared:
-            self.compared.setText(self._needs.ask("comparison", outcome))
-        else:
-            self.compared.setText(_NO_COMPARISON)
-        self.errors.setVisible(comparison is not None and bool(comparison.axes))
-        self.buttons["review_compare"].setVisible(comparison is None)
-        self.buttons["review_open_written"].setVisible(self.writer.written is not None)
 
     def _told(self, words: str) -> None:
         self.told.setText(words)
