@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -211,6 +212,7 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     bench.commands.actions["review_exclude"].trigger()
     bench.settle()
     assert told[-1].summary.without == {"1:M2"}
+    assert bench.page.state.words == "trial, 1 left out"
     one = point("Cm_alpha", "1:M2")
     at = bench.place("Cm_alpha", one.number, one.value)
     assert near(bench.color(at), THEMES["daylight"].previous)
@@ -376,6 +378,39 @@ def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: B
     assert {thread for _, thread in made} == {"figures"}
     assert shown.count("three") >= 1
     assert "two" not in shown
+
+
+_LEAVES = """
+import time
+from PySide6.QtCore import QCoreApplication
+from gsapp.report.palette import PAPER
+from gsapp.report.document import Picture
+from ui.review.figure_drawing import FigureDrawer, Order, Room
+
+def draw(container):
+    print("drawing", flush=True)
+    container.subplots().plot(range(50))
+    time.sleep(0.3)
+    print("drawn", flush=True)
+
+app = QCoreApplication([])
+drawer = FigureDrawer()
+picture = Picture(name="it", caption="", height=4.0, draw=draw)
+room = Room(width=6.0, height=4.0)
+drawer.begin(
+    Order(number=1, make=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0)
+)
+time.sleep(0.5)
+"""
+
+
+def test_leaving_while_a_figure_is_drawn_ends_in_order() -> None:
+    """A program that ends at once waits for the figure that it began, and is not torn down."""
+    done = subprocess.run(
+        [sys.executable, "-c", _LEAVES], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == ["drawing", "drawn"]
 
 
 def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> None:

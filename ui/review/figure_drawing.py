@@ -32,6 +32,8 @@ _MOST_SHARE = 2.5
 """Of that height, beyond which room is left empty."""
 _IDLE_SECONDS = 3.0
 """Without an order after which the thread ends; the next order begins another."""
+_LOOKS = 0.1
+"""Seconds between two looks at whether the program ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,15 +246,15 @@ class FigureDrawer(QObject):
             self._newest = order.number
             self._waiting = order
             if self._thread is None:
-                self._thread = threading.Thread(target=self._work, name="figures", daemon=True)
+                # The program waits for it at its end: what draws must not be cut off within.
+                self._thread = threading.Thread(target=self._work, name="figures")
                 self._thread.start()
             self._something.notify()
 
     def _work(self) -> None:
         while True:
             with self._something:
-                self._something.wait_for(lambda: self._waiting is not None, _IDLE_SECONDS)
-                order, self._waiting = self._waiting, None
+                order = self._next_order()
                 if order is None:
                     self._thread = None
                     return
@@ -267,6 +269,15 @@ class FigureDrawer(QObject):
             except RuntimeError:
                 # The window was closed meanwhile and this object with it.
                 return
+
+    def _next_order(self) -> Order | None:
+        """Return the order that waits, or comes soon; None to end, as when the program does."""
+        patience = round(_IDLE_SECONDS / _LOOKS)
+        while self._waiting is None and patience and threading.main_thread().is_alive():
+            self._something.wait(_LOOKS)
+            patience -= 1
+        order, self._waiting = self._waiting, None
+        return order if threading.main_thread().is_alive() else None
 
     def _end(self, result: object, problem: object) -> None:
         number = result.order.number if isinstance(result, Drawing) else result

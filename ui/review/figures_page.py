@@ -12,12 +12,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
 from ui.commands import Need
+from ui.frame.steps import StepState
 from ui.look import Look
 from ui.review.figure_drawing import Drawing
 from ui.review.figures_frame import FiguresFrame
 from ui.review.figures_history import Exclusions
 from ui.review.figures_kinds import KINDS, FigureKind
-from ui.review.figures_material import Material, point_words, result_of
+from ui.review.figures_material import Material, point_words, result_of, run_name
 from ui.review.figures_needs import FigureNeeds
 from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
 from ui.review.figures_saving import FigureSaver
@@ -121,6 +122,16 @@ class FiguresPage(ReviewPage):
             return ()
         there = result_of(self._material.outcome, self._selection.maneuver) is not None
         return ("review_figure", "review_point") if there else ("review_figure",)
+
+    @property
+    def state(self) -> StepState:
+        """Return which run is looked at, and whether something is left out of its means."""
+        if self._material is None:
+            return StepState(state="unknown")
+        outcome = self._material.outcome
+        out = len(outcome.summary.without)
+        words = f"{run_name(outcome)}, {out} left out" if out else run_name(outcome)
+        return StepState(state="plain", words=words)
 
     def begin(self) -> None:
         """Put the keyboard into the figure, or on the list where there is none."""
