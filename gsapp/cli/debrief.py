@@ -103,7 +103,7 @@ def _judged(
     """Replay a flight to its end."""
     from gsapp.flight.setting import Setting
     from gsapp.session import MAX_SPEED, Session
-    from gsapp.session.session import run_through
+    from gsapp.session.running import run_through
 
     flown = Setting.find(path, aircraft=aircraft).aircraft
     session = Session.replay(

@@ -160,7 +160,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
     from gsapp.report.strip_figure import strip_figure
     from gsapp.session import MAX_SPEED, Session
     from gsapp.session.estimating.workers import AtOnce
-    from gsapp.session.session import run_through
+    from gsapp.session.running import run_through
 
     session = Session.replay(folder, speed=MAX_SPEED, workers=AtOnce())
     started = time.monotonic()

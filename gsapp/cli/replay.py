@@ -128,7 +128,7 @@ def _play(session: Session, console: Console) -> None:
         TimeRemainingColumn,
     )
 
-    from gsapp.session.session import run_through
+    from gsapp.session.running import run_through
 
     columns = (
         TextColumn("{task.description}"),

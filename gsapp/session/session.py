@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
@@ -21,15 +20,12 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
-from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
-from gsapp.flight.events import Event, EventLog, event_of, events_path, in_order
-from gsapp.flight.flight import Flight, FrameCounts
+from gsapp.flight.certificates import CertificatesUsed, uncalibrated
+from gsapp.flight.events import Event, EventLog, events_path
+from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.loading import damaged_events, load_flight
-from gsapp.flight.raw import RawDamage
-from gsapp.flight.uniform import union
 from gsapp.foundation import FileProblemsError
-from gsapp.quantities import Block
+from gsapp.session.account import Account
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.alarms import AlarmBoard
@@ -41,12 +37,13 @@ from gsapp.session.equipment import (
     RecorderView,
     link_view,
 )
-from gsapp.session.feeds import MAX_SPEED, LiveFeed, ReplayFeed
+from gsapp.session.feeds import LiveFeed, ReplayFeed
 from gsapp.session.history import History
 from gsapp.session.limits import Bands, LimitSet
 from gsapp.session.marks import Mark, MarkBook, MarkKind
-from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
-from gsapp.session.setting import Options, SessionSetting, setting_for
+from gsapp.session.opened import Opened, open_growing, open_recorded
+from gsapp.session.readers import FlightReader
+from gsapp.session.setting import Options
 from gsapp.session.snapshot import Mode, Playhead, SessionSnapshot
 from gsapp.session.states import (
     USUAL_PATIENCE,
@@ -68,35 +65,6 @@ if TYPE_CHECKING:
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Opened:
-    """A flight that was opened, and where its samples come from.
-
-    Attributes
-    ----------
-    reader : RecordReader or FlightReader
-        Gives its blocks.
-    setting : SessionSetting
-        What it is read and watched with.
-    rate : float
-        Of the grid, Hz.
-    whole : Flight or None
-        A flight that was read whole.
-    damage : callable
-        Returns what was lost of the record.
-    has_grown : callable
-        Returns whether the record may hold something new.
-    """
-
-    path: Path
-    reader: RecordReader | FlightReader
-    setting: SessionSetting
-    rate: float
-    whole: Flight | None = None
-    damage: Callable[[], Sequence[RawDamage]] = tuple
-    has_grown: Callable[[], bool] = lambda: True
 
 
 class Session:
@@ -130,7 +98,7 @@ class Session:
 
     def __init__(
         self,
-        opened: _Opened,
+        opened: Opened,
         options: Options,
         *,
         mode: Mode,
@@ -148,10 +116,10 @@ class Session:
         self.board = AlarmBoard()
         self.history = History((), opened.rate)
         self.book = MarkBook(EventLog(events_path(path)), wall_us)
+        self._account = Account(opened, self.name, self.history, self.book)
         self._reader = opened.reader
         self._setting = setting
         self._flight = opened.whole
-        self._damage = opened.damage
         self._has_grown = opened.has_grown
         self._clock = clock
         self._wall_us = wall_us
@@ -204,8 +172,7 @@ class Session:
         FileProblemsError, UnknownNameError
             If a file holds mistakes or a name does not exist.
         """
-        path = FlightFolder.open(folder).path
-        return cls(_open_record(path, setting_for(path, options), grows=True), options, mode="live")
+        return cls(open_growing(folder, options), options, mode="live")
 
     @classmethod
     def replay(
@@ -239,21 +206,7 @@ class Session:
         FileProblemsError, UnknownNameError
             If a file holds mistakes or a name does not exist.
         """
-        path = Path(flight)
-        setting = setting_for(path, options)
-        if path.is_dir() and FlightFolder.open(path).records:
-            opened = _open_record(path, setting, grows=False)
-        elif path.is_file() and path.suffix.casefold() == ".tlog":
-            reader, stepped_over = tlog_reader(path, setting)
-            opened = _Opened(
-                path=path,
-                reader=reader,
-                setting=setting,
-                rate=setting.grid_rate,
-                damage=lambda: (stepped_over,) if stepped_over else (),
-            )
-        else:
-            opened = _open_whole(path, setting, options)
+        opened = open_recorded(Path(flight), options)
         return cls(opened, options, mode="replay", speed=speed, playing=playing)
 
     # The timer
@@ -322,27 +275,22 @@ class Session:
     @property
     def decoder(self) -> Decoder | None:
         """Return the decoder; None before a map was found, and for flights read whole."""
-        return self._reader.decoder if isinstance(self._reader, RecordReader) else None
+        return self._account.decoder
 
     @property
     def sources(self) -> Mapping[str, ChannelSource]:
         """Return every channel that the flight can have, and from where."""
-        return self._reader.sources
+        return self._account.sources
 
     @property
     def certificates(self) -> Mapping[str, Certificate]:
         """Return the certificates in force, by channel."""
-        if isinstance(self._reader, RecordReader):
-            return self._reader.certificates
-        return self._setting.certificates or {}
+        return self._account.certificates
 
     @property
     def calibration(self) -> CertificatesUsed:
         """Return which certificates are in force, and whether in place of the flight's own."""
-        if self._flight is not None:
-            return self._flight.certificates
-        setting = self._setting
-        return CertificatesUsed(used=self.certificates, given=setting.given, own=setting.own)
+        return self._account.calibration
 
     @property
     def uncalibrated(self) -> tuple[str, ...]:
@@ -382,53 +330,17 @@ class Session:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what was lost or left out on reading, in words."""
-        return self._remarks()
-
-    def _remarks(self, block: Block | None = None) -> tuple[str, ...]:
-        """Return them with what is to be said of the whole flight, if it is given."""
-        whole = () if self._flight is None else self._flight.remarks
-        decoder = self.decoder
-        said = () if decoder is None else decoder.health.sentences()
-        lost = [damage.sentence() for damage in self._damage()]
-        if self.book.damaged and self._flight is None:
-            lost.append(damaged_events(self.book.damaged))
-        # What was read whole has said so itself.
-        read = (
-            calibration_remarks(self.calibration, self.sources, block)
-            if self._flight is None
-            else ()
-        )
-        return (*lost, *read, *self._setting.remarks, *whole, *said)
+        return self._account.remarks()
 
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
-        decoder = self.decoder
-        if decoder is not None:
-            said = [event_of(notice) for notice in (*decoder.messages, *decoder.notices)]
-        else:
-            said = (
-                []
-                if self._flight is None
-                else [event for event in self._flight.events if event.kind == "status"]
-            )
-        limit = self.now if self.replaying is not None else None
-        return tuple(
-            sorted(
-                (
-                    event
-                    for event in said
-                    if limit is None or event.time is None or event.time <= limit
-                ),
-                key=lambda event: (event.time is not None, event.time or 0.0),
-            )
-        )
+        return self._account.messages(self._heard_until)
 
     def snapshot(self) -> SessionSnapshot:
         """Return what the bar shows."""
         decoder = self.decoder
         equipment = self.equipment
         standing = self.board.standing
-        problem = self._reader.problem if isinstance(self._reader, RecordReader) else ""
         return SessionSnapshot(
             name=self.name,
             path=self.path,
@@ -446,7 +358,7 @@ class Session:
             alarms=standing,
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
-            problem=problem,
+            problem=self._account.problem,
             marks_revision=self.book.revision,
             alarms_revision=self.board.revision,
         )
@@ -485,36 +397,7 @@ class Session:
         Flight
             Its block holds the whole history in memory.
         """
-        if self._flight is not None:
-            return self._flight
-        decoder = self.decoder
-        health = None if decoder is None else decoder.health
-        damage = list(self._damage())
-        block = union(self.history.blocks(), self.history.rate)
-        info = FlightFolder(path=self.path).info() if self.path.is_dir() else None
-        log = () if info is None or not info.onboard_log else (_beside(info.onboard_log),)
-        # A log of another ground station has its damage in the file, not in a residue.
-        torn = sum(each.places for each in damage) if self.path.is_file() else 0
-        decoder = self.decoder
-        counted = self.sources if decoder is None else decoder.counted_sources()
-        return Flight(
-            name=self.name,
-            path=self.path,
-            block=block,
-            sources={name: counted[name] for name in block.channels},
-            info=info,
-            frames=None
-            if health is None
-            else FrameCounts(
-                good=health.good,
-                damaged=health.damaged + torn,
-                unknown=health.unknown,
-                lost=health.lost,
-            ),
-            events=in_order((*self.book.events, *self.messages())),
-            remarks=(*log, *self._remarks(block)),
-            certificates=self.calibration,
-        )
+        return self._account.flight(self._heard_until)
 
     # What the user does
 
@@ -637,6 +520,11 @@ class Session:
         if self.cue_watch is not None:
             self.cue_watch.take_in(event)
 
+    @property
+    def _heard_until(self) -> float | None:
+        """Return up to which flight time the crew has heard the vehicle; None for all."""
+        return self.now if self.replaying is not None else None
+
     def _present(self) -> float | None:
         """Return the flight time at this moment, from which ages count."""
         now = self.now
@@ -678,75 +566,6 @@ class Session:
         if decoder is not None:
             return link_view(decoder.health.report(), words="replay")
         return LinkView(words="replay")
-
-
-def _beside(log: str) -> str:
-    return (
-        f"this is the live record; the on-board log {log} holds more: 'gsapp export' joins the "
-        "two, and the log can be replayed by itself"
-    )
-
-
-def run_through(session: Session, tell: Callable[[float], None] = lambda _: None) -> None:
-    """Play a replay to its end, as fast as it goes or at its speed.
-
-    Parameters
-    ----------
-    session : Session
-        A replay that plays.
-    tell : callable
-        Called with the share done, 0 to 1.
-    """
-    feed = session.replaying
-    if feed is None:
-        raise ValueError("only a replay has an end to run to")
-    while True:
-        session.update(0.1)
-        if feed.complete and (feed.now is None or (feed.at_end and feed.caught_up)):
-            break
-        tell(_share(feed))
-        if feed.speed != MAX_SPEED:
-            time.sleep(0.01)
-    session.finish()
-    tell(1.0)
-
-
-def _share(feed: ReplayFeed) -> float:
-    """Return the share done: of reading ahead, and of the playhead's way."""
-    if feed.now is None or feed.start is None or feed.end is None or feed.end <= feed.start:
-        return 0.5 * feed.progress
-    return 0.5 * feed.progress + 0.5 * (feed.now - feed.start) / (feed.end - feed.start) * (
-        feed.progress
-    )
-
-
-def _open_record(path: Path, setting: SessionSetting, *, grows: bool) -> _Opened:
-    reader, tail = folder_reader(path, setting, grows=grows)
-    return _Opened(
-        path=path,
-        reader=reader,
-        setting=setting,
-        rate=setting.grid_rate,
-        damage=lambda: tail.lost,
-        has_grown=tail.has_grown if grows else lambda: True,
-    )
-
-
-def _open_whole(path: Path, setting: SessionSetting, options: Options) -> _Opened:
-    whole = load_flight(
-        path,
-        channel_map=setting.channel_map,
-        rate=options.get("rate"),
-        certificates=options.get("certificates"),
-        aircraft=setting.aircraft,
-    )
-    return _Opened(
-        path=path,
-        reader=FlightReader(whole),
-        setting=setting,
-        rate=whole.rate if math.isfinite(whole.rate) else setting.grid_rate,
-        whole=whole,
-    )
 
 
 def _wall_us() -> int:

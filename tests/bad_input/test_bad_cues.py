@@ -20,7 +20,7 @@ from gsapp.excitation.cueing.judging import NO_AIRCRAFT, NO_CARDS, NO_MODEL
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
 from gsapp.session import MAX_SPEED, Session
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 SURFACES = (
     "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "de", "da", "dr",

@@ -27,7 +27,7 @@ from gsapp.flight.summary import summarize
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.session import Session
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ from gsapp.session.checklist import (
     shipped_checklists,
 )
 from gsapp.session.checklist.live import START
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 from gsapp.telemetry.virtual.onboard import OnboardLog
 from gsapp.telemetry.virtual.settings import FlightSettings
 

@@ -25,7 +25,7 @@ from gsapp.session.estimating.cutting import HistoryCutter
 from gsapp.session.estimating.fitting import FitReply, FitRequest, fit
 from gsapp.session.estimating.maneuver_fits import ManeuverFits
 from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 TRUTH = load_model("b777")
 

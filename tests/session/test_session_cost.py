@@ -13,7 +13,7 @@ from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.raw import RawWriter
 from gsapp.session import MAX_SPEED, Session
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 START_US = 1_700_000_000_000_000
 

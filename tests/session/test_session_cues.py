@@ -25,7 +25,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
 from gsapp.session import MAX_SPEED, Session, Severity
 from gsapp.session.cue_watch import VERDICT
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 _UNMODELED = AIRCRAFT.model_copy(update={"name": "its sister"})
 """No model is shipped for it: nothing is looked ahead, which takes most of the time."""

@@ -15,7 +15,7 @@ from test_maneuver_fits import TRUTH, measured, numbers
 from gsapp.flight.writers import write_block
 from gsapp.session import Session
 from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 
 @pytest.fixture(scope="module")

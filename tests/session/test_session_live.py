@@ -17,7 +17,7 @@ import pytest
 from gsapp.flight.loading import load_flight
 from gsapp.session import MAX_SPEED, Freshness, Session, Severity, readers
 from gsapp.session.history import History
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 Field = Any
 Patience = Callable[..., None]

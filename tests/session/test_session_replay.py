@@ -24,7 +24,7 @@ from gsapp.flight.summary import summarize
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import MAX_SPEED, Session
 from gsapp.session.feeds import parse_speed
-from gsapp.session.session import run_through
+from gsapp.session.running import run_through
 
 START_US = 1_700_000_000_000_000
 

@@ -1,0 +1,98 @@
+"""Opening the flight that a session watches: growing, recorded, or read whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gsapp.flight.flight import Flight
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.loading import load_flight
+from gsapp.flight.raw import RawDamage
+from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
+from gsapp.session.setting import Options, SessionSetting, setting_for
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Opened:
+    """A flight that was opened, and where its samples come from.
+
+    Attributes
+    ----------
+    path : Path
+        Its folder or file.
+    reader : RecordReader or FlightReader
+        Gives its blocks.
+    setting : SessionSetting
+        What it is read and watched with.
+    rate : float
+        Of the grid, Hz.
+    whole : Flight or None
+        A flight that was read whole.
+    damage : callable
+        Returns what was lost of the record.
+    has_grown : callable
+        Returns whether the record may hold something new.
+    """
+
+    path: Path
+    reader: RecordReader | FlightReader
+    setting: SessionSetting
+    rate: float
+    whole: Flight | None = None
+    damage: Callable[[], Sequence[RawDamage]] = tuple
+    has_grown: Callable[[], bool] = lambda: True
+
+
+def open_growing(folder: Path | str, options: Options) -> Opened:
+    """Open a flight that is being recorded; see `gsapp.session.Session.follow`."""
+    path = FlightFolder.open(folder).path
+    return _open_record(path, setting_for(path, options), grows=True)
+
+
+def open_recorded(path: Path, options: Options) -> Opened:
+    """Open a flight that was recorded; see `gsapp.session.Session.replay`."""
+    setting = setting_for(path, options)
+    if path.is_dir() and FlightFolder.open(path).records:
+        return _open_record(path, setting, grows=False)
+    if path.is_file() and path.suffix.casefold() == ".tlog":
+        reader, stepped_over = tlog_reader(path, setting)
+        return Opened(
+            path=path,
+            reader=reader,
+            setting=setting,
+            rate=setting.grid_rate,
+            damage=lambda: (stepped_over,) if stepped_over else (),
+        )
+    return _open_whole(path, setting, options)
+
+
+def _open_record(path: Path, setting: SessionSetting, *, grows: bool) -> Opened:
+    reader, tail = folder_reader(path, setting, grows=grows)
+    return Opened(
+        path=path,
+        reader=reader,
+        setting=setting,
+        rate=setting.grid_rate,
+        damage=lambda: tail.lost,
+        has_grown=tail.has_grown if grows else lambda: True,
+    )
+
+
+def _open_whole(path: Path, setting: SessionSetting, options: Options) -> Opened:
+    whole = load_flight(
+        path,
+        channel_map=setting.channel_map,
+        rate=options.get("rate"),
+        certificates=options.get("certificates"),
+        aircraft=setting.aircraft,
+    )
+    return Opened(
+        path=path,
+        reader=FlightReader(whole),
+        setting=setting,
+        rate=whole.rate if math.isfinite(whole.rate) else setting.grid_rate,
+        whole=whole,
+    )
