@@ -390,7 +390,7 @@ from ui.review.figure_drawing import FigureDrawer, Order, Room
 def draw(container):
     print("drawing", flush=True)
     container.subplots().plot(range(50))
-    time.sleep(0.3)
+    time.sleep(0.5)
     print("drawn", flush=True)
 
 app = QCoreApplication([])
@@ -400,7 +400,7 @@ room = Room(width=6.0, height=4.0)
 drawer.begin(
     Order(number=1, make=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0)
 )
-time.sleep(0.5)
+time.sleep(0.15)
 """
 
 
