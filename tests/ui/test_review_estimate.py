@@ -214,11 +214,34 @@ def test_a_run_that_is_stopped_leaves_nothing(
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not made.review.work.running)
     assert not made.review.strip.isVisible()
-    assert "Stopped; nothing was kept." in page.sentence.text()
+    until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
     assert made.review.outcome is before
     assert len(page.book.runs) == count
     engine.hold.set()
     run(page, qtbot)
+
+
+def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
+    made: MainWindow,
+    page: EstimatePage,
+    qtbot: QtBot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the disk refuses the catalog the numbers are there all the same, and why it did."""
+    before = made.review.outcome
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(page.book, "_catalog", lambda: tmp_path / "file" / "campaign.sqlite")
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    until(qtbot, lambda: made.review.outcome is not before, 30000)
+    outcome = made.review.outcome
+    assert outcome is not None
+    assert outcome.number is None
+    assert "The run is not kept" in page.sentence.text()
+    assert page.state.words.startswith("not kept")
+    monkeypatch.undo()
+    page.book.read()
+    until(qtbot, lambda: page.book._work is None)
 
 
 def test_a_run_tells_of_itself_while_another_place_is_on_screen(

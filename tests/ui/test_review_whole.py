@@ -88,7 +88,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, window.review.strip.isVisible)
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not window.review.work.running)
-    assert "Stopped" in page.sentence.text()
+    until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
     assert kept(page) == []
     # Killed in the midst: it is told, and the next run works.
     if hasattr(signal, "SIGKILL"):

@@ -39,12 +39,13 @@ from ui.review.estimate_panel import EstimatePanel
 from ui.review.estimate_table import last_values
 from ui.review.estimate_wishes import Wishes
 from ui.review.estimate_words import EXPLAINED, maneuver_count
-from ui.review.jobs import BeginJob, EstimateJob, RepeatJob
+from ui.review.jobs import NOT_KEPT, BeginJob, EstimateJob, RepeatJob
 from ui.review.page import ReviewPage
 from ui.review.runs_book import RunsBook
 from ui.review.runs_view import RunsView
 from ui.review.selection import Selection
 from ui.settings import SettingsStore, catalog_path
+from ui.words import sentences
 from ui.work import CancelledError, Progress, Work
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ class EstimatePage(ReviewPage):
         self._problem: FieldError | None = None
         self._judged: Wishes | None = None
         self._followed = ""
+        self._kept_before: set[int] | None = None
         self._told = ""
         self._deeds = Deeds()
         self._outcome: Outcome | None = None
@@ -135,6 +137,7 @@ class EstimatePage(ReviewPage):
         self.panel.changed.connect(self._wished)
         self.panel.explained.connect(self.explain)
         self.panel.asked.connect(self.estimate)
+        self.book.changed.connect(self._runs_read)
         self.runs.chosen.connect(self.changed)
         self.runs.opened.connect(self.repeat)
         self.runs.focused.connect(lambda: self.explain("runs"))
@@ -470,7 +473,24 @@ class EstimatePage(ReviewPage):
 
     def _failed(self, error: BaseException) -> None:
         self._running = False
-        self._told = "Stopped; nothing was kept." if isinstance(error, CancelledError) else ""
+        self._told = ""
+        if isinstance(error, CancelledError):
+            # Whether it was stopped before it was kept is known when the catalog is read.
+            self._kept_before = {run.number for run in self.book.runs}
+            self.book.read()
+        self.refresh()
+
+    def _runs_read(self) -> None:
+        """Say of a run that was stopped whether it was kept all the same."""
+        if self._kept_before is None:
+            return
+        late = [run.number for run in self.book.runs if run.number not in self._kept_before]
+        self._kept_before = None
+        self._told = (
+            f"Stopped when run {late[0]} was kept already; Delete in the list forgets it."
+            if late
+            else "Stopped; nothing was kept."
+        )
         self.refresh()
 
     def show_outcome(self, outcome: Outcome | None) -> None:
@@ -486,8 +506,9 @@ def _ended(outcome: Outcome) -> str:
     """Return how a run ended, in words."""
     results = outcome.result.results
     failed = [one.maneuver.id for one in results if one.estimate is None]
-    name = f"Run {outcome.number}" if outcome.number is not None else "The run (not kept)"
+    name = f"Run {outcome.number}" if outcome.number is not None else "The run"
     said = [f"{name}: {len(outcome.summary.derivatives)} derivatives."]
+    said += [sentences((one,)) for one in outcome.remarks if one.startswith(NOT_KEPT)]
     if failed:
         said.append(f"Not fitted: {', '.join(failed)}.")
     if outcome.summary.wild:

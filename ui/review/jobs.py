@@ -15,9 +15,15 @@ if TYPE_CHECKING:
     from gsapp.report.linear_report import LinearComparison
 
 
+NOT_KEPT = "the run is not kept"
+"""Begins the remark of an outcome that the catalog did not take."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimateJob:
     """Estimate, and keep the run in a catalog; the result is an `Outcome`.
+
+    What cannot be kept is an outcome all the same: without a number, with a remark.
 
     Attributes
     ----------

@@ -7,9 +7,19 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gsapp.foundation import GroundStationError
 from ui.gap.trial import fly_trial
 from ui.process.serving import Stop, Tell, serve_jobs
-from ui.review.jobs import EstimateJob, HearJob, Job, LinearJob, RepeatJob, ReportJob, TrialJob
+from ui.review.jobs import (
+    NOT_KEPT,
+    EstimateJob,
+    HearJob,
+    Job,
+    LinearJob,
+    RepeatJob,
+    ReportJob,
+    TrialJob,
+)
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
@@ -76,13 +86,16 @@ class ReviewBench:
             doing=_Reading(self._tell, len(job.request.flights)),
             progress=self._fitting,
         )
-        if job.catalog is None or job.request.calibration:
-            # A catalog holds what the flights' own certificates give.
+        if job.catalog is None:
             return outcome
         self._tell(_FITTED, "keeping the run")
-        job.catalog.parent.mkdir(parents=True, exist_ok=True)
-        with Catalog(job.catalog) as catalog:
-            return replace(outcome, number=keep(catalog, outcome))
+        try:
+            job.catalog.parent.mkdir(parents=True, exist_ok=True)
+            with Catalog(job.catalog) as catalog:
+                return replace(outcome, number=keep(catalog, outcome))
+        except (GroundStationError, OSError) as error:
+            # What was estimated is there all the same.
+            return replace(outcome, remarks=(*outcome.remarks, f"{NOT_KEPT}: {error}"))
 
     def _repeat(self, job: RepeatJob) -> Repeated:
         from gsapp.flight.catalog import Catalog
