@@ -68,6 +68,8 @@ def test_an_added_one_gets_a_free_name_and_its_place_in_time():
     book = BOOK.remove("2").add(ASSESS, 66.0, 69.0)
     assert [one.id for one in book.maneuvers] == ["1", "6", "3", "4", "5"]
     assert book.add(plain, 50.0, 55.0, name="first look").maneuvers[0].id == "first look"
+    # What was estimated from one that is gone keeps its name.
+    assert BOOK.remove("5").add(plain, 50.0, 55.0).maneuvers[0].id == "6"
 
 
 def test_names_and_notes():

@@ -69,7 +69,7 @@ def reasons_text(maneuver: FoundManeuver) -> str:
 
 
 def remarks_text(row: ManeuverRow) -> str:
-    """Return what else is to be said: the verdict, the note, what it shares samples with."""
+    """Return what else is to be said: verdict, shared samples, use, changes, note."""
     parts = []
     if row.verdict is not None:
         parts.append(f"The pilot was told: {row.verdict.advice or row.verdict.result}.")
@@ -79,6 +79,8 @@ def remarks_text(row: ManeuverRow) -> str:
         )
     if not row.in_use:
         parts.append("Not used in the estimate.")
+    if row.by_hand:
+        parts.append("Changed by hand.")
     if row.maneuver.note:
         parts.append(f"Note: {row.maneuver.note}")
     return " ".join(parts)

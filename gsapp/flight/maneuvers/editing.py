@@ -279,7 +279,9 @@ class ManeuverBook:
 
     def free_name(self, names: Iterable[str] = ()) -> str:
         """Return an id that neither a maneuver here has nor one of these."""
-        used = {maneuver.id for maneuver in self.maneuvers}.union(names)
+        # Nor one that was taken out: what was estimated from it keeps its name.
+        ever = (*self.found, *(one for edit in self.edits for one in edit.added))
+        used = {maneuver.id for maneuver in ever}.union(names)
         number = len(used) + 1
         while str(number) in used:
             number += 1
