@@ -37,7 +37,7 @@ ACROSS: Final = 3
 """Charts of derivatives beside each other on paper."""
 _DOWN: Final = 4
 """Rows of them on a page."""
-_OUTLIER, _BY_HAND = "x", "+"
+_OUTLIER, _BY_HAND, _UNFIT = "x", "+", "1"
 _SMALL, _LARGE = 3.2, 5.5
 """Markers in points: of small charts, and of one alone."""
 _FLIGHTS_A_ROW: Final = 6
@@ -206,6 +206,7 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
     chart.margins(x=0.08)
     _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
     _draw_left_out(chart, one.excluded, _BY_HAND, drawn)
+    _draw_left_out(chart, one.unfit, _UNFIT, drawn)
     if one.name in drawn.known:
         chart.axhline(
             drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.weight,
@@ -242,6 +243,7 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _Drawn) -> list[Line2D]
     gray = {
         _OUTLIER: ("outlier", any(one.outliers for one in chosen)),
         _BY_HAND: ("left out by hand", any(one.excluded for one in chosen)),
+        _UNFIT: ("fit did not converge", any(one.unfit for one in chosen)),
     }
     handles += [
         Line2D([], [], linestyle="none", marker=sign, color=palette.left_out, label=words)
@@ -253,14 +255,21 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _Drawn) -> list[Line2D]
     return handles
 
 
+def _why(point: Point, outliers: set[str], by_hand: set[str]) -> str:
+    if point.maneuver in outliers:
+        return "outlier"
+    return "by hand" if point.maneuver in by_hand else "did not converge"
+
+
 def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> Table:
     conditions = ("V", "alpha", "beta")
     rows = []
     for one in chosen:
         out = {outlier.point.maneuver for outlier in one.outliers}
         by_hand = {point.maneuver for point in one.excluded}
-        for point in one.points:
-            kept = point.maneuver not in out | by_hand
+        unfit = {point.maneuver for point in one.unfit}
+        for point in (*one.points, *one.unfit):
+            kept = point.maneuver not in out | by_hand | unfit
             rows.append(
                 (
                     one.name,
@@ -275,7 +284,7 @@ def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> Table:
                     ),
                     number_text(point.value),
                     number_text(point.std),
-                    "" if kept else "outlier" if point.maneuver in out else "by hand",
+                    "" if kept else _why(point, out, by_hand),
                 )
             )
     return Table(

@@ -98,6 +98,27 @@ def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None
     assert again.summary.without == frozenset()
 
 
+def test_a_fit_that_did_not_converge_is_gray_and_counts_for_nothing() -> None:
+    """As if it had not been flown, but in sight where it stood, and named so in the numbers."""
+    before = outcome().result
+    estimate = before.results[2].estimate
+    assert estimate is not None
+    stopped = replace(before.results[2], estimate=replace(estimate, converged=False))
+    rest = (*before.results[:2], *before.results[3:])
+    summary = summarize_campaign(
+        replace(before, results=(*before.results[:2], stopped, *before.results[3:]))
+    )
+    one = summary.derivatives["Cm_de"]
+    assert one.value == summarize_campaign(replace(before, results=rest)).derivatives["Cm_de"].value
+    picture = values_picture(summary, ["Cm_de"], "number")
+    x, y, color = points_in(drawn(picture), "Cm_de")["1:M3"]
+    assert (x, color) == (3.0, PAPER.left_out)
+    assert y == pytest.approx(estimate.derivatives["Cm_de"].value)
+    assert picture.numbers is not None
+    (row,) = [row for row in picture.numbers().rows if row[1] == "1:M3"]
+    assert row[-1] == "did not converge"
+
+
 def test_pictures_take_every_color_from_the_palette() -> None:
     """In a dark palette nothing of the paper's own colors is left, but what lies between two."""
     one = outcome().result.results[0]

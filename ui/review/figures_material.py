@@ -120,12 +120,16 @@ def point_words(material: Material, derivative: str, maneuver: str) -> str:
 
 
 def _point_of(summary: DerivativeSummary, maneuver: str) -> Point | None:
-    return next((one for one in summary.points if one.maneuver == maneuver), None)
+    return next(
+        (one for one in (*summary.points, *summary.unfit) if one.maneuver == maneuver), None
+    )
 
 
 def _left_out_words(summary: DerivativeSummary, maneuver: str) -> list[str]:
     if any(one.maneuver == maneuver for one in summary.excluded):
         return [_BY_HAND]
+    if any(one.maneuver == maneuver for one in summary.unfit):
+        return ["Left out of the mean: the fit did not converge."]
     return [
         f"Left out of the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."
         for one in summary.outliers

@@ -43,6 +43,8 @@ class DerivativeSummary:
     trends : tuple of Dependence
     excluded : tuple of Point
         Those left out by hand.
+    unfit : tuple of Point
+        Where fits that did not converge stood when they stopped; not among `points`.
     """
 
     name: str
@@ -52,6 +54,7 @@ class DerivativeSummary:
     honesty: Honesty | None
     trends: tuple[Dependence, ...]
     excluded: tuple[Point, ...] = ()
+    unfit: tuple[Point, ...] = ()
 
     @property
     def between(self) -> float:
@@ -136,6 +139,8 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
         for name in names
         if any(one.maneuver not in out for one in points[name])
     }
+    unfit = points_of(result, converged=False)
+    found = {name: replace(one, unfit=unfit.get(name, ())) for name, one in found.items()}
     found = _with_proofs(found)
     ratios = [one.honesty.ratio for one in found.values() if one.honesty is not None]
     return CampaignSummary(

@@ -44,11 +44,18 @@ class Point:
     conditions: Mapping[str, float]
 
 
-def points_of(result: CampaignResult) -> dict[str, tuple[Point, ...]]:
-    """Return the points of each derivative that some maneuver earned, in order of maneuvers."""
+def points_of(result: CampaignResult, *, converged: bool = True) -> dict[str, tuple[Point, ...]]:
+    """Return the points of each derivative that some maneuver earned, in order of maneuvers.
+
+    Parameters
+    ----------
+    result : CampaignResult
+    converged : bool
+        Of the fits that converged, or of those that did not.
+    """
     found: dict[str, list[Point]] = {}
     for number, one in enumerate(result.results, start=1):
-        if one.estimate is None or not one.estimate.converged:
+        if one.estimate is None or one.estimate.converged != converged:
             continue
         conditions = conditions_of(one.maneuver)
         for name, (value, std) in _earned(one).items():
