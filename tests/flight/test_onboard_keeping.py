@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
+import subprocess
 import sys
+import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -182,6 +185,29 @@ def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
         with pytest.raises(GroundStationError):
             place_log(folder.path, wrong)
     assert listing(folder) == before
+    assert sorted(path.name for path in folder.cache_folder.iterdir()) == ["engineering.npz"]
+
+
+def test_killed_in_the_midst_the_flight_stands(flight):
+    """However far it came: the flight opens as before, and the log can be taken then."""
+    folder, log = flight
+    before = listing(folder)
+    code = (
+        "import sys; from gsapp.flight.onboard.keeping import place_log; place_log(*sys.argv[1:])"
+    )
+    incoming = folder.cache_folder / "incoming"
+    for pause in (0.0, 0.3):
+        shutil.rmtree(incoming, ignore_errors=True)
+        child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), str(log)])
+        deadline = time.monotonic() + 20.0
+        while not incoming.exists() and child.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.002)
+        time.sleep(pause)
+        child.kill()
+        assert child.wait() == -signal.SIGKILL
+        assert listing(folder) == before
+        assert load_flight(folder.path).onboard is None
+    assert place_log(folder.path, log).flight.onboard.in_place
     assert sorted(path.name for path in folder.cache_folder.iterdir()) == ["engineering.npz"]
 
 

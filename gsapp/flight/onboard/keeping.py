@@ -7,8 +7,8 @@ is one line of ``flight.toml``.
 
 from __future__ import annotations
 
-import contextlib
 import filecmp
+import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -84,9 +84,8 @@ def place_log(flight: Path | str, log: Path | str, *, begun: datetime | None = N
         copy_atomically(source, incoming)
         return _in_force(folder, incoming, begun)
     finally:
-        with contextlib.suppress(OSError):
-            incoming.unlink(missing_ok=True)
-            incoming.parent.rmdir()
+        # With what one left that was killed.
+        shutil.rmtree(incoming.parent, ignore_errors=True)
 
 
 def use_log(flight: Path | str, name: str) -> Flight:
