@@ -187,6 +187,8 @@ def test_two_windows_share_one_list(tmp_path):
     assert records(one.book) == records(two.book) == records(BOOK)
     with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
         one.record(one.book.remove("2").remove("3"))
+    with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
+        ManeuverLog(EventLog(tmp_path / "none.jsonl"), FOUND).record(BOOK)
 
 
 def test_other_and_damaged_events_are_passed_over(tmp_path):

@@ -102,11 +102,11 @@ class ManeuverLog:
         if book.edits[:-1] == now.edits and book.edits != now.edits and not book.undone:
             edit = book.edits[-1]
             self._log.append(Event(kind=EDIT, text=edit.words, data=edit.to_json()))
-        elif book == now.undo():
+        elif now.edits and book == now.undo():
             edit = now.edits[-1]
             text = f"take back: {edit.words}"
             self._log.append(Event(kind=UNDO, text=text, data={"change": edit.number}))
-        elif book == now.redo():
+        elif now.undone and book == now.redo():
             edit = now.undone[-1]
             text = f"again: {edit.words}"
             self._log.append(Event(kind=REDO, text=text, data={"change": edit.number}))
