@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.identification.axes import RESPONSES, axis_derivatives
-from ui.review.estimate_asking import FieldError, problem_of, run_request, wishes_of
+from ui.review.estimate_again import wishes_of
+from ui.review.estimate_asking import FieldError, problem_of, run_request
 from ui.review.estimate_wishes import DerivativeWish, Wishes
 from ui.review.estimate_words import EXPLAINED, maneuver_count
 from ui.settings import Settings

@@ -83,7 +83,7 @@ def run(page: EstimatePage, qtbot: QtBot) -> None:
     """Run what the panel asks for, and wait until it is kept and listed."""
     count = len(page.book.runs)
     press(qtbot, Qt.Key.Key_Return, CONTROL)
-    until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._running, 30000)
+    until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._runner.running, 30000)
 
 
 def test_enter_alone_runs_and_the_run_is_kept(
@@ -94,7 +94,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     The catalog holds the run, as `gsapp runs` shows it.
     """
     assert page.button.hasFocus()
-    count = len(page._asked_maneuvers())
+    count = len(page.taken)
     assert f"{count} maneuvers of 2 flights" in page.sentence.text()
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: bool(page.book.runs), 30000)
@@ -119,7 +119,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     """Typed over the value it is held; without a number the field says so and nothing runs."""
     table = page.panel.derivatives
     table.setFocus()
-    assert "Hold one at a value" in page.explained.text()
+    assert "Hold one at a value" in page.head.explained.text()
     row = table.model_of.names.index("Cm_q")
     table.setCurrentIndex(table.model_of.index(row, VALUE))
     for letter in "-2x":

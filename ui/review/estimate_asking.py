@@ -1,4 +1,4 @@
-"""From the panel to what is asked for, and back; what cannot be asked is said beside its field."""
+"""From the panel to what is asked for; what cannot be is said beside its field. No Qt."""
 
 from __future__ import annotations
 
@@ -312,63 +312,3 @@ def problem_of(wishes: Wishes) -> FieldError | None:
             except (GroundStationError, OSError) as error:
                 return FieldError(field, str(error))
     return None
-
-
-# --- and back ------------------------------------------------------------------------------------
-
-
-def wishes_of(request: RunRequest) -> Wishes:
-    """Return the panel as it must stand to ask for a run again."""
-    settings, fit = request.settings, request.settings.likelihood
-    derivatives: dict[str, DerivativeWish] = {}
-    effects = {*fit.free_effects, *filter(is_effect, (*settings.held, *fit.start, *fit.priors))}
-    for name in (*axis_derivatives("both"), *sorted(effects)):
-        wish = DerivativeWish(
-            treated="held"
-            if name in settings.held
-            else "free"
-            if name in (*(settings.free or ()), *fit.free_effects)
-            else "tables",
-            value=_text(settings.held.get(name)),
-            start=_text(fit.start.get(name)),
-            prior=_text(fit.priors[name][0]) if name in fit.priors else "",
-            deviation=_text(fit.priors[name][1]) if name in fit.priors else "",
-        )
-        if wish != DerivativeWish():
-            derivatives[name] = wish
-    return Wishes(
-        axis=settings.axis,
-        method=settings.method,
-        six_degrees=settings.six_degrees,
-        joint=settings.joint,
-        derivatives=derivatives,
-        weights=request.weights,
-        noise=fit.noise,
-        integration=fit.integration,
-        bound_factor=_text(fit.bound_factor),
-        responses=fit.responses,
-        biases=fit.biases,
-        states=fit.states,
-        scale_factors=tuple(fit.scale_factors),
-        time_shifts=tuple(fit.time_shifts),
-        stand_ins=", ".join(f"{name}={value!r}" for name, value in fit.stand_ins.items()),
-        model=request.model,
-        aircraft=request.aircraft,
-        calibration=request.calibration,
-        channel_map=request.channel_map,
-    )
-
-
-def unheld(request: RunRequest, wishes: Wishes) -> tuple[str, ...]:
-    """Return the names of the settings of a run that the panel cannot ask for again."""
-    from gsapp.identification.runs.words import differing_settings
-
-    again = run_request(wishes, request.flights, request.maneuvers)
-    # Read from their files anew, these stand in the settings of the run only.
-    read = {name for name in ("weights", "model") if getattr(request, name)}
-    return tuple(name for name, *_ in differing_settings(request, again) if name not in read)
-
-
-def _text(value: float | None) -> str:
-    """Return a number so that reading it gives it again to the last bit."""
-    return "" if value is None else repr(float(value))
