@@ -16,8 +16,10 @@ from ui.pages import label
 from ui.review.maneuvers_words import grades_text
 from ui.words import count_text, sentences
 
-_MOST = 6
+_MOST = 5
 """Flights in sight at once."""
+_SAID = 3
+"""Remarks on a flight in sight; the others are in the tool tip."""
 
 
 class _FlightList(QListWidget):
@@ -103,15 +105,30 @@ class FlightsPanel(QWidget):
         self.buttons["review_trial"].setVisible(not flights)
         self._fit()
         if doing:
-            self.words.setText(doing)
+            self._say(doing)
         elif not flights:
-            self.words.setText(
+            self._say(
                 "No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat)."
             )
         else:
-            flight = flights[place]
-            grades = grades_text(flight.maneuvers)
-            self.words.setText(sentences((f"grades: {grades}" if grades else "", *flight.remarks)))
+            self._tell_of(flights[place])
+
+    def _tell_of(self, flight: ReviewedFlight) -> None:
+        """Tell grades and the latest remarks: what was changed by hand is said last."""
+        grades = grades_text(flight.maneuvers)
+        said = flight.remarks[::-1]
+        more = max(len(said) - _SAID, 0)
+        lines = (
+            f"grades: {grades}" if grades else "",
+            *said[:_SAID],
+            f"{count_text(more, 'remark')} more" if more else "",
+        )
+        self._say(sentences(lines), flight.remarks)
+
+    def _say(self, words: str, remarks: Sequence[str] = ()) -> None:
+        self.words.setText(words)
+        self.words.setToolTip("\n".join(remarks))
+        self.words.setAccessibleDescription(sentences(remarks))
 
     def offer_open(self, offered: bool) -> None:
         """Offer the flight that is open in the window, or not."""
