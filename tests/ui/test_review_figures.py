@@ -462,7 +462,7 @@ def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: P
     assert content.hasImage()
     assert clipboard.text().splitlines()[0].startswith("derivative\tmaneuver")
     saver: FigureSaver = bench.page._saver
-    make = bench.page._picture
+    make = bench.page._on_paper()
     assert make is not None
     saver.save(make, tmp_path / "figure.csv")
     until(bench.qtbot, (tmp_path / "figure.csv").exists)

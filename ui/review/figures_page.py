@@ -21,7 +21,7 @@ from ui.review.figures_kinds import KINDS, FigureKind
 from ui.review.figures_material import Material, point_words, result_of, run_name
 from ui.review.figures_needs import FigureNeeds
 from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
-from ui.review.figures_saving import FigureSaver
+from ui.review.figures_saving import FigureSaver, on_paper
 from ui.review.jobs import BeginJob
 from ui.review.page import FORMER_RUNS, ReviewPage
 from ui.review.selection import Selection
@@ -29,6 +29,7 @@ from ui.settings import SettingsStore
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
+    from gsapp.report.document import Picture
 
 log = logging.getLogger(__name__)
 
@@ -111,8 +112,8 @@ class FiguresPage(ReviewPage):
             "review_figure_next_maneuver": lambda: self._next_maneuver(1),
             "review_open_fit": lambda: self.open_fit(self._selection.maneuver),
             "review_exclude": self.exclude,
-            "review_figure_copy": lambda: self._saver.copy(self._picture),
-            "review_figure_save": lambda: self._saver.ask(self._picture),
+            "review_figure_copy": lambda: self._saver.copy(self._on_paper()),
+            "review_figure_save": lambda: self._saver.ask(self._on_paper()),
         }
 
     @property
@@ -224,21 +225,12 @@ class FiguresPage(ReviewPage):
             self._selection.choose_maneuver(value)
         self._take(replace(self._material, chosen=dict(self._chosen)))
 
-    @property
-    def _picture(self) -> Callable[[], object] | None:
+    def _on_paper(self) -> Callable[[], Picture | str] | None:
         """Return how the figure on screen is made for paper; None where there is none."""
-        material, kind, drawing = self._material, self.kind, self.view.drawing
+        material, drawing = self._material, self.view.drawing
         if material is None or drawing is None or drawing.picture is None:
             return None
-
-        def make() -> object:
-            from gsapp.report.document import WIDTH
-            from gsapp.report.palette import PAPER
-            from ui.review.figure_drawing import Room
-
-            return kind.make(material, PAPER, Room(width=WIDTH, height=0.0))
-
-        return make
+        return lambda: on_paper(self.kind, material)
 
     def _drawn(self, drawing: Drawing) -> None:
         picture, table = drawing.picture, self.kind.table

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from ui.review.figure_drawing import Room
+from ui.review.figures_kinds import FigureKind
+from ui.review.figures_material import Material
 from ui.settings import SettingsStore
 from ui.work import Progress, Work
 
+if TYPE_CHECKING:
+    from gsapp.report.document import Picture
+
 _KINDS = "Picture (*.png);;Pages for print (*.pdf);;Drawing (*.svg);;Numbers shown (*.csv)"
 _COPY_DPI = 200.0
+
+
+def on_paper(kind: FigureKind, material: Material) -> Picture | str:
+    """Return a figure as the report prints it."""
+    from gsapp.report.document import WIDTH
+    from gsapp.report.palette import PAPER
+
+    return kind.make(material, PAPER, Room(width=WIDTH, height=0.0))
 
 
 class FigureSaver(QObject):
