@@ -14,7 +14,8 @@ from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 
 from ui.commands import Need
 from ui.faults import FaultDesk
-from ui.frame.banners import Banner, BannerStack
+from ui.frame.banners import BannerStack
+from ui.frame.work_banner import WorkBanner
 from ui.frame.work_strip import WorkStrip
 from ui.gap.search import GapSearch, search_engine
 from ui.gap.steps import CHAPTERS
@@ -79,7 +80,7 @@ class GapPlace(QWidget):
         self._banners = banners
         self._faults = faults
         self._open: Path | None = None
-        self._banner: Banner | None = None
+        self._banner = WorkBanner(banners, self.cancel)
         self._trial: Work | None = None
         self._loading: Work | None = None
         self.setup: SetupPage | None = None
@@ -169,14 +170,14 @@ class GapPlace(QWidget):
         """Make the first page when it is needed; the strip tells of a search from here on."""
         super().showEvent(event)
         self._setup_page()
-        self._drop_banner()
+        self._banner.drop()
         self.changed.emit()
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Tell of a search that goes on in a banner."""
         super().hideEvent(event)
         if self.busy:
-            self._raise_banner()
+            self._banner.show(self.strip.title)
         self.changed.emit()
 
     def _setup_page(self) -> SetupPage:
@@ -247,18 +248,16 @@ class GapPlace(QWidget):
         if self.setup is not None:
             self.setup.show_state(busy=True, answered=self.search.answer is not None)
         if not self.isVisible():
-            self._raise_banner()
+            self._banner.show(self.strip.title)
         self.changed.emit()
 
     def _told(self, share: float | None, words: str) -> None:
         self.strip.tell(share, words)
-        if self._banner is not None:
-            self._banner.show_share(share)
-            self._banner.say(f"{self.strip.title}: {words}")
+        self._banner.tell(share, words)
 
     def _ended(self, how: str) -> None:
         self.strip.hide()
-        self._drop_banner()
+        self._banner.drop()
         if self.setup is not None:
             self.setup.show_state(busy=False, answered=self.search.answer is not None)
         if how == "cancelled":
@@ -291,16 +290,6 @@ class GapPlace(QWidget):
         if self._trial is not None:
             self._trial.cancel()
         self.search.close()
-
-    def _raise_banner(self) -> None:
-        self._drop_banner()
-        title = self.strip.title
-        self._banner = self._banners.show_banner("work", title, ("Stop", self.cancel))
-
-    def _drop_banner(self) -> None:
-        if self._banner is not None:
-            self._banners.remove(self._banner)
-            self._banner = None
 
     def try_it(self) -> None:
         """Let the virtual aircraft fly with a hidden effect, and search that flight."""

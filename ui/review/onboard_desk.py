@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
-from ui.frame.banners import Banner, BannerStack
+from ui.frame.banners import BannerStack
+from ui.frame.work_banner import WorkBanner
 from ui.look import Look
 from ui.process.engine import Engine
 from ui.review.onboard_job import LogJob, LogPlaced
@@ -74,8 +75,8 @@ class OnboardDesk(QObject):
         self._flights = flights
         self._others = others
         self._parent = parent
-        self._banner: Banner | None = None
         self.work = ReviewWork(engine or log_engine(), report_error, self)
+        self._banner = WorkBanner(banners, self.work.cancel)
         self.work.began.connect(self._began)
         self.work.progressed.connect(self._told)
         self.work.ended.connect(self._ended)
@@ -146,19 +147,14 @@ class OnboardDesk(QObject):
     # Work
 
     def _began(self, title: str) -> None:
-        self._drop_banner()
-        self._banner = self._banners.show_banner(
-            "work", f"{title}: starting", ("Stop", self.work.cancel)
-        )
+        self._banner.show(title)
         self.changed.emit()
 
     def _told(self, share: float | None, words: str) -> None:
-        if self._banner is not None:
-            self._banner.show_share(share)
-            self._banner.say(f"{self.work.title}: {words}")
+        self._banner.tell(share, words)
 
     def _ended(self, title: str, how: str) -> None:
-        self._drop_banner()
+        self._banner.drop()
         if how == "cancelled":
             self._banners.show_banner(
                 "note", f"{title}: stopped. The flight stands as it stood; what came is kept."
@@ -171,11 +167,6 @@ class OnboardDesk(QObject):
         back = LogJob(flight=result.flight, use=result.former)
         self._banners.show_banner("note", result.words, ("Take back", lambda: self.begin(back)))
         self.placed.emit(result.flight)
-
-    def _drop_banner(self) -> None:
-        if self._banner is not None:
-            self._banners.remove(self._banner)
-            self._banner = None
 
 
 def _in_force(folder: FlightFolder) -> str:

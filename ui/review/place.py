@@ -13,8 +13,9 @@ from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from ui.commands import COMMANDS, Need
 from ui.faults import FaultDesk
-from ui.frame.banners import Banner, BannerStack
+from ui.frame.banners import BannerStack
 from ui.frame.step_list import StepList
+from ui.frame.work_banner import WorkBanner
 from ui.frame.work_strip import WorkStrip
 from ui.look import Look
 from ui.process.engine import Engine
@@ -80,7 +81,7 @@ class ReviewPlace(QWidget):
         self._store = store
         self._banners = banners
         self._faults = faults
-        self._banner: Banner | None = None
+        self._banner = WorkBanner(banners, self.cancel)
         self._review: Review | None = None
         self._open: Path | None = None
         self.outcome: Outcome | None = None
@@ -181,7 +182,7 @@ class ReviewPlace(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Make the page when it is needed; the strip tells of work from here on."""
         super().showEvent(event)
-        self._drop_banner()
+        self._banner.drop()
         # The first page opens the flights that all others look at.
         self._made("maneuvers")
         self.go(self.chapter or self._store.current.review_chapter, begin=False)
@@ -190,7 +191,7 @@ class ReviewPlace(QWidget):
         """Tell of work that goes on in a banner."""
         super().hideEvent(event)
         if self.work.running:
-            self._raise_banner()
+            self._banner.show(self.strip.title)
         self.changed.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -326,18 +327,16 @@ class ReviewPlace(QWidget):
     def _began(self, title: str) -> None:
         self.strip.begin(title)
         if not self.isVisible():
-            self._raise_banner()
+            self._banner.show(self.strip.title)
         self.changed.emit()
 
     def _told(self, share: float | None, words: str) -> None:
         self.strip.tell(share, words)
-        if self._banner is not None:
-            self._banner.show_share(share)
-            self._banner.say(f"{self.strip.title}: {words}")
+        self._banner.tell(share, words)
 
     def _ended(self, title: str, how: str) -> None:
         self.strip.hide()
-        self._drop_banner()
+        self._banner.drop()
         if how == "cancelled":
             self._banners.show_banner("note", f"{title}: stopped.")
         elif how == "done" and not self.isVisible():
@@ -349,15 +348,6 @@ class ReviewPlace(QWidget):
         self.work.cancel()
         if self.work.running:
             self._told(None, "stopping")
-
-    def _raise_banner(self) -> None:
-        self._drop_banner()
-        self._banner = self._banners.show_banner("work", self.strip.title, ("Stop", self.cancel))
-
-    def _drop_banner(self) -> None:
-        if self._banner is not None:
-            self._banners.remove(self._banner)
-            self._banner = None
 
     def close_work(self) -> None:
         """Stop everything, as the window closes."""

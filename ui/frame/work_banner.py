@@ -1,0 +1,43 @@
+"""A banner that tells of a work while its own place is not on screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ui.frame.banners import Banner, BannerStack
+
+
+class WorkBanner:
+    """One banner, there or not.
+
+    Parameters
+    ----------
+    banners : BannerStack
+        Where it stands.
+    stop : callable
+        What its button does.
+    """
+
+    def __init__(self, banners: BannerStack, stop: Callable[[], object]) -> None:
+        self._banners = banners
+        self._stop = stop
+        self._banner: Banner | None = None
+        self._title = ""
+
+    def show(self, title: str) -> None:
+        """Tell of a work from now on."""
+        self.drop()
+        self._title = title
+        self._banner = self._banners.show_banner("work", title, ("Stop", self._stop))
+
+    def tell(self, share: float | None, words: str) -> None:
+        """Say how far it is, where the banner is there."""
+        if self._banner is not None:
+            self._banner.show_share(share)
+            self._banner.say(f"{self._title}: {words}")
+
+    def drop(self) -> None:
+        """Take the banner away."""
+        if self._banner is not None:
+            self._banners.remove(self._banner)
+            self._banner = None
