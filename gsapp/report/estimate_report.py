@@ -25,10 +25,12 @@ from gsapp.report.document import Document, Paragraph, Part, Picture, Section, T
 from gsapp.report.estimate_inputs import campaign_provenance
 from gsapp.report.estimate_words import (
     DERIVATIVE_COLUMNS,
+    JOINT_COLUMNS,
     derivative_rows,
     excluded_words,
     headline,
     honesty_words,
+    joint_rows,
     known_before,
     maneuver_columns,
     maneuver_rows,
@@ -152,6 +154,17 @@ def _results_section(reported: Reported) -> Section:
                 columns=DERIVATIVE_COLUMNS,
                 rows=tuple(derivative_rows(summary, known_before(reported.result))),
                 numeric=frozenset(range(1, len(DERIVATIVE_COLUMNS))),
+            )
+        )
+    joint = joint_rows(reported.result, summary)
+    if joint:
+        parts.append(
+            Table(
+                caption="All maneuvers of an axis fitted together, beside the means; both come "
+                "from the same maneuvers, so that more than 1 joint bound is much",
+                columns=JOINT_COLUMNS,
+                rows=joint,
+                numeric=frozenset(range(1, len(JOINT_COLUMNS))),
             )
         )
     unknown = unknown_rows(reported.result)

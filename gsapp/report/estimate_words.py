@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
@@ -150,6 +151,26 @@ def unknown_rows(result: CampaignResult) -> tuple[tuple[str, str, str], ...]:
     order = {name: place for place, name in enumerate(derivative_names())}
     names = sorted(why, key=lambda name: order.get(name, len(order)))
     return tuple((name, *why[name]) for name in names)
+
+
+JOINT_COLUMNS: Final = ("derivative", "together", "bound", "mean", "apart, in joint bounds")
+
+
+def joint_rows(result: CampaignResult, summary: CampaignSummary) -> tuple[tuple[str, ...], ...]:
+    """Return what a fit of all maneuvers together gives, beside the means of the single fits."""
+    rows = []
+    for estimate in result.joint:
+        for name, found in estimate.derivatives.items():
+            if found.status != "estimated" or found.value is None or not found.std:
+                continue
+            digits = decimals(found.std)
+            mean = summary.derivatives.get(name)
+            beside = ("", "")
+            if mean is not None:
+                apart = (found.value - mean.value.mean) / math.hypot(found.std, mean.value.std)
+                beside = (f"{mean.value.mean:.{digits}f}", f"{apart:+.1f}")
+            rows.append((name, f"{found.value:.{digits}f}", f"{found.std:.{digits}f}", *beside))
+    return tuple(rows)
 
 
 def outlier_rows(summary: CampaignSummary) -> tuple[tuple[str, ...], ...]:

@@ -54,6 +54,13 @@ def outcome() -> Outcome:
 
 
 @cache
+def together() -> Outcome:
+    """Return what comes of the four maneuvers of flight A, fitted together, too."""
+    settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH), joint=True)
+    return _outcome(run_campaign(maneuvers()[:4], settings))
+
+
+@cache
 def unearned() -> Outcome:
     """Return what comes of an elevator maneuver in which nothing moved: hardly any derivative."""
     still = fly(47, "lon", dt=0.02, duration=4.0, model=TRUTH, still=("de",)).maneuver

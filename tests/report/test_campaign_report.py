@@ -29,7 +29,7 @@ from gsapp.report.linear_report import LinearComparison, compare_linear_models
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign_kit import TRUTH, WILD, outcome, unearned
+from campaign_kit import TRUTH, WILD, outcome, together, unearned
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +101,21 @@ def test_what_was_not_earned_is_listed_with_its_reason() -> None:
     assert "Not earned" in said
     assert "CN_q unknown too little excitation" in said
     assert "no linear longitudinal model: " in said
+
+
+def test_a_fit_of_all_together_stands_beside_the_means(compared: LinearComparison) -> None:
+    """With its own bound, and how far apart the two are; its correlations are those shown."""
+    run = together()
+    said = words_of(estimate_document(Reported(outcome=run, linear=compared)))
+    assert "All maneuvers of an axis fitted together, beside the means" in said
+    (fit,) = run.result.joint
+    found = fit.derivatives["Cm_de"]
+    mean = run.summary.derivatives["Cm_de"].value
+    assert found.value is not None
+    assert found.std is not None
+    apart = (found.value - mean.mean) / np.hypot(found.std, mean.std)
+    assert f"Cm_de {found.value:.4f} {found.std:.4f} {mean.mean:.4f} {apart:+.1f}" in said
+    assert "4 maneuvers together (longitudinal)" in said
 
 
 def test_pictures_have_names_of_their_own(compared: LinearComparison) -> None:

@@ -124,6 +124,12 @@ def derivative_words(outcome: Outcome, name: str) -> str:
         f"{derivative_text(name)} is {number_text(one.value.mean, digits)} ± "
         f"{one.value.std:.{digits}f} per radian, from {one.value.n} of {len(one.points)} maneuvers."
     ]
+    said += [
+        f"All maneuvers fitted together: {number_text(found.value, digits)} ± "
+        f"{found.std:.{digits}f}."
+        for found in (fit.derivatives.get(name) for fit in outcome.result.joint)
+        if found is not None and found.value is not None and found.std
+    ]
     if one.honesty is None:
         said.append("Flown fewer than three times: scatter says nothing of its bounds.")
     else:
