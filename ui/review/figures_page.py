@@ -227,10 +227,10 @@ class FiguresPage(ReviewPage):
 
     def _on_paper(self) -> Callable[[], Picture | str] | None:
         """Return how the figure on screen is made for paper; None where there is none."""
-        material, drawing = self._material, self.view.drawing
+        kind, material, drawing = self.kind, self._material, self.view.drawing
         if material is None or drawing is None or drawing.picture is None:
             return None
-        return lambda: on_paper(self.kind, material)
+        return lambda: on_paper(kind, material)
 
     def _drawn(self, drawing: Drawing) -> None:
         picture, table = drawing.picture, self.kind.table
