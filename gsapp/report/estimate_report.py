@@ -6,7 +6,6 @@ for the line that says when they were written.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Final, Literal
@@ -14,15 +13,14 @@ from typing import Final, Literal
 import numpy as np
 
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import Axis
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
-from gsapp.identification.results import Estimate
 from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.runs.words import METHODS
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.mode_spread import SpreadMode, mode_spread
 from gsapp.report.document import Document, Paragraph, Part, Picture, Section, Table
 from gsapp.report.estimate_inputs import campaign_provenance
+from gsapp.report.estimate_trust import fits_section
 from gsapp.report.estimate_words import (
     DERIVATIVE_COLUMNS,
     JOINT_COLUMNS,
@@ -46,23 +44,15 @@ from gsapp.report.linear_words import AXIS_TITLES
 from gsapp.report.mode_figures import modes_picture, modes_table
 from gsapp.report.online_figures import online_picture
 from gsapp.report.provenance import provenance_section
-from gsapp.report.residual_words import RESIDUAL_COLUMNS, residual_rows, residual_words
-from gsapp.report.trust_figures import CLOSE, bounds_picture, correlation_picture, strong_pairs
+from gsapp.report.residual_words import residual_words
 from gsapp.report.value_figures import values_pictures
 
 Units = Literal["US", "SI"]
 
 _MOST_FITS: Final = 12
 """Maneuvers whose responses are drawn in full, the worst fitted first; the table lists all."""
-_MOST_PAIRS: Final = 20
-"""Pairs of derivatives that are listed as hardly told apart."""
 _HALF_A_PAGE: Final = 4.5
 """Height of a picture of which two fit on a page with their captions, inches."""
-_AXIS_WORDS: Final[Mapping[Axis, str]] = {
-    "lon": "longitudinal",
-    "lat": "lateral",
-    "both": "six degrees of freedom",
-}
 _ONLINE: Final = {
     "lon": ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha"),
     "lat": ("Cl_p", "Cl_da", "Cn_beta", "Cn_r", "Cn_dr", "Cl_beta"),
@@ -122,7 +112,7 @@ def estimate_document(
         linear_section(reported.linear, units=units),
         _modes_section(reported),
         _maneuvers_section(outcome.result, units),
-        _together_section(reported),
+        fits_section(outcome.result),
         provenance_section(campaign_provenance(outcome)),
     )
     return Document(
@@ -283,78 +273,3 @@ def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
 def _worst_fit(result: ManeuverResult) -> float:
     fits = () if result.estimate is None else result.estimate.fit.values()
     return min((fit.r2 for fit in fits), default=np.inf)
-
-
-def _together_section(reported: Reported) -> Section:
-    parts: list[Part] = []
-    residuals = residual_rows(reported.result)
-    if residuals:
-        parts.append(
-            Table(
-                caption="Residuals: in how many fits they may be white noise, and the share of "
-                "their power where the aircraft moves (median over the fits)",
-                columns=RESIDUAL_COLUMNS,
-                rows=residuals,
-                numeric=frozenset(range(1, len(RESIDUAL_COLUMNS))),
-            )
-        )
-    rows = _correlated(reported.result)
-    if rows:
-        parts.append(
-            Table(
-                caption="Derivatives that a single maneuver can hardly tell apart: correlations "
-                f"beyond {CLOSE} in size"
-                + (f", the {_MOST_PAIRS} found most often" if len(rows) > _MOST_PAIRS else ""),
-                columns=("one", "other", "in how many fits", "correlation there"),
-                rows=rows[:_MOST_PAIRS],
-                numeric=frozenset({2, 3}),
-            )
-        )
-    for estimate, subject in _typical_fits(reported.result):
-        pictures = (bounds_picture(estimate, subject), correlation_picture(estimate, subject))
-        parts += [
-            replace(one, name=f"{one.name}-{estimate.axis}") for one in pictures if one is not None
-        ]
-    return Section(title="Residuals, bounds and correlations", parts=tuple(parts))
-
-
-def _typical_fits(result: CampaignResult) -> list[tuple[Estimate, str]]:
-    """Return the fit of all maneuvers together, or the best single one, of each axis."""
-    if result.joint:
-        return [
-            (one, f"{len(one.maneuvers)} maneuvers together ({_AXIS_WORDS[one.axis]})")
-            for one in result.joint
-        ]
-    best: dict[str, tuple[float, Estimate, str]] = {}
-    for one in result.results:
-        estimate = one.estimate
-        if estimate is None or not estimate.converged or len(estimate.free) < 2:
-            continue
-        subject = f"maneuver {one.maneuver.id} of {one.maneuver.flight}"
-        found = (_median_bound(estimate), estimate, subject)
-        best[estimate.axis] = min(best.get(estimate.axis, found), found, key=lambda fit: fit[0])
-    return [(estimate, subject) for _, estimate, subject in best.values()]
-
-
-def _median_bound(estimate: Estimate) -> float:
-    """Return the median bound over value of a fit; the fewer it earned, the less it is worth."""
-    shares = [
-        abs(one.std / one.value)
-        for one in estimate.derivatives.values()
-        if one.status == "estimated" and one.value and one.std
-    ]
-    return float(np.median(shares)) / len(shares) if shares else np.inf
-
-
-def _correlated(result: CampaignResult) -> tuple[tuple[str, str, str, str], ...]:
-    """Return the pairs that are close in some fit, those close most often first."""
-    every = [one.estimate for one in result.results if one.estimate is not None]
-    close: dict[tuple[str, str], list[float]] = {}
-    for estimate in (*result.joint, *every):
-        for one, other, value in strong_pairs(estimate):
-            close.setdefault((one, other), []).append(value)
-    ordered = sorted(close.items(), key=lambda pair: (-len(pair[1]), pair[0]))
-    return tuple(
-        (one, other, str(len(values)), f"{float(np.median(values)):+.3f}")
-        for (one, other), values in ordered
-    )
