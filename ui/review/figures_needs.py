@@ -20,6 +20,12 @@ _DOING = {
 }
 
 
+def _record(outcome: Outcome) -> tuple[object, ...]:
+    """Return what FTR listens to: which flights, read how, and the sums of their files."""
+    asked = outcome.request
+    return asked.flights, asked.aircraft, asked.calibration, asked.channel_map, outcome.inputs
+
+
 class FigureNeeds(QObject):
     """Has things worked out when a figure first asks for them, once for each run.
 
@@ -49,8 +55,7 @@ class FigureNeeds(QObject):
 
     def forget(self, outcome: Outcome) -> None:
         """Look at another run; what was heard over the same flights is kept."""
-        former = self._outcome
-        if former is None or former.request.flights != outcome.request.flights:
+        if self._outcome is None or _record(self._outcome) != _record(outcome):
             self.heard = None
         self.comparison = None
         self._outcome = outcome
