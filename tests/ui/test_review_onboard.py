@@ -159,7 +159,10 @@ def test_a_fetch_is_stopped_and_its_process_killed(reviewed, qtbot, tmp_path):
         qtbot.waitUntil(lambda: note.exists() and missing() < left, timeout=20_000)
         os.kill(desk.work._engine.pid, signal.SIGKILL)
         qtbot.waitUntil(lambda: not desk.work.running, timeout=10_000)
-        assert any("what came of a log is kept" in words for words in banners(window))
+        # An error is told a moment after the work has ended.
+        qtbot.waitUntil(
+            lambda: any("what came of a log is kept" in words for words in banners(window))
+        )
         assert folder.info_file.read_bytes() == card
         press(window, KEYS, answer)
         qtbot.waitUntil(
