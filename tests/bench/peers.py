@@ -1,5 +1,8 @@
 """MAVProxy as a foreign peer: virtual aircraft -> MAVProxy -> recorder, and its reading of our log.
 
+After landing, the on-board log is fetched through MAVProxy by this program, and by MAVProxy from
+the virtual aircraft: the same bytes, and how long each took.
+
 MAVProxy is installed for this alone, without what it asks for (a gigabyte): pymavlink and
 pyserial, which are here, are all that it needs to pass messages on.
 """
@@ -82,6 +85,73 @@ def main(*_: str) -> None:
             print(f"{name:24} {ours[name]:11,} {theirs[name]:9,}")
         passed_on = sum(ours.values()) / max(sum(theirs.values()), 1)
         print(f"recorded of what MAVProxy received: {100 * passed_on:.2f} %")
+    with tempfile.TemporaryDirectory() as scratch:
+        fetch_logs(Path(scratch))
+
+
+def fetch_logs(folder: Path) -> None:
+    """Fetch the log of a thin flight through MAVProxy, then let MAVProxy fetch it."""
+    os.environ["GSAPP_RUNTIME_FOLDER"] = str(folder / "run")
+    environment = install(folder / "site")
+    first, second = free_port(), free_port()
+    flight, box, theirs = folder / "flight", folder / "box.tlog", folder / "theirs.tlog"
+    gsapp = [sys.executable, "-m", "gsapp.cli"]
+    said, words = folder / "fly.txt", folder / "proxy.txt"
+    with said.open("w") as aircraft_words, words.open("w") as proxy_words:
+        recorder = subprocess.Popen(
+            [
+                *gsapp, "record", f"udpin:127.0.0.1:{second}", "--map", "b777-thin",
+                "--aircraft", "b777", "--out", str(flight),
+            ],
+            stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        proxy = subprocess.Popen(
+            [
+                sys.executable, str(folder / "site/bin/mavproxy.py"),
+                f"--master=udpin:127.0.0.1:{first}", f"--out=udpout:127.0.0.1:{second}",
+                f"--state-basedir={folder}", f"--logfile={folder / 'proxy.tlog'}",
+                "--streamrate=-1", "--default-modules=log",
+            ],
+            cwd=folder, env=environment, text=True,
+            stdin=subprocess.PIPE, stdout=proxy_words, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        time.sleep(3.0)
+        aircraft = subprocess.Popen(
+            [
+                *gsapp, "fly", "--to", f"udpout:127.0.0.1:{first}", "--plan", "short", "--thin",
+                "--speed", "10", "--onboard", str(box),
+            ],
+            stdout=subprocess.DEVNULL, stderr=aircraft_words,
+        )  # fmt: skip
+    try:
+        while "full record" not in said.read_text() and aircraft.poll() is None:
+            time.sleep(0.5)
+        begin = time.monotonic()
+        subprocess.run(
+            [*gsapp, "onboard", str(flight), "--fetch"], check=True, stdout=subprocess.DEVNULL
+        )
+        kept = flight / "onboard-1.tlog"
+        tell_fetched("this program, aligned and in force", kept, box, begin)
+        begin = time.monotonic()
+        proxy.stdin.write(f"log download 1 {theirs}\n")
+        proxy.stdin.flush()
+        while "Finished" not in words.read_text() and time.monotonic() < begin + 180.0:
+            time.sleep(0.2)
+        tell_fetched("MAVProxy", theirs, box, begin)
+    finally:
+        proxy.kill()  # at its prompt it does not listen to less
+        for process in (recorder, aircraft):
+            process.terminate()
+            process.wait(timeout=20)
+
+
+def tell_fetched(who: str, log: Path, box: Path, begin: float) -> None:
+    """Print whether a fetched log is the box's, and how long it took."""
+    same = log.exists() and log.read_bytes() == box.read_bytes()
+    print(
+        f"on-board log of {box.stat().st_size / 1e6:.1f} MB, fetched by {who}: "
+        f"{'the same bytes' if same else 'OTHER BYTES'}, {time.monotonic() - begin:.0f} s"
+    )
 
 
 if __name__ == "__main__":

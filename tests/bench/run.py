@@ -45,7 +45,7 @@ BENCHMARKS = {
     "cue_cost": "cues of a live flight: share of a core, telemetry to cue",
     "review": "opening a ten-minute flight for review, and working on its time line",
     "estimates_live": "a live flight with and without derivatives forming: frames, cues, losses",
-    "peers": "MAVProxy between the virtual aircraft and the recorder",
+    "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
 ONLY_WHEN_NAMED = {"peers", "discrepancy"}
 
