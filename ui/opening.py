@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from calibration import shipped_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
+from gsapp.flight.loading import load_flight
 from ui.choices import connect_choices, virtual_choices
 from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
@@ -188,7 +189,12 @@ class Opening(QObject):
             self._desk.read_with(dialog.certificates.value or None)
 
     def offer_replay(self, folder: Path) -> None:
-        """Say that a recording ended, and offer to replay it."""
+        """Say that a recording ended, and offer to replay it.
+
+        It is read once now, so that it opens in a moment when the crew reviews it. What may be
+        wrong with it is said then.
+        """
+        Work(f"Reading {folder.name}", lambda _progress: load_flight(folder), self).start()
         self._banners.show_banner(
             "note",
             f"The recording of {folder.name} has ended.",

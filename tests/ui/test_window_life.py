@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from window_kit import Aircraft, alpha_sent, free_port, open_window, until, write_flight
 
 import ui.window
+from gsapp.flight.folder import FlightFolder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.requests import ConnectRequest
 from ui.window import MainWindow
@@ -141,6 +142,8 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
 
     again.desk.stop_recording()
     until(qtbot, lambda: any("has ended" in text for text in again.banners.texts()))
+    # Read once, the flight that has landed opens in a moment.
+    until(qtbot, lambda: any(FlightFolder(path=folder).cache_folder.glob("*.npz")))
     assert find_recorder(folder) is None
     assert again.bar.views["record"].part.value == "stopped"
     again.desk.close()
