@@ -106,7 +106,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     shown = table.data(table.index(table.names.index("Cm_de"), LAST))
     mean = outcome.summary.derivatives["Cm_de"].value.mean
     assert float(str(shown).split()[0].replace("−", "-")) == pytest.approx(mean, rel=0.02)
-    assert page.state.words == f"run 1: {count} maneuvers"
+    assert page.state.detail == f"run 1: {count} maneuvers"
     with Catalog(catalog_path(made.store.current)) as catalog:
         (kept,) = kept_runs(catalog)
     assert kept.values["Cm_de"].mean == mean

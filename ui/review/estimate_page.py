@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
 from ui.commands import Need
@@ -30,6 +30,7 @@ from ui.review.runs_book import RunsBook
 from ui.review.runs_view import RunsView
 from ui.review.selection import Selection
 from ui.settings import SettingsStore, catalog_path
+from ui.words import count_text, sentences
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
@@ -185,7 +186,8 @@ class EstimatePage(ReviewPage):
             return StepState(state="plain", words="no run yet")
         count = len(outcome.result.results)
         words = f"run {outcome.number}" if outcome.number is not None else "not kept"
-        return StepState(state="plain", words=f"{words}: {count} maneuvers")
+        detail = f"{words}: {count_text(count, 'maneuver')}"
+        return StepState(state="plain", words=words, detail=detail)
 
     @property
     def can_undo(self) -> bool:
@@ -307,7 +309,7 @@ class EstimatePage(ReviewPage):
         if not self._checker.ready:
             return "Loading what runs are made with …", ""
         if self._checker.problem is not None:
-            return f"{self._checker.problem}", "warning"
+            return sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:
             return f"{taken_words(self.taken)} Running; Ctrl+. stops it.", ""
         if not self.taken:
@@ -321,6 +323,7 @@ class EstimatePage(ReviewPage):
         if not self.can_run:
             field = self._checker.problem.field if self._checker.problem is not None else ""
             self.panel.go_to(field)
+            self.area.ensureWidgetVisible(QApplication.focusWidget() or self.panel)
             return
         try:
             request = run_request(
