@@ -93,14 +93,13 @@ def write_campaign_report(
 
 def _heard(outcome: Outcome, shelf: FlightShelf, tell: Tell) -> tuple[Heard, ...]:
     openings = openings_of(outcome.request)[:MOST_HEARD]
-    opened = []
+    found: list[Heard] = []
     for number, opening in enumerate(openings):
-        share = 0.5 * number / len(openings)
-        tell(share, f"reading {opening.path.name}")
+        tell(number / len(openings), f"reading {opening.path.name}")
         one = shelf.open(opening).opened
-        opened.append((one.flight, one.aircraft))
-    listened = iter(range(len(opened)))
-    return hear(opened, doing=lambda words: tell(0.5 + 0.5 * next(listened) / len(opened), words))
+        tell((number + 0.5) / len(openings), f"listening to {one.flight.name}")
+        found += hear([(one.flight, one.aircraft)])
+    return tuple(found)
 
 
 def _within(parts: tuple[int, int], progress: Step | None) -> Tell:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -117,13 +116,9 @@ class SummaryWriter(QObject):
         if self.written is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 
-    @property
-    def _done(self) -> Callable[[object], None]:
-        def done(path: object) -> None:
-            self.written = Path(str(path))
-            self.told.emit(f"Written: {self.written}")
-
-        return done
+    def _done(self, path: object) -> None:
+        self.written = Path(str(path))
+        self.told.emit(f"Written: {self.written}")
 
     def _failed(self, path: Path, error: BaseException) -> None:
         why = "stopped; nothing was left behind" if isinstance(error, CancelledError) else error
