@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -180,6 +181,24 @@ def test_the_table_is_copied_for_a_spreadsheet(room: Room, qtbot: QtBot) -> None
     found = {row[0]: row for row in rows}
     assert float(found["Cm_de"][1]) == pytest.approx(-1.104, abs=0.02)
     assert "clipboard" in room.page.told.text()
+
+
+def test_a_name_is_proposed_that_every_disk_takes(
+    room: Room, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The label of the run without what no file may be called; nothing chosen, nothing written."""
+    asked: list[Path] = []
+
+    def ask(_parent: object, _title: str, start: str, _kinds: str) -> tuple[str, str]:
+        asked.append(Path(start))
+        return "", ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
+    run = outcome()
+    room.page.show_outcome(replace(run, request=replace(run.request, label='q/r: "free"')))
+    qtbot.keyClick(room.window, Qt.Key.Key_P, CONTROL)
+    assert [one.name for one in asked] == ["q-r- -free- report.html"]
+    assert not room.work.running
 
 
 def test_one_file_is_written_by_a_key_and_its_folder_remembered(

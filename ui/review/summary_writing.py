@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -136,4 +137,5 @@ def _title(outcome: Outcome) -> str:
     """Return what a file of a run is called: its label, or its flights."""
     flights = [path.stem for path in outcome.request.flights]
     names = flights[0] if len(flights) == 1 else f"{flights[0]} and {len(flights) - 1} more"
-    return outcome.request.label or names
+    label = outcome.request.label.strip()
+    return re.sub(r'[\\/:*?"<>|]+', "-", label) or names
