@@ -351,8 +351,11 @@ class FiguresPage(ReviewPage):
             return
         from gsapp.identification.runs.excluding import excluding
 
-        outcome = excluding(self._material.outcome, without)
-        self._take(replace(self._material, outcome=outcome), same=True)
+        former = self._material.outcome
+        outcome = excluding(former, without)
+        # A derivative that no other maneuver gave comes and goes with it, and so does its chart.
+        same = outcome.summary.derivatives.keys() == former.summary.derivatives.keys()
+        self._take(replace(self._material, outcome=outcome), same=same)
         self.exclusion_changed.emit(outcome)
 
     def _restyle(self) -> None:
