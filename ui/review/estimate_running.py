@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ui.review.jobs import NOT_KEPT, BeginJob, EstimateJob, RepeatJob
 from ui.review.runs_book import RunsBook
+from ui.review.runs_lines import derivative_count
 from ui.words import sentences
 from ui.work import CancelledError
 
@@ -112,7 +113,7 @@ def _ended(outcome: Outcome) -> str:
     results = outcome.result.results
     failed = [one.maneuver.id for one in results if one.estimate is None]
     name = f"Run {outcome.number}" if outcome.number is not None else "The run"
-    said = [f"{name}: {len(outcome.summary.derivatives)} derivatives."]
+    said = [f"{name}: {derivative_count(outcome.summary.derivatives)} derivatives."]
     said += [sentences((one,)) for one in outcome.remarks if one.startswith(NOT_KEPT)]
     if failed:
         said.append(f"Not fitted: {', '.join(failed)}.")

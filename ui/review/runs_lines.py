@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from ui.flight.tables import Line
@@ -88,10 +88,15 @@ def value_text(value: CampaignValue | None) -> str:
     return DASH if value is None else with_std(value.mean, value.std)
 
 
+def derivative_count(names: Iterable[str]) -> int:
+    """Return how many names are derivatives: the constant terms are none."""
+    return sum(not name.endswith("_0") for name in names)
+
+
 def run_words(run: KeptRun, comparison: Comparison | None) -> str:
     """Return what there is to say of a run, or of two beside each other."""
     if comparison is None:
-        said = [f"{len(run.values)} derivatives from {run.maneuver_count} maneuvers."]
+        said = [f"{derivative_count(run.values)} derivatives from {run.maneuver_count} maneuvers."]
         if run.bounds_ratio is not None:
             said.append(f"Scatter over bounds {run.bounds_ratio:.1f} (1: honest).")
         if run.failures:
