@@ -51,7 +51,7 @@ def own_log(seconds, offset, drift, seed=1, noise=0.003, late=0.0):
     return Block(channels=CHANNELS, times=own, values=values), at
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     offset=st.floats(-50.0, 50.0),
     ppm=st.floats(-300.0, 300.0),

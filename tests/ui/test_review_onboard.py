@@ -1,4 +1,4 @@
-"""The on-board log in the window: taken by keys, fetched behind it, stopped, taken back."""
+"""The on-board log in the window: asked for by keys, fetched behind it, stopped, taken back."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialog
 
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.loading import load_flight
+from gsapp.flight.onboard import OnboardLogState
+from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorders
 from gsapp.telemetry.status import RUNTIME_VARIABLE
-from ui.review.onboard_dialog import OnboardDialog
+from ui.look import Look
+from ui.review.onboard_dialog import FlightLogs, OnboardDialog
+from ui.review.onboard_job import LogJob
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
@@ -82,47 +85,45 @@ def banners(window):
     return [banner.label.text() for banner in window.banners.banners]
 
 
-def test_a_log_is_taken_by_keys_and_taken_back(reviewed, qtbot):
-    """Ctrl+Shift+L, a file, Enter: the flight under review has the log's samples, and not.
-
-    The banner says offset and drift in numbers; one press takes it back.
-    """
-    window, folder, log = reviewed
-    before = window.review.review.flights[0].flight
-    assert before.onboard is None
-
-    def answer(dialog) -> None:
-        assert dialog.focusWidget() is dialog.origin
-        assert not dialog.button.isEnabled()
-        QTest.keyClick(dialog.origin, Qt.Key.Key_Tab)
-        QTest.keyClicks(dialog.file.edit, str(log))
-        assert dialog.focusWidget() is dialog.file.edit
-        QTest.keyClick(dialog.file.edit, Qt.Key.Key_Return)
-
-    press(window, KEYS, answer)
-    qtbot.waitUntil(
-        lambda: window.review.review.flights[0].flight.onboard is not None, timeout=15_000
-    )
-    after = window.review.review.flights[0].flight
-    assert after.onboard.clock.offset == pytest.approx(OFFSET, abs=0.005)
-    assert folder.info().onboard_log == "box.tlog"
-    assert (after.sources["q"].rate, before.sources["q"].rate) == (
-        pytest.approx(100.0, abs=1.0), pytest.approx(20.0, abs=0.5),
+def test_the_dialog_asks_for_what_is_there(flown, qtbot):
+    """A file that is there, a link, a log of the folder, or none: each gives its job, by keys."""
+    folder = FlightFolder.open(flown / "f")
+    state = OnboardLogState(file="now.bin", in_place=False, why="it moves otherwise")
+    logs = FlightLogs(
+        path=folder.path, name="f", in_force="now.bin", state=state, kept=("now.bin", "old.bin"),
+        link="udpin:127.0.0.1:15000",
     )  # fmt: skip
-    said = next(words for words in banners(window) if "box.tlog" in words)
-    assert "3.70" in said
-    assert "drift" in said
-    banner = next(one for one in window.banners.banners if one.label.text() == said)
-    assert [button.text() for button in banner.buttons] == ["Take back"]
-    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: window.review.review.flights[0].flight.onboard is None, timeout=15_000)
-    assert folder.info().onboard_log == ""
+    dialog = OnboardDialog(Look(), (logs,), (), parse_link, tuple)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    assert "it moves otherwise" in dialog.now.text()
+    assert dialog.focusWidget() is dialog.origin
+    assert not dialog.button.isEnabled()
+    QTest.keyClick(dialog.origin, Qt.Key.Key_Tab)
+    assert dialog.focusWidget() is dialog.file.edit
+    QTest.keyClicks(dialog.file.edit, str(flown / "box.tlo"))
+    assert not dialog.button.isEnabled()
+    assert "There is no file" in dialog.verdict.text()
+    QTest.keyClicks(dialog.file.edit, "g")
+    assert dialog.job == LogJob(flight=folder.path, file=flown / "box.tlog")
+    wanted = [
+        LogJob(flight=folder.path, link="udpin:127.0.0.1:15000"),
+        LogJob(flight=folder.path, use="old.bin"),
+        LogJob(flight=folder.path, use=""),
+    ]
+    for job in wanted:
+        QTest.keyClick(dialog.origin, Qt.Key.Key_Down)
+        assert dialog.button.isEnabled()
+        assert dialog.job == job
+    QTest.keyClick(dialog, Qt.Key.Key_Return)
+    assert dialog.result() == QDialog.DialogCode.Accepted
 
 
-def test_a_fetch_is_stopped_and_its_process_killed(reviewed, qtbot, tmp_path):
-    """Over the link from a foreign autopilot: told as it goes, stopped, killed, then whole.
+def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_path):
+    """Over the link from a foreign autopilot, by keys: told as it goes, stopped, killed, whole.
 
-    Whatever ends it, the flight stands as it stood, the window tells, and the next one goes on.
+    Whatever ends it, the flight stands as it stood, the window tells, and the next one goes on. At
+    the end the flight under review has the log's samples; one press takes them back.
     """
     window, folder, log = reviewed
     port = free_port()
@@ -171,9 +172,18 @@ def test_a_fetch_is_stopped_and_its_process_killed(reviewed, qtbot, tmp_path):
     finally:
         served.kill()
         served.wait()
+    after = window.review.review.flights[0].flight
+    assert after.onboard.clock.offset == pytest.approx(OFFSET, abs=0.005)
+    assert after.sources["q"].rate == pytest.approx(100.0, abs=1.0)
     assert folder.info().onboard_log == "onboard-8.tlog"
     assert (folder.path / "onboard-8.tlog").read_bytes() == log.read_bytes()
     qtbot.waitUntil(lambda: not find_recorders(), timeout=10_000)
-    assert load_flight(folder.path).onboard.in_place
+    said = next(one for one in window.banners.banners if "onboard-8.tlog" in one.label.text())
+    assert "3.70" in said.label.text()
+    assert "drift" in said.label.text()
+    assert [button.text() for button in said.buttons] == ["Take back"]
+    QTest.mouseClick(said.buttons[0], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.review.review.flights[0].flight.onboard is None, timeout=30_000)
+    assert folder.info().onboard_log == ""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", port))  # the link was given back
