@@ -80,8 +80,6 @@ def fetch(
     KeyboardInterrupt
         If it was broken off; what came is kept for the next time.
     """
-    import threading
-
     from rich.console import Console
 
     from gsapp.cli._results import on_screen, result_text, write_result
@@ -89,8 +87,7 @@ def fetch(
     from gsapp.telemetry.log_download import LogFetcher
 
     console = Console(stderr=on_screen(json))
-    stop = threading.Event()
-    with _shown(console) as tell, LogFetcher(flight, link, stop=stop, tell=tell) as fetcher:
+    with _shown(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
         if listing:
             entries = fetcher.list()
             fetched = None
