@@ -31,7 +31,7 @@ from gsapp.report.hearing import Heard
 from ui.commands import CommandSet
 from ui.keyboard import KeyKeeper
 from ui.look import Look
-from ui.review.figure_geometry import Pane, Spot, View, moved, stepped, zoomed
+from ui.review.figure_geometry import Pane, Spot, View, moved, sensible, stepped, zoomed
 from ui.review.figure_palette import window_palette
 from ui.review.figures_page import FiguresPage
 from ui.review.figures_saving import FigureSaver
@@ -482,6 +482,30 @@ SPOTS = st.lists(
     min_size=1,
     unique_by=lambda one: (one.pane, one.maneuver),
 )
+
+
+@given(
+    low=st.floats(-100, 100), span=st.floats(1e-3, 100),
+    steps=st.lists(st.sampled_from(["in", "out", "left", "up"]), max_size=60),
+)  # fmt: skip
+@settings(max_examples=40)
+def test_whatever_is_zoomed_and_moved_some_of_the_whole_stays_in_sight(
+    low: float, span: float, steps: list[str]
+) -> None:
+    """A thousandth to four times of it, overlapping it: what is not sensible is not done."""
+    whole = view = View(x=(low, low + span), y=(low + span, low))
+    for step in steps:
+        wanted = {
+            "in": zoomed(view, 0.3, 0.8, 0.5, only_x=False),
+            "out": zoomed(view, 0.3, 0.8, 2.0, only_x=False),
+            "left": moved(view, -0.4, 0.0, only_x=False),
+            "up": moved(view, 0.0, 0.4, only_x=False),
+        }[step]
+        view = wanted if sensible(wanted, whole) else view
+    for part, every in ((view.x, whole.x), (view.y, whole.y)):
+        assert 1e-3 * span * 0.99 <= abs(part[1] - part[0]) <= 4.0 * span * 1.01
+        assert min(part) < max(every)
+        assert max(part) > min(every)
 
 
 @settings(max_examples=40)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QToolTip
 
 from ui.keyboard import ArrowKeys
 from ui.look import Look
-from ui.review.figure_geometry import Pane, Spot, View, moved, nearest, stepped, zoomed
+from ui.review.figure_geometry import Pane, Spot, View, moved, nearest, sensible, stepped, zoomed
 from ui.review.figure_paper import FigurePaper, same_spot
 
 _REACH = 14
@@ -236,6 +236,8 @@ class FigureCanvas(ArrowKeys, FigurePaper):
 
     def _show_view(self, pane: Pane, view: View) -> None:
         """Want another part of a chart, and the same stretch of what shares its axis."""
+        if not sensible(view, self.whole.get(pane.place, view)):
+            return
         for one in self.panes:
             if one.group == pane.group:
                 former = self.view_of(one)

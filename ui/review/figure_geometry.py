@@ -11,6 +11,8 @@ Limits = tuple[float, float]
 
 _ROUNDING = 1e-6
 """Of a range, that its limits may differ by."""
+_DEEPEST, _FARTHEST = 1e-3, 4.0
+"""Ranges of a chart that can be looked at, in times of the whole."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +113,15 @@ def alike(one: View, other: View) -> bool:
         abs(a - b) <= _ROUNDING * abs(to[1] - to[0])
         for of, to in ((one.x, other.x), (one.y, other.y))
         for a, b in zip(of, to, strict=True)
+    )
+
+
+def sensible(view: View, whole: View) -> bool:
+    """Return whether a view shows any of what the whole chart shows, large enough to be seen."""
+    return all(
+        _DEEPEST <= abs((part[1] - part[0]) / (every[1] - every[0])) <= _FARTHEST
+        and min(max(part), max(every)) > max(min(part), min(every))
+        for part, every in ((view.x, whole.x), (view.y, whole.y))
     )
 
 

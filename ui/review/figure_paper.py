@@ -33,6 +33,8 @@ class FigurePaper(QWidget):
     drawing : Drawing or None
     views : dict of int to View
         What charts are to show other than everything, by their place.
+    whole : dict of int to View
+        What charts show when they show everything.
     maneuver : str
         The one that is ringed.
     current : Spot or None
@@ -46,6 +48,7 @@ class FigurePaper(QWidget):
         self._look = look
         self.drawing: Drawing | None = None
         self.views: dict[int, View] = {}
+        self.whole: dict[int, View] = {}
         self.maneuver = ""
         self.current: Spot | None = None
         self.place = 0
@@ -56,6 +59,8 @@ class FigurePaper(QWidget):
         """Show a finished figure; the point that the keyboard stands on stays where it is there."""
         former = self.current
         self.drawing = drawing
+        if not drawing.order.views:
+            self.whole = {pane.place: pane.view for pane in drawing.panes}
         self.current = None
         if former is not None:
             self.current = same_spot(drawing.spots, former)
