@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.identification.axes import RESPONSES, axis_derivatives
-from ui.review.estimate_again import wishes_of
+from ui.review.estimate_again import unheld, wishes_of
 from ui.review.estimate_asking import FieldError, problem_of, run_request
 from ui.review.estimate_wishes import DerivativeWish, Wishes
 from ui.review.estimate_words import EXPLAINED, maneuver_count
@@ -126,6 +127,15 @@ def test_what_a_method_does_not_heed_is_neither_asked_for_nor_judged() -> None:
     assert (asked.weights, dict(asked.settings.held)) == ("", {})
     with pytest.raises(FieldError):
         run_request(panel.changed(method="ee"), (Path("a"),), ())
+
+
+def test_settings_that_the_panel_cannot_hold_are_named() -> None:
+    """A run from the command line may ask for more: nothing of it is dropped without a word."""
+    request = run_request(Wishes(), (Path("a"),), ())
+    assert unheld(request, wishes_of(request)) == ()
+    likelihood = replace(request.settings.likelihood, max_iterations=5)
+    other = replace(request, settings=replace(request.settings, likelihood=likelihood))
+    assert unheld(other, wishes_of(other)) == ("stops",)
 
 
 def test_every_choice_says_what_it_does_and_maneuvers_are_counted() -> None:

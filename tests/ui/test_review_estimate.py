@@ -20,8 +20,10 @@ from window_kit import open_window, until
 
 import ui.review.place
 import ui.window
+from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.keeping import kept_runs
+from ui.review.estimate_asking import run_request
 from ui.review.estimate_page import EstimatePage
 from ui.review.estimate_table import LAST, TREATED, VALUE
 from ui.review.estimate_wishes import Wishes
@@ -152,6 +154,27 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     table.setCurrentIndex(table.model_of.index(row, TREATED))
     press(qtbot, Qt.Key.Key_Delete)
     until(qtbot, lambda: page._wishes == QUICK)
+
+
+def test_parameters_of_the_effects_of_a_model_can_be_freed(
+    page: EstimatePage, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """They stand below the derivatives with the model's values, and go with the model."""
+    curved = load_model("b777").with_effect("aero.Cm.alpha2", {"Cm_alpha2": -1.5}, name="curved")
+    page._show(QUICK.changed(model=str(save_model(curved, tmp_path / "curved.toml"))))
+    table = page.panel.derivatives
+    name = "aero.Cm.alpha2.Cm_alpha2"
+    row = table.model_of.names.index(name)
+    assert table.model_of.data(table.model_of.index(row, VALUE)) == "-1.5"
+    table.setFocus()
+    table.setCurrentIndex(table.model_of.index(row, TREATED))
+    press(qtbot, Qt.Key.Key_Space)
+    assert page._wishes.derivative(name).treated == "free"
+    asked = run_request(page._wishes, (), ()).settings
+    assert (asked.free, asked.likelihood.free_effects) == (None, (name,))
+    page._show(page._wishes.changed(model=""))
+    assert name not in table.model_of.names
+    assert page._wishes.derivatives == {}
 
 
 def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_again(
