@@ -85,6 +85,7 @@ def start_recorder(
     *,
     heartbeat: bool | None = None,
     speed: float | None = None,
+    while_held: Path | None = None,
     timeout: float = _START_SECONDS,
 ) -> RecorderHandle:
     """Start a recorder in a process of its own, which goes on when this one ends.
@@ -99,6 +100,8 @@ def start_recorder(
         See `gsapp.telemetry.recorder_process.record`.
     speed : float, optional
         Of a recorded flight as the link.
+    while_held : Path, optional
+        A lock; the recorder ends soon after nobody holds it any more.
     timeout : float
         Seconds to wait until it records.
 
@@ -117,6 +120,8 @@ def start_recorder(
         command.append("--heartbeat" if heartbeat else "--no-heartbeat")
     if speed is not None:
         command.append(f"--speed={speed}")
+    if while_held is not None:
+        command.append(f"--while-held={while_held.absolute()}")
     try:
         place.mkdir(parents=True, exist_ok=True)
         child, log_start = _spawn(command, place / LOG_FILE)

@@ -31,6 +31,8 @@ from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, 
 
 # Links whose other side cannot know of us unless we speak first.
 _SPEAKS_FIRST = frozenset({"udpout"})
+_RELEASED_LOOK = 1.0
+"""Seconds between looks whether the process that a record is made for still lives."""
 
 
 def note_path(folder: Path) -> Path:
@@ -145,6 +147,26 @@ def stop_on_signals(stop: threading.Event) -> None:
             signal.signal(getattr(signal, name), end)
 
 
+def stop_when_released(lock: Path, stop: threading.Event) -> None:
+    """End a record that is made for another process, once that no longer holds a lock.
+
+    Parameters
+    ----------
+    lock : Path
+        Held by it, as by `gsapp.foundation.locking.FileLock`, for as long as it lives.
+    stop : threading.Event
+        Set when nobody has held it twice in a row.
+    """
+
+    def watch() -> None:
+        missed = 0
+        while missed < 2 and not stop.wait(_RELEASED_LOOK):
+            missed = missed + 1 if holder(lock) is None else 0
+        stop.set()
+
+    threading.Thread(target=watch, name="watching", daemon=True).start()
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run a recorder; return 0 when it was stopped, 1 when it could not record."""
     parser = argparse.ArgumentParser(description="Record a link into a flight folder.")
@@ -152,9 +174,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--heartbeat", action=argparse.BooleanOptionalAction)
     parser.add_argument("--speed", type=float, help="of a recorded flight")
+    parser.add_argument("--while-held", type=Path, help="end once nobody holds this lock")
     given = parser.parse_args(arguments)
     stop = threading.Event()
     stop_on_signals(stop)
+    if given.while_held is not None:
+        stop_when_released(given.while_held, stop)
     options = {} if given.speed is None else {"speed": given.speed}
     try:
         record(given.link, given.folder, heartbeat=given.heartbeat, stop=stop, **options)

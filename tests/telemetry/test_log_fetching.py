@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import SEND_FILE
 from gsapp.flight.raw import read_tlog
 from gsapp.foundation import LinkError
+from gsapp.foundation.locking import FileLock
 from gsapp.telemetry.log_download import LogEntry, LogFetcher
 from gsapp.telemetry.log_download.protocol import PIECE, LogConversation
 from gsapp.telemetry.log_download.stretches import Missing
@@ -295,3 +297,19 @@ def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, pati
     assert patience(lambda: not find_recorders())
     assert sorted(path.name for path in scratch.iterdir()) == ["lock", fetched.path.name]
     assert sorted(path.name for path in folder.path.iterdir()) == ["cache", "flight.toml"]
+
+
+@pytest.mark.usefixtures("own_runtime")
+def test_a_recorder_made_for_a_fetch_ends_with_it(port, tmp_path, patience):
+    """While the lock is held it records; once nobody holds it, the link is given back."""
+    lock = FileLock(tmp_path / "lock")
+    assert lock.acquire()
+    number = port(socket.SOCK_DGRAM)
+    link = f"udpin:127.0.0.1:{number}"
+    recorder = start_recorder(link, tmp_path / "line", while_held=lock.path)
+    time.sleep(2.5)
+    assert recorder.alive()
+    lock.release()
+    assert patience(lambda: not recorder.alive())
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", number))

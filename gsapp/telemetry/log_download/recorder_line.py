@@ -137,5 +137,7 @@ def open_line(link: str, flight: Path, folder: Path) -> RecorderLine:
     scratch = folder / LINE_FOLDER
     with contextlib.suppress(OSError):
         shutil.rmtree(scratch)
-    # Many autopilots speak only to who gives a sign of life.
-    return RecorderLine(start_recorder(link, scratch, heartbeat=True), own=True)
+    # Many autopilots speak only to who gives a sign of life. A download that is killed takes its
+    # recorder with it, so that the link is free.
+    handle = start_recorder(link, scratch, heartbeat=True, while_held=folder / DOWNLOAD_LOCK)
+    return RecorderLine(handle, own=True)
