@@ -42,6 +42,8 @@ PATIENCE: Final = 0.3
 """Seconds that a row waits for a quick channel."""
 SLOW_LAG: Final = 0.5
 """Seconds by which slow channels are late."""
+_LARGEST: Final = 1e7
+"""No channel reads more, whatever its unit; what does is a damaged number."""
 _LONGEST_FILL: Final = 5.0
 """A pause longer than this, s, begins a new stretch of rows."""
 
@@ -255,3 +257,11 @@ def rows_of(block: Block, rate: float) -> FlightRows:
     before = list(stream.feed(block))
     (rows,) = (*before, *stream.finish())
     return rows
+
+
+def plausible(block: Block) -> Block:
+    """Return samples without those that no instrument can mean: as good as missing."""
+    wild = np.abs(block.values) > _LARGEST
+    if not wild.any():
+        return block
+    return Block.trusted(block.channels, block.times, np.where(wild, np.nan, block.values))

@@ -40,8 +40,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
 from inputs import FlownInput, fly_input
 from verdict_kit import Heard, first_move, label, listen, own, wanted_of
 
-SEEDS = (*range(330, 600), *range(900, 930))
-"""Those below 330 and from 600 to 899 were looked at while the watch was built."""
+SEEDS = range(10_000, 10_300)
+"""Those below 9,000 were looked at while the watch was built."""
 
 
 class Score:

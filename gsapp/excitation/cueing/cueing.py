@@ -6,8 +6,6 @@ import bisect
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.cueing.card_desk import CardDesk
@@ -24,7 +22,7 @@ from gsapp.excitation.dangers.watch import DangerWatch
 from gsapp.excitation.debrief_maneuver import JudgedManeuver, curves_of
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.doublets.watch import DoubletWatch
-from gsapp.excitation.rows import TICK, FlightRows, RowStream
+from gsapp.excitation.rows import TICK, FlightRows, RowStream, plausible
 from gsapp.excitation.speaking import Announcer, Spoken
 from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.flight.cards import CardSet, CardsFlown
@@ -35,8 +33,6 @@ _AFTER_INPUT: Final = 0.3
 """Seconds after what is known of an input until GO may be given again."""
 _FEW: Final = 4
 """More ticks in one step than a live flight brings: a record is being read."""
-_LARGEST: Final = 1e7
-"""No channel reads more, whatever its unit; what does is a damaged number."""
 _SHOWN_OVER: Final = 0.5
 """Seconds over which the speed and the angle of attack shown are the mean."""
 
@@ -114,7 +110,7 @@ class Cueing:
 
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels."""
-        for rows in self._stream.feed(_plausible(block)):
+        for rows in self._stream.feed(plausible(block)):
             self._take(rows)
 
     def settle(self) -> None:
@@ -257,9 +253,8 @@ class Cueing:
 
     def _shown(self, channel: str) -> float | None:
         """Return what a channel reads now; nothing of an instrument that is not believed."""
-        if channel in self._dangers.distrusted:
-            return None
-        return self._recent.mean(channel, _SHOWN_OVER)
+        doubted = channel in self._dangers.distrusted
+        return None if doubted else self._recent.mean(channel, _SHOWN_OVER)
 
     # --- ticks ----------------------------------------------------------------------------------
 
@@ -333,33 +328,27 @@ class Cueing:
 
     def _choose(self, time: float, under_way: InputUnderWay | None) -> None:
         """Settle which card is to be flown; not while an input is under way."""
-        while self._chosen < len(self._choices) and self._choices[self._chosen][0] <= time:
-            self._desk.choose(self._choices[self._chosen][1])
-            self._chosen += 1
+        for at, card_id in self._choices[self._chosen :]:
+            if at <= time:
+                self._desk.choose(card_id)
+                self._chosen += 1
         settled = self._lessons.look(time, self.flown)
         if under_way is None and self._desk.look(self._lessons.outlook, stay=not settled):
             self._aim()
-        done = self.flown is not None and self.flown.done
-        self._changes.card(time, self._desk.next_card, all_done=done)
+        self._changes.card(
+            time, self._desk.next_card, all_done=bool(self.flown and self.flown.done)
+        )
 
     def _aim(self) -> None:
         """Tell the watches what is to be flown."""
-        card = self._desk.next_card
-        point, wanted = (None, None) if card is None else (card.point, card.wanted)
+        now = self._desk.next_card
+        point, wanted, card = (now.point, now.wanted, now.card) if now else (None, None, None)
         self._trim.aim(point)
         self._trim.leg_needed(seconds_of(wanted))
-        self._doublets.expect(wanted, point, None if card is None else card.card)
+        self._doublets.expect(wanted, point, card)
 
     def _announce(self, time: float, *, moving: bool) -> None:
         fresh, self._heard = self._changes.events[self._heard :], len(self._changes.events)
         self.spoken += self._announcer.hear(
             time, fresh, self._trim.cue, self._dangers.standing, moving=moving
         )
-
-
-def _plausible(block: Block) -> Block:
-    """Return samples without those that no instrument can mean: as good as missing."""
-    wild = np.abs(block.values) > _LARGEST
-    if not wild.any():
-        return block
-    return Block.trusted(block.channels, block.times, np.where(wild, np.nan, block.values))

@@ -14,7 +14,6 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.dangers.frames import FRAME
 from gsapp.excitation.rows import FlightRows
 from gsapp.flight.maneuvers.clipping import instrument_ranges
 
@@ -192,9 +191,3 @@ def _fall(life: _Life, rows: FlightRows) -> str:
     life.before = now
     life.fallen = max(life.fallen - 1, 0)
     return "has collapsed" if life.fallen else ""
-
-
-TOLD_AFTER: Final = {"jumps out of its range": 2, "has collapsed": 2}
-"""Frames after which that is told; the airspeed is not believed from the first on."""
-SECONDS_TO_TELL: Final = _STILL * FRAME
-"""How long a sensor must be without life, s."""

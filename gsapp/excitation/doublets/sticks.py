@@ -23,10 +23,12 @@ from gsapp.flight.maneuvers.moves import (
     deliberate,
     moved_inputs,
     strong_moves,
+    taken_over,
 )
-from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, measure
+from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, measure, smoothed
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
 
 QUIET: Final = 0.15
 """Seconds without a quick move after which an input is over, if the surfaces are back."""
@@ -45,6 +47,11 @@ _LEFT = 0.25
 about the line between its trims."""
 _BOTH_SIDES = 0.35
 """Share of the larger excursion from which the smaller one is the other half of a doublet."""
+_RESTED = (0.4, 0.1)
+"""Seconds before the end of an input between which a surface is at rest that is no more part of
+it."""
+_STILL, _GONE = 0.3 * DEGREE, 0.6 * DEGREE
+"""What a surface at rest moves at most, and what it goes away by when a hand is put on."""
 _AFTER_LAST_STEP = 0.8
 """Seconds after which an input that ends away from trim is over, once both sides were seen."""
 _CALM, _FAR = 0.15, 2.0
@@ -166,6 +173,40 @@ class Sticks:
             return found
         return [] if idle >= CLOSED else None
 
+    def hand_on(self, moving: Moving, now: float, rate: float) -> float | None:
+        """Return when a hand was put on after the sticks were let go, s; None while none is."""
+        # The last step of a small input may be no quick move.
+        last = max(moving.last, moving.t_end - 0.1)
+        times, rows = self._history.stretch(last - 0.1, now)
+        taken = taken_over(times, rows, last, self._around.setting, rate)
+        at_once = self._resting_moved(moving, now)
+        if at_once is None:
+            return taken
+        at_once = max(at_once, moving.t_end)
+        return at_once if taken is None else min(at_once, taken)
+
+    def _resting_moved(self, moving: Moving, now: float) -> float | None:
+        """Return when a surface that had been at rest moved after the sticks were let go, s.
+
+        A hand that is put on at once moves other surfaces before the last one of the input rests.
+        """
+        start, stop = (moving.t_end - wait for wait in _RESTED)
+        times, rows = self._history.stretch(start, now)
+        before, after = times <= stop, times > stop
+        dt = float(np.median(np.diff(times))) if times.size > 2 else 1.0
+        moved: list[float] = []
+        for place, surface in enumerate(SURFACES):
+            samples = smoothed(rows[:, place], dt)
+            rest = samples[before]
+            noise = self._around.setting.noise.of(surface)
+            if not np.isfinite(rest).all() or np.ptp(rest) > max(_STILL, 4.0 * noise):
+                continue
+            off = np.abs(samples - float(np.median(rest))) > max(_GONE, 6.0 * noise)
+            gone = np.flatnonzero(off & after)
+            if gone.size:
+                moved.append(float(times[gone[0]]))
+        return min(moved, default=None)
+
     def _is_input(self, moving: Moving, main: SurfaceInput, now: float) -> bool:
         """Return whether the main surface was moved on purpose."""
         if moving.busy and not main.unmistakable:
@@ -178,7 +219,7 @@ class Sticks:
             return False
         if deliberate(main, math.inf, threshold):
             return True
-        left = not main.returned and _steps(main, threshold)
+        left = not main.returned and (_steps(main, threshold) or _out_of_calm(main, threshold))
         return left and self._both_sides(moving, main, now)
 
     def _measured(self, moving: Moving, now: float) -> list[SurfaceInput]:
@@ -248,8 +289,12 @@ def _meant(moving: Moving, main: SurfaceInput, threshold: float) -> bool:
 
     Steering makes such moves as well, but hardly out of complete calm.
     """
-    calm = main.unrest < _CALM * main.amplitude
-    return main.surface in moving.expected and calm and main.quickest > _FAR * threshold
+    return main.surface in moving.expected and _out_of_calm(main, threshold)
+
+
+def _out_of_calm(main: SurfaceInput, threshold: float) -> bool:
+    """Return whether a surface moved so far out of complete calm as steering hardly does."""
+    return main.unrest < _CALM * main.amplitude and main.quickest > _FAR * threshold
 
 
 def _steps(main: SurfaceInput, threshold: float) -> bool:

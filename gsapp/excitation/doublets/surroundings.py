@@ -151,3 +151,19 @@ class Surroundings:
         self._frames = []
         self.setting = replace(self.setting, noise=self._meter.floor)
         self.quick.settle(self.setting)
+
+
+def usual_aircraft() -> Aircraft:
+    """Return what is taken for an aircraft of which nothing is known."""
+    return Aircraft.model_validate(
+        {
+            "name": "unknown",
+            "geometry": {"wing_area": "1 m^2", "span": "2.7 m", "chord": "0.43 m"},
+            "mass": {
+                "mass": "20 kg",
+                "ixx": "7 kg*m^2",
+                "iyy": "8.5 kg*m^2",
+                "izz": "9.5 kg*m^2",
+            },
+        }
+    )

@@ -14,7 +14,7 @@ from gsapp.excitation.doublets.giving import Asked, give_verdict
 from gsapp.excitation.doublets.history import History
 from gsapp.excitation.doublets.measuring import measure_input
 from gsapp.excitation.doublets.sticks import AWAITED, JOINED, Moving, Sticks
-from gsapp.excitation.doublets.surroundings import Surroundings
+from gsapp.excitation.doublets.surroundings import Surroundings, usual_aircraft
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.points.wanted import WantedInput
@@ -22,7 +22,7 @@ from gsapp.excitation.rows import TICK, FlightRows
 from gsapp.excitation.trim.tolerances import TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.grading import HANDS_OFF_WANTED
-from gsapp.flight.maneuvers.moves import CLEAR, deliberate, taken_over
+from gsapp.flight.maneuvers.moves import CLEAR, deliberate
 from gsapp.flight.maneuvers.shape import SurfaceInput
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
@@ -69,7 +69,7 @@ class DoubletWatch:
         system: str = "US",
     ) -> None:
         self._known_aircraft = aircraft is not None
-        self._aircraft = aircraft or _usual_aircraft()
+        self._aircraft = aircraft or usual_aircraft()
         self._rate = rate
         self._tick = max(round(TICK * rate), 1)
         self._wanted_for = wanted_for
@@ -314,10 +314,7 @@ class DoubletWatch:
 
     def _watch_hands(self, moving: Moving) -> None:
         """See whether the hands stayed off for long enough, or are on again."""
-        # The last step of a small input may be no quick move.
-        last = max(moving.last, moving.t_end - 0.1)
-        times, rows = self._history.stretch(last - 0.1, self._now)
-        taken = taken_over(times, rows, last, self._around.setting, self._rate)
+        taken = self._sticks.hand_on(moving, self._now, self._rate)
         wanted_end = moving.t_end + moving.hands_off
         if taken is not None and taken < wanted_end:
             self._conclude(moving, taken)
@@ -349,19 +346,3 @@ class DoubletWatch:
             )
         )
         self._busy_until = self._now + _BUSY
-
-
-def _usual_aircraft() -> Aircraft:
-    """Return what is taken for an aircraft of which nothing is known."""
-    return Aircraft.model_validate(
-        {
-            "name": "unknown",
-            "geometry": {"wing_area": "1 m^2", "span": "2.7 m", "chord": "0.43 m"},
-            "mass": {
-                "mass": "20 kg",
-                "ixx": "7 kg*m^2",
-                "iyy": "8.5 kg*m^2",
-                "izz": "9.5 kg*m^2",
-            },
-        }
-    )
