@@ -53,7 +53,7 @@ def reviewed(flown, tmp_path, qtbot, monkeypatch):
     window = open_window(tmp_path, review_flights=(str(tmp_path / "f"),))
     qtbot.addWidget(window)
     window.show_place("review")
-    qtbot.waitUntil(lambda: bool(window.review.review.flights), timeout=20_000)
+    qtbot.waitUntil(lambda: bool(window.review.review.flights), timeout=60_000)
     yield window, FlightFolder.open(tmp_path / "f"), log
     window.review.close_work()
 
@@ -129,7 +129,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
     port = free_port()
     # So slow that there is time to stop it.
     served = subprocess.Popen(
-        [sys.executable, AUTOPILOT, str(port), str(log), str(tmp_path / "heard"), "0.0", "3"]
+        [sys.executable, AUTOPILOT, str(port), str(log), str(tmp_path / "heard"), "0.0", "2"]
     )
     card = folder.info_file.read_bytes()
     desk = window.review.onboard
@@ -150,16 +150,16 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
 
     try:
         press(window, KEYS, answer)
-        qtbot.waitUntil(coming, timeout=20_000)
+        qtbot.waitUntil(coming, timeout=60_000)
         window.commands.actions["review_onboard_stop"].trigger()
-        qtbot.waitUntil(lambda: not desk.work.running, timeout=10_000)
+        qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
         assert any("stopped" in words for words in banners(window))
         left = missing()
         assert 0 < left < log.stat().st_size
         press(window, KEYS, answer)
-        qtbot.waitUntil(lambda: note.exists() and missing() < left, timeout=20_000)
+        qtbot.waitUntil(lambda: note.exists() and missing() < left, timeout=60_000)
         os.kill(desk.work._engine.pid, signal.SIGKILL)
-        qtbot.waitUntil(lambda: not desk.work.running, timeout=10_000)
+        qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
         # An error is told a moment after the work has ended.
         qtbot.waitUntil(
             lambda: any("what came of a log is kept" in words for words in banners(window))
@@ -177,13 +177,13 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
     assert after.sources["q"].rate == pytest.approx(100.0, abs=1.0)
     assert folder.info().onboard_log == "onboard-8.tlog"
     assert (folder.path / "onboard-8.tlog").read_bytes() == log.read_bytes()
-    qtbot.waitUntil(lambda: not find_recorders(), timeout=10_000)
+    qtbot.waitUntil(lambda: not find_recorders(), timeout=40_000)
     said = next(one for one in window.banners.banners if "onboard-8.tlog" in one.label.text())
     assert "3.70" in said.label.text()
     assert "drift" in said.label.text()
     assert [button.text() for button in said.buttons] == ["Take back"]
     QTest.mouseClick(said.buttons[0], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: window.review.review.flights[0].flight.onboard is None, timeout=30_000)
+    qtbot.waitUntil(lambda: window.review.review.flights[0].flight.onboard is None, timeout=60_000)
     assert folder.info().onboard_log == ""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", port))  # the link was given back

@@ -133,7 +133,9 @@ def open_line(link: str, flight: Path, folder: Path) -> RecorderLine:
     for handle in find_recorders():
         status = handle.status()
         if status is not None and status.link == link:
-            return RecorderLine(handle, own=_left_behind(handle.folder, folder))
+            if _left_behind(handle.folder, folder) and handle.stop():
+                continue  # it was about to end by itself
+            return RecorderLine(handle, own=False)
     scratch = folder / LINE_FOLDER
     with contextlib.suppress(OSError):
         shutil.rmtree(scratch)
