@@ -219,7 +219,7 @@ class Sticks:
             return False
         if deliberate(main, math.inf, threshold):
             return True
-        left = not main.returned and (_steps(main, threshold) or _out_of_calm(main, threshold))
+        left = not main.returned and (_steps(main, threshold) or _meant(moving, main, threshold))
         return left and self._both_sides(moving, main, now)
 
     def _measured(self, moving: Moving, now: float) -> list[SurfaceInput]:
@@ -289,12 +289,8 @@ def _meant(moving: Moving, main: SurfaceInput, threshold: float) -> bool:
 
     Steering makes such moves as well, but hardly out of complete calm.
     """
-    return main.surface in moving.expected and _out_of_calm(main, threshold)
-
-
-def _out_of_calm(main: SurfaceInput, threshold: float) -> bool:
-    """Return whether a surface moved so far out of complete calm as steering hardly does."""
-    return main.unrest < _CALM * main.amplitude and main.quickest > _FAR * threshold
+    calm = main.unrest < _CALM * main.amplitude
+    return main.surface in moving.expected and calm and main.quickest > _FAR * threshold
 
 
 def _steps(main: SurfaceInput, threshold: float) -> bool:
