@@ -195,7 +195,11 @@ class Sticks:
         before, after = times <= stop, times > stop
         dt = float(np.median(np.diff(times))) if times.size > 2 else 1.0
         moved: list[float] = []
+        # The last step of the input is no hand, however long its plateau was.
+        ending = {one.surface for one in moving.found if one.t_end > start}
         for place, surface in enumerate(SURFACES):
+            if surface in ending:
+                continue
             samples = smoothed(rows[:, place], dt)
             rest = samples[before]
             noise = self._around.setting.noise.of(surface)
