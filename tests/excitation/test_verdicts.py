@@ -72,7 +72,7 @@ def _clean(hands_off: float = 5.5) -> FlownInput:
 def test_verdicts_agree_with_the_truth_of_the_simulator() -> None:
     """Of the first inputs of the benchmark, all clear ones but one at most are judged right."""
     wrong, clear = [], 0
-    for seed in range(11_000, 11_006):
+    for seed in range(12_000, 12_006):
         flown = fly_input(seed, ground=8.0)
         truth = label(flown, wanted_of(flown))
         heard = listen(flown, expected=seed % 10 < 7)
