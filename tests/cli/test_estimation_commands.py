@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 from scipy.io import loadmat
 
 from gsapp.cli import report
+from gsapp.cli.main import main
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.pilot.flight import fly
 from gsapp.flight.catalog import Catalog, search_runs
@@ -36,13 +41,34 @@ def flights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def gsapp(
-    *arguments: object, cwd: Path | None = None, seed: str = "0"
-) -> subprocess.CompletedProcess[str]:
-    """Run the program, its sets in the order of a seed."""
+@dataclass(frozen=True)
+class Done:
+    """What a command left."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def gsapp(*arguments: object) -> Done:
+    """Run the command line here, as its process would: each start of one costs a second."""
+    code, out, err = 0, io.StringIO(), io.StringIO()
+    typed = patch.object(sys, "argv", ["gsapp", *map(str, arguments)])
+    with redirect_stdout(out), redirect_stderr(err), typed:
+        try:
+            main()
+        except SystemExit as end:
+            if isinstance(end.code, str):
+                err.write(end.code)
+            code = 1 if isinstance(end.code, str) else int(end.code or 0)
+    return Done(returncode=code, stdout=out.getvalue(), stderr=err.getvalue())
+
+
+def process(*arguments: object, seed: str = "0") -> subprocess.CompletedProcess[str]:
+    """Run the program in a process of its own, its sets in the order of a seed."""
     command = [sys.executable, "-m", "gsapp.cli", *map(str, arguments)]
     return subprocess.run(
-        command, capture_output=True, text=True, check=False, cwd=cwd,
+        command, capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONHASHSEED": seed},
     )  # fmt: skip
 
@@ -153,7 +179,7 @@ def test_hold_free_weights_and_joint_do_what_they_say(flights: Path, tmp_path: P
 
 def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
     """Named by hand or not, nothing is estimated where nothing flew."""
-    done = gsapp("estimate", flights / "flight5.csv", "--maneuver", "5:15")
+    done = process("estimate", flights / "flight5.csv", "--maneuver", "5:15")
     assert done.returncode == 1
     assert "was not flown" in " ".join(done.stderr.split())
 
@@ -224,7 +250,7 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     orders its sets otherwise: the line of the date is the only one that differs.
     """
     out, again = tmp_path / "results", tmp_path / "again.html"
-    done = gsapp("report", flights, "--model", "b777", "--out", out, "--no-date", seed="7")
+    done = process("report", flights, "--model", "b777", "--out", out, "--no-date", seed="7")
     assert done.returncode == 0, done.stderr
     assert done.stdout.lstrip().startswith("4 maneuvers of 2 flights give ")
     one = {path.name: path.read_bytes() for path in out.rglob("*") if path.is_file()}
