@@ -216,7 +216,10 @@ def test(arguments: list[str]) -> int:
         ("ruff, format", ["-m", "ruff", "format", "--check", "."]),
         ("mypy, strict", ["-m", "mypy"]),
         ("import contract", ["-c", "from importlinter.cli import lint_imports_command as c; c()"]),
-        ("tests", ["-m", "pytest", "-n", "2", "--dist", "loadfile", *arguments]),
+        (
+            "tests",
+            ["-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", *arguments],
+        ),
     ]
     failed = []
     for name, command in checks:
