@@ -196,8 +196,9 @@ class Autopilot:
         ]  # fmt: skip
         self.start()
 
-    def start(self) -> None:
-        self.process = subprocess.Popen(self._command)
+    def start(self, at_once: int = 8) -> None:
+        """Serve so many pieces every two milliseconds."""
+        self.process = subprocess.Popen([*self._command, str(at_once)])
 
     def kill(self) -> None:
         self.process.kill()
@@ -273,6 +274,9 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
 def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, patience):
     """Both sides killed in the midst; the next one asks for the rest, and takes all away."""
     folder = FlightFolder.create(tmp_path / "flight")
+    # So slow that the first note of what came, after two seconds, is not the last.
+    autopilot.kill()
+    autopilot.start(at_once=1)
     code = (
         "import sys; from gsapp.telemetry.log_download import LogFetcher\n"
         "with LogFetcher(sys.argv[1], sys.argv[2]) as fetcher:\n"
