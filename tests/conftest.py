@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from PySide6.QtWidgets import QApplication
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -40,6 +45,32 @@ def _a_home_of_its_own() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@pytest.fixture(scope="session")
+def qapp() -> QApplication:
+    """Return the application as the program makes it, which collects garbage by its event loop."""
+    from ui.app import make_application
+
+    return make_application()
+
+
+@pytest.fixture(autouse=True)
+def _garbage_of_a_test() -> Iterator[None]:
+    """Destroy the windows of a test here, before a thread of another test comes upon them."""
+    yield
+    if not gc.isenabled():
+        # What a test made is young as long as nothing collects by itself.
+        gc.collect(0)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _garbage_of_a_file() -> Iterator[None]:
+    yield
+    if not gc.isenabled():
+        gc.collect()
+        # What is left stays; it is not looked through after each file.
+        gc.freeze()
 
 
 @pytest.fixture
