@@ -26,6 +26,9 @@ HERE = Path(__file__).resolve().parent
 PROJECT = HERE.parent
 VENV = PROJECT / ".venv"
 OLDEST, NEWEST = (3, 11), (3, 14)
+# No restart after a crash: the rest of the file would be waited for without end.
+ON_TWO_CORES = ["-n2", "--dist=loadfile", "--no-loadscope-reorder", "--max-worker-restart=0"]
+LONGEST_CHECK = 40.0  # minutes, five times what the tests take on two cores
 
 # Shared library -> Debian package. PySide6's wheels bring Qt but not what Qt stands on.
 QT_LIBRARIES = {
@@ -202,11 +205,26 @@ def environment() -> dict[str, str]:
     )
 
 
-def run(arguments: list[str], folder: Path | None = None, **variables: str) -> int:
-    """Run the environment's Python, in the user's folder or another; return the exit code."""
-    return subprocess.call(
-        [str(venv_python()), *arguments], cwd=folder, env={**environment(), **variables}
-    )
+def run(
+    arguments: list[str],
+    folder: Path | None = None,
+    minutes: float | None = None,
+    **variables: str,
+) -> int:
+    """Run the environment's Python, in the user's folder or another; return the exit code.
+
+    What takes longer than so many minutes is ended.
+    """
+    try:
+        return subprocess.call(
+            [str(venv_python()), *arguments],
+            cwd=folder,
+            env={**environment(), **variables},
+            timeout=None if minutes is None else 60.0 * minutes,
+        )
+    except subprocess.TimeoutExpired:
+        say(f"Ended: it took more than {minutes:g} minutes.")
+        return 1
 
 
 def test(arguments: list[str]) -> int:
@@ -218,14 +236,14 @@ def test(arguments: list[str]) -> int:
         ("import contract", ["-c", "from importlinter.cli import lint_imports_command as c; c()"]),
         (
             "tests",
-            ["-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", *arguments],
+            ["-m", "pytest", *ON_TWO_CORES, *arguments],
         ),
     ]
     failed = []
     for name, command in checks:
         started = time.monotonic()
         say(f"--- {name}")
-        if run(command, PROJECT, QT_QPA_PLATFORM="offscreen") != 0:
+        if run(command, PROJECT, LONGEST_CHECK, QT_QPA_PLATFORM="offscreen") != 0:
             failed.append(name)
         say(f"--- {name}: {time.monotonic() - started:.0f} s")
     if failed:
