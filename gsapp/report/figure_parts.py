@@ -15,6 +15,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.quantities import FloatArray, channel, from_si
 from gsapp.report.palette import Palette
 
@@ -76,15 +77,15 @@ def draw_trace(
     under: bool = False,
     behind: bool = False,
 ) -> None:
-    """Draw a channel over time, SI values (n,) in the units asked for, and say both at the left.
+    """Draw a channel or a coefficient over time, SI values (n,) in the units asked for.
+
+    What it is, and its unit, are said at the left.
 
     What is drawn later lies before what is there, unless it is to lie behind. A broad pale line
     under another is seen where both are the same.
     """
-    spec = channel(name)
-    unit = spec.display_unit(units)
     step = max(1, -(-times.size // _POINTS))
-    shown = from_si(np.asarray(values[::step]), unit, spec.quantity)
+    shown = shown_values(name, np.asarray(values[::step]), units)
     chart.plot(
         times[::step], shown, color=color, linestyle=linestyle, label=label or None,
         zorder=1.5 if behind else 2.0, alpha=_PALE if under else 1.0,
@@ -98,14 +99,18 @@ def draw_trace(
 
 
 def labeled(name: str, units: str, between: str = " ") -> str:
-    """Return a channel's symbol with its unit, ``alpha [deg]``."""
+    """Return a channel's symbol with its unit, ``alpha [deg]``; a coefficient has none."""
+    if name in COEFFICIENTS:
+        return name
     spec = channel(name)
     unit = spec.display_unit(units)
     return f"{spec.symbol}{between}[{unit}]" if unit else spec.symbol
 
 
 def shown_values(name: str, values: FloatArray, units: str) -> FloatArray:
-    """Return SI values of a channel in the units asked for."""
+    """Return SI values of a channel, or of a coefficient, in the units asked for."""
+    if name in COEFFICIENTS:
+        return values
     spec = channel(name)
     return np.asarray(from_si(values, spec.display_unit(units), spec.quantity))
 

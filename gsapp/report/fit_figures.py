@@ -12,19 +12,27 @@ import numpy as np
 from matplotlib.figure import FigureBase
 
 from gsapp.identification.campaign import ManeuverResult
-from gsapp.identification.results import ResponseHistory
+from gsapp.identification.results import Method, ResponseHistory
 from gsapp.quantities import FloatArray
 from gsapp.report.document import TALLEST, Picture, Table, margins
 from gsapp.report.figure_parts import draw_trace, labeled, number_text, plain, shown_values
 from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
 
 _A_ROW = 0.82
 """Height of one chart, inches."""
+_COMPARED: Mapping[Method, str] = {
+    "ml": "measured (solid) against computed (dashed) responses.",
+    "ee": "force and moment coefficients, as measured motion gives them (solid) and as the "
+    "derivatives compute them (dashed), both smoothed alike.",
+    "ftr": "force and moment coefficients, as measured motion gives them (solid) and as the "
+    "derivatives compute their changes (dashed), both smoothed alike.",
+}
+"""What a method holds against each other, in words."""
 
 
 def fit_picture(
@@ -50,7 +58,7 @@ def fit_picture(
     Returns
     -------
     Picture or None
-        None where the method computes no responses, or the fit failed.
+        None where nothing was computed: the fit failed, or earned no derivative.
     """
     history, maneuver = history_of(result), result.maneuver
     if history is None:
@@ -76,8 +84,8 @@ def fit_picture(
 
     return Picture(
         name=_named("fit", result),
-        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: what was moved, and measured "
-        "(solid) against computed (dashed) responses.",
+        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: what was moved, and "
+        f"{_COMPARED[result.estimate.method if result.estimate else 'ml']}",
         height=min(TALLEST, 0.8 + _A_ROW * rows),
         draw=draw,
         numbers=lambda: _numbers(result, inputs, history, units),
@@ -124,13 +132,15 @@ def _draw_response(
 def residual_picture(
     result: ManeuverResult, *, units: str = "US", palette: Palette = PAPER
 ) -> Picture | None:
-    """Return the residuals of one maneuver and how they repeat themselves; None without any.
+    """Return the residuals of one maneuver and how they repeat themselves.
+
+    None without any, and where smoothing made them: what it leaves is never white.
 
     Right of each residual stands its autocorrelation over a second, with the band that white noise
     would keep within in 95 %.
     """
     history, maneuver = history_of(result), result.maneuver
-    if history is None:
+    if history is None or result.estimate is None or result.estimate.method != "ml":
         return None
     rows = len(history.channels)
 

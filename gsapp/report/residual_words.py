@@ -34,11 +34,12 @@ class ResidualSummary:
 
 
 def residual_summaries(result: CampaignResult) -> tuple[ResidualSummary, ...]:
-    """Return what the residuals of each response look like; empty where none are computed."""
+    """Return what the residuals of each response look like; empty where none are integrated."""
     found: dict[str, list[Whiteness]] = {}
     for one in result.results:
         estimate = one.estimate
-        if estimate is None or not estimate.converged:
+        # Coefficients were smoothed: what is left of them is never white.
+        if estimate is None or not estimate.converged or estimate.method != "ml":
             continue
         for history in estimate.histories:
             dt = float(np.median(np.diff(history.times)))

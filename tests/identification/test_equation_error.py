@@ -73,6 +73,32 @@ def test_without_noise_the_truth_is_found(axis):
     assert min(fit.r2 for fit in found.fit.values()) > 0.999
 
 
+@pytest.mark.parametrize("axis", ["lon", "lat"])
+def test_coefficients_are_shown_as_measured_and_as_the_derivatives_compute_them(axis):
+    """Proves that both follow each other where the values are right, and part where they are not.
+
+    What is shown gives the quality of fit that is reported; held values count in full.
+    """
+    maneuver = noisy(quiet(axis), 3)
+    doubled = {"lon": "Cm_de", "lat": "Cl_da"}[axis]
+    coefficient = doubled.partition("_")[0]
+    found = estimate([maneuver], axis)
+    (shown,) = found.histories
+    assert shown.channels == tuple(found.fit)
+    for name, measured, computed in zip(
+        shown.channels, shown.measured.T, shown.computed.T, strict=True
+    ):
+        counts = np.isfinite(measured)
+        assert counts.mean() > 0.9
+        left = np.var((measured - computed)[counts]) / np.var(measured[counts])
+        assert 1.0 - left == pytest.approx(found.fit[name].r2, abs=0.005)
+    wrong = estimate([maneuver], axis, held={doubled: 2.0 * TRUTH.derivative(doubled)})
+    at = shown.channels.index(coefficient)
+    gaps = [np.nanstd((one.measured - one.computed)[:, at]) for one in (shown, wrong.histories[0])]
+    assert gaps[1] > 2.0 * gaps[0]
+    np.testing.assert_array_equal(shown.measured[:, at], wrong.histories[0].measured[:, at])
+
+
 @pytest.mark.parametrize("color", [0.0, 0.9])
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 def test_errors_are_as_large_as_the_bounds_say(axis, color):
@@ -186,6 +212,10 @@ def test_without_a_sideslip_vane_the_slopes_are_still_found():
     assert found.derivatives["Cn_0"].status == "unknown"
     assert "offset" in found.derivatives["Cn_0"].why
     assert any("beta was not measured" in text for text in found.warnings)
+    # What the integrated sideslip drifts is left open in what is shown, too.
+    (shown,) = found.histories
+    left = np.nanvar(shown.measured - shown.computed, axis=0) / np.nanvar(shown.measured, axis=0)
+    assert (left < 0.1).all()
 
 
 def test_what_cannot_be_replaced_makes_its_coefficient_unknown():

@@ -108,6 +108,10 @@ def test_without_noise_the_truth_is_found(kind: str) -> None:
         assert value is not None
         scale = max(abs(truth), 0.05 * max(abs(x) for x in virtual.truth.values() if abs(x) < 10))
         assert abs(value - truth) < 0.02 * scale, (name, value, truth)
+    # The changes of every coefficient are followed over the whole maneuver.
+    assert found.histories[0].channels == tuple(found.fit)
+    assert len(found.fit) == 3
+    assert min(fit.r2 for fit in found.fit.values()) > 0.995
 
 
 def test_several_maneuvers_together_say_more() -> None:

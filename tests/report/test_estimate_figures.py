@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from campaign_kit import WILD, outcome
 
 from gsapp.foundation import GroundStationError
+from gsapp.identification import equation_error, ftr
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.runs.excluding import excluding
 from gsapp.identification.summary import summarize_campaign
@@ -30,6 +31,7 @@ from gsapp.report.mode_figures import modes_picture, modes_table
 from gsapp.report.online_figures import online_picture
 from gsapp.report.palette import PAPER, Palette
 from gsapp.report.picture_files import save_picture, separated
+from gsapp.report.residual_words import residual_summaries
 from gsapp.report.trust_figures import bounds_picture, correlation_picture, strong_pairs
 from gsapp.report.value_figures import values_picture
 
@@ -163,6 +165,25 @@ def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history(
     chart = drawn(left).axes[2 * history.channels.index("q")]
     missed = np.degrees((history.measured - history.computed)[:, history.channels.index("q")])
     np.testing.assert_allclose(np.asarray(chart.lines[0].get_ydata()), missed)
+
+
+@pytest.mark.parametrize("method", ["ee", "ftr"])
+def test_methods_without_responses_show_coefficients_and_no_residuals(method: str) -> None:
+    """Measured and computed Cm without a unit; what smoothing leaves is not called noise."""
+    one = outcome().result.results[0]
+    estimate = {"ee": equation_error, "ftr": ftr}[method].estimate([one.maneuver], "lon")
+    fitted = replace(one, estimate=estimate)
+    picture = fit_picture(fitted, units="US")
+    assert picture is not None
+    assert "coefficients" in picture.caption
+    lowest = drawn(picture).axes[-1]
+    assert lowest.get_ylabel() == "Cm"
+    (history,) = estimate.histories
+    np.testing.assert_array_equal(lowest.lines[0].get_ydata(), history.measured[:, -1])
+    assert picture.numbers is not None
+    assert picture.numbers().columns[-2:] == ("Cm measured", "Cm computed")
+    assert residual_picture(fitted) is None
+    assert residual_summaries(replace(outcome().result, results=(fitted,))) == ()
 
 
 def test_autocorrelation_tells_white_noise_from_what_repeats() -> None:

@@ -26,13 +26,19 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from campaign_kit import WILD, outcome
 from window_kit import until
 
+from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.report.hearing import Heard
+from gsapp.report.palette import PAPER
 from ui.commands import CommandSet
 from ui.keyboard import KeyKeeper
 from ui.look import Look
+from ui.review.figure_drawing import Room
 from ui.review.figure_geometry import Pane, Spot, View, moved, sensible, stepped, zoomed
 from ui.review.figure_palette import window_palette
+from ui.review.figures_kinds import KINDS
+from ui.review.figures_material import Material
+from ui.review.figures_options import beside_of
 from ui.review.figures_page import FiguresPage
 from ui.review.figures_saving import FigureSaver
 from ui.review.jobs import HearJob, Job
@@ -166,6 +172,24 @@ def near(one: QColor, other: str, reach: int = 24) -> bool:
     wanted = QColor(other)
     pairs = zip(one.getRgb()[:3], wanted.getRgb()[:3], strict=True)
     return max(abs(a - b) for a, b in pairs) <= reach
+
+
+def test_equation_error_shows_coefficients_and_says_why_it_has_no_residuals() -> None:
+    """The fit is drawn in coefficients; beside maximum likelihood nothing can be compared."""
+    done = outcome()
+    first = done.result.results[0]
+    fitted = replace(first, estimate=equation_error.estimate([first.maneuver], "lon"))
+    changed = replace(done, result=replace(done.result, results=(fitted,)))
+    material = Material(outcome=changed, others=(done,), maneuver=first.maneuver.id)
+    kinds, room = {one.id: one for one in KINDS}, Room(width=7.0, height=4.0)
+    picture = kinds["fit"].make(material, PAPER, room)
+    assert not isinstance(picture, str)
+    assert "coefficients" in picture.caption
+    assert beside_of(material).choices == (("", "no other run"),)
+    assert len(beside_of(replace(material, outcome=done)).choices) == 2
+    said = kinds["residuals"].make(material, PAPER, room)
+    assert isinstance(said, str)
+    assert said.startswith("Equation error compares smoothed coefficients")
 
 
 def test_a_point_lies_at_its_value_and_a_click_on_it_chooses_its_maneuver(bench: Bench) -> None:

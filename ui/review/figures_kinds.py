@@ -44,10 +44,12 @@ _CHART = 2.3
 """Inches that a small chart of a value takes at least."""
 _HISTORY = 3.2
 """Inches of a history over a flight."""
-_NO_RESPONSES = (
-    "{method} computes no responses to hold against the measured ones. Estimate with maximum "
-    "likelihood to see how well this maneuver is followed."
+_NOTHING_COMPUTED = "{method} earned nothing in maneuver {maneuver} that could be computed: {why}."
+_NO_RESIDUALS = (
+    "{method} compares smoothed coefficients, and what smoothing leaves over is never white. The "
+    "figure Fit shows how well they are followed; maximum likelihood has residuals to look at."
 )
+_METHODS = {"ml": "Maximum likelihood", "ee": "Equation error", "ftr": "FTR"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,8 +123,12 @@ def _no_fit(material: Material) -> str:
     looked_at = material.looked_at
     if looked_at.estimate is None:
         return f"Maneuver {looked_at.maneuver.id} could not be fitted: {looked_at.failure}."
-    methods = {"ml": "Maximum likelihood", "ee": "Equation error", "ftr": "FTR"}
-    return _NO_RESPONSES.format(method=methods[looked_at.estimate.method])
+    estimate = looked_at.estimate
+    return _NOTHING_COMPUTED.format(
+        method=_METHODS[estimate.method],
+        maneuver=looked_at.maneuver.id,
+        why="; ".join(estimate.warnings) or estimate.message,
+    )
 
 
 def _fit(material: Material, palette: Palette, _room: Room) -> Picture | str:
@@ -142,6 +148,9 @@ def _residuals(material: Material, palette: Palette, _room: Room) -> Picture | s
     from gsapp.report.fit_figures import residual_picture
 
     picture = residual_picture(material.looked_at, units=material.units, palette=palette)
+    estimate = material.looked_at.estimate
+    if picture is None and estimate is not None and estimate.method != "ml":
+        return _NO_RESIDUALS.format(method=_METHODS[estimate.method])
     return picture or _no_fit(material)
 
 
@@ -263,7 +272,7 @@ KINDS = (
     ),
     FigureKind(
         id="fit", title="Fit",
-        tells="What was moved, and measured against computed responses.",
+        tells="What was moved, and measured against computed responses or coefficients.",
         options=lambda material: (maneuver_of(material), beside_of(material)), make=_fit,
     ),
     FigureKind(

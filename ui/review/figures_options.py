@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ui.review.figures_material import Material, maneuver_words, result_of, run_name
 
 if TYPE_CHECKING:
+    from gsapp.identification.campaign import ManeuverResult
     from gsapp.identification.results import Estimate
 
 Choices = tuple[tuple[str, str], ...]
@@ -112,16 +113,21 @@ def maneuver_of(material: Material) -> Option:
 
 
 def beside_of(material: Material) -> Option:
-    """Return the runs that a fit can be compared with: those that computed its responses, too."""
-    maneuver = material.looked_at.maneuver.id
+    """Return the runs that a fit can be compared with: those that computed the same, too."""
+    shown = _computed(material.looked_at)
     comparable = [
         (str(place), run_name(one))
         for place, one in enumerate(material.others)
-        if (found := result_of(one, maneuver)) is not None
-        and found.estimate is not None
-        and found.estimate.histories
+        if (found := result_of(one, material.looked_at.maneuver.id)) is not None
+        and shown & _computed(found)
     ]
     return Option(id="beside", title="Compare with", choices=(("", "no other run"), *comparable))
+
+
+def _computed(result: ManeuverResult) -> frozenset[str]:
+    """Return the responses or coefficients that a fit computed."""
+    histories = () if result.estimate is None else result.estimate.histories
+    return frozenset(name for one in histories for name in one.channels)
 
 
 def fit_of(material: Material) -> Option:

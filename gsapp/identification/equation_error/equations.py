@@ -35,6 +35,8 @@ WORDS = {
 }
 DRIFT = "drift."
 """Columns for offset and drift of instruments begin so."""
+DRIFT_DEGREE = 2
+"""Of the polynomial in time that takes up what an integrated flow angle drifts."""
 FORCES = ("CN", "CA", "CY")
 """Coefficients that the bias of an accelerometer shifts, by another amount each day."""
 _SURFACES = ("de", "da", "dr")
@@ -285,7 +287,7 @@ def _drift(times: FloatArray, parts: Sequence[slice], *, needs_drift: bool) -> F
     if not needs_drift or not rows.size:
         return np.empty((rows.size, 0))
     ramp = (rows - rows[0]) / max(float(rows[-1] - rows[0]), 1e-9)
-    return np.column_stack((np.ones(rows.size), ramp, ramp * ramp))
+    return np.vander(ramp, DRIFT_DEGREE + 1, increasing=True)
 
 
 def _instruments(

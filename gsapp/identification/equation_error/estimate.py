@@ -18,8 +18,11 @@ from gsapp.identification.axes import (
     axis_derivatives,
     free_derivatives,
 )
+from gsapp.identification.coefficient_histories import coefficient_history
 from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.equations import (
+    DRIFT,
+    DRIFT_DEGREE,
     WORDS,
     Cache,
     explain,
@@ -81,7 +84,8 @@ def estimate(
     Returns
     -------
     Estimate
-        `fit` is by coefficient (``CN`` ...). What was not earned has no number and says why.
+        `fit` is by coefficient (``CN`` ...), and so are the `histories` of a single maneuver. What
+        was not earned has no number and says why.
 
     Raises
     ------
@@ -173,6 +177,8 @@ def _estimated(
     blocks: list[Regression] = []
     fits: dict[str, ResponseFit] = {}
     cache = Cache()
+    fitted = dict(fixed)
+    courses: dict[str, int] = {}
     for coefficient in COEFFICIENTS[axis]:
         names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient))]
         names = [name for name in names if name in (*wanted, *beside) and name not in fixed]
@@ -187,6 +193,10 @@ def _estimated(
         warnings += remark
         blocks.append(solution)
         fits[coefficient] = explain(formed.equation, solution)
+        fitted.update(zip(solution.names, solution.values.tolist(), strict=True))
+        courses[coefficient] = -1
+        if any(name.startswith(DRIFT) for name in solution.names):
+            courses[coefficient] = DRIFT_DEGREE
         for index, name in enumerate(solution.names):
             if name in derivatives and name not in formed.unearned:
                 derivatives[name] = DerivativeEstimate(
@@ -198,6 +208,8 @@ def _estimated(
         why = "it was not set free; its share was fitted beside the rest"
         derivatives[name] = DerivativeEstimate(value=None, status="unknown", why=why)
     names_free, covariance = _joined(blocks, derivatives)
+    # Maneuvers fitted together have offsets of their own; each is drawn with its own fit.
+    shown = coefficient_history(found[0], fitted, courses) if len(found) == 1 else None
     return Estimate(
         method="ee",
         axis=axis,
@@ -206,6 +218,7 @@ def _estimated(
         free=names_free,
         covariance=covariance,
         fit=fits,
+        histories=() if shown is None else (shown,),
         iterations=1,
         converged=bool(names_free),
         warnings=tuple(dict.fromkeys(warnings)),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES, Axis, axis_derivatives
+from gsapp.identification.coefficient_histories import coefficient_history
+from gsapp.identification.coefficients import reconstruct
 from gsapp.identification.ftr.channels import FTRAxis
 from gsapp.identification.ftr.information import Information
 from gsapp.identification.ftr.known import KnownPart, known_part
@@ -15,7 +17,14 @@ from gsapp.identification.ftr.online import AXES, FTR
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.identification.motion import measured_motion
+from gsapp.identification.results import (
+    DerivativeEstimate,
+    Estimate,
+    ResponseFit,
+    ResponseHistory,
+)
+from gsapp.identification.statistics import response_fit
 from gsapp.quantities import Block
 
 _UPDATES = 2.0
@@ -48,7 +57,9 @@ def estimate(
     Returns
     -------
     Estimate
-        Derivatives that were not excited enough are ``unknown`` or ``not-identifiable``.
+        Derivatives that were not excited enough are ``unknown`` or ``not-identifiable``. `fit` and
+        `histories`, of a single maneuver, are by coefficient: over time, all below the filter of
+        equation error, though FTR looked at its own band only.
 
     Raises
     ------
@@ -88,6 +99,7 @@ def estimate(
         for name in names
     }
     free = tuple(name for name in names if derivatives[name].status == "estimated")
+    shown = _history(records[0], left, derivatives) if len(records) == 1 else None
     return Estimate(
         method="ftr",
         axis=axis,
@@ -95,10 +107,38 @@ def estimate(
         derivatives=derivatives,
         free=free,
         covariance=ftr.covariance(free),
+        fit={} if shown is None else _fits(shown),
+        histories=() if shown is None else (shown,),
         converged=bool(free),
         warnings=tuple(dict.fromkeys(warnings)),
         message=("solved" if free else "nothing was excited enough for an estimate"),
     )
+
+
+def _history(
+    maneuver: Maneuver, model: Model | None, derivatives: Mapping[str, DerivativeEstimate]
+) -> ResponseHistory | None:
+    """Return measured coefficients beside what the derivatives earned make of their changes.
+
+    None where nothing was earned, or the coefficients cannot be had without a stand-in.
+    """
+    values = {
+        name: one.value
+        for name, one in derivatives.items()
+        if one.value is not None and not name.endswith("_0")
+    }
+    # The band begins above zero: a constant is left open.
+    courses = {name.partition("_")[0]: 0 for name in values}
+    try:
+        found = reconstruct(maneuver, motion=measured_motion(maneuver), model=model)
+    except FlightError:
+        return None
+    return coefficient_history(found, values, courses)
+
+
+def _fits(history: ResponseHistory) -> dict[str, ResponseFit]:
+    pairs = zip(history.channels, history.measured.T, history.computed.T, strict=True)
+    return {name: response_fit(measured, computed) for name, measured, computed in pairs}
 
 
 def _resolved(duration: float) -> float:
