@@ -23,6 +23,7 @@ from verdict_kit import (
     first_move,
     label,
     listen,
+    own,
     point_of,
     rows_in_ticks,
     wanted_of,
@@ -70,17 +71,20 @@ def _clean(hands_off: float = 5.5) -> FlownInput:
 
 
 def test_verdicts_agree_with_the_truth_of_the_simulator() -> None:
-    """Of the first inputs of the benchmark, all clear ones but one at most are judged right."""
+    """Of a tenth of the benchmark's inputs all clear ones but one at most are judged right.
+
+    To be quick, the aircraft stands for no longer than the noise takes to be known, and the pilot
+    corrects for the shortest time that is drawn.
+    """
     wrong, clear = [], 0
-    for seed in range(12_000, 12_006):
-        flown = fly_input(seed, ground=8.0)
+    for seed in range(12_000, 12_030):
+        flown = fly_input(seed, ground=4.0, approach=4.0)
         truth = label(flown, wanted_of(flown))
-        heard = listen(flown, expected=seed % 10 < 7)
-        own = [one for one in heard.verdicts if abs(one.t_input - flown.t_input) < 0.8]
+        said = [one.result for one in own(flown, listen(flown, expected=seed % 10 < 7).verdicts)]
         clear += not truth.near
-        if not truth.near and (not own or own[0].result != truth.result):
-            wrong.append((seed, truth.result, [one.result for one in own]))
-    assert clear >= 3
+        if not truth.near and said[:1] != [truth.result]:
+            wrong.append((seed, truth.result, said))
+    assert clear >= 15
     assert len(wrong) <= 1, wrong
 
 
