@@ -5,17 +5,7 @@ from __future__ import annotations
 import json as json_module
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from gsapp.identification.campaign import CampaignResult, CampaignValue
-    from gsapp.identification.results import Estimate
-    from gsapp.identification.runs.outcome import Outcome
-
-_FIXED, _EACH = 44, 17
-"""Characters that the means take, and each maneuver with a column of its own."""
+from typing import Literal
 
 
 def run(
@@ -101,6 +91,7 @@ def run(
     from rich.console import Console
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._estimate_text import describe_outcome
     from gsapp.cli._flight_text import calibration_list, check_catalog
     from gsapp.cli._results import on_screen, write_result
     from gsapp.cli._running import check_fitted, with_bar
@@ -175,7 +166,7 @@ def run(
         content["calibration"] = calibration_list(one.flight for one in opened)
         text = json_module.dumps(content, indent=1, allow_nan=False)
         write_result(json, text + "\n")
-    _describe(console, outcome)
+    describe_outcome(console, outcome)
     check_fitted(result)
     if json is not None and not on_screen(json):
         console.print(f"written to {json}", highlight=False, soft_wrap=True)
@@ -239,116 +230,3 @@ def _check_derivatives(names: Sequence[str], model: object) -> None:
         near = difflib.get_close_matches(name, known, n=2)
         hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known)}"
         raise UnknownNameError(f"there is no derivative '{name}'; {hint}")
-
-
-# --- the screen ---------------------------------------------------------------------------------
-
-
-def _describe(console: Console, outcome: Outcome) -> None:
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
-
-    result = outcome.result
-    results = result.results
-    wide = _FIXED + _EACH * len(results) <= console.width
-    table = Table(
-        title=f"{result.settings.method.upper()}: {len(results)} "
-        f"maneuver{'' if len(results) == 1 else 's'}, per radian",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-    )
-    table.add_column("", no_wrap=True)
-    for heading in ("mean", "std", "scatter", "n"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    if wide:
-        for one in results:
-            heading = f"{one.maneuver.id} {'+'.join(one.maneuver.inputs) or 'none'}"
-            table.add_column(escape(heading), justify="right", no_wrap=True)
-    for name in _rows(result):
-        value = result.values.get(name)
-        cells = _summary(value)
-        if wide:
-            cells += [_cell(one.estimate, name) for one in results]
-        table.add_row(name, *cells)
-    console.print(table)
-    fits = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("maneuver", "seconds", "inputs", "rounds"):
-        fits.add_column(heading, no_wrap=True)
-    fits.add_column("R2 of each response")
-    several = len({one.maneuver.flight for one in results}) > 1
-    for one in results:
-        maneuver, estimate = one.maneuver, one.estimate
-        rounds = "failed" if estimate is None else str(estimate.iterations)
-        if estimate is not None and not estimate.converged:
-            rounds += ", not converged"
-        fits.add_row(
-            escape(f"{maneuver.id} {maneuver.flight}" if several else maneuver.id),
-            f"{maneuver.t_start:.2f} - {maneuver.t_end:.2f}",
-            "+".join(maneuver.inputs) or "none",
-            rounds,
-            "  ".join(
-                f"{name} {fit.r2:.3f}" for name, fit in (estimate.fit if estimate else {}).items()
-            ),
-        )
-    console.print(fits)
-    for sentence in _sentences(outcome):
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
-
-
-def _rows(result: CampaignResult) -> list[str]:
-    """Return the names of all that was to be estimated, in the order of the build-up."""
-    from gsapp.dynamics.buildup import derivative_names
-
-    names = dict.fromkeys(
-        name
-        for one in result.results
-        if one.estimate is not None
-        for name, found in one.estimate.derivatives.items()
-        if found.status != "held"
-    )
-    order = {name: place for place, name in enumerate(derivative_names())}
-    return sorted(names, key=lambda name: order.get(name, len(order)))
-
-
-def _summary(value: CampaignValue | None) -> list[str]:
-    if value is None:
-        return ["unknown", "", "", ""]
-    scatter = "" if value.scatter is None else f"{value.scatter:.4f}"
-    return [f"{value.mean:.4f}", f"{value.std:.4f}", scatter, str(value.n)]
-
-
-def _cell(estimate: Estimate | None, name: str) -> str:
-    if estimate is None or name not in estimate.derivatives:
-        return ""
-    one = estimate.derivatives[name]
-    if one.status == "held":
-        return f"[dim]held {one.value:.4g}[/dim]" if one.value else "[dim]held[/dim]"
-    if one.value is None or one.std is None:
-        return f"[dim]{one.status}[/dim]"
-    return f"{one.value:.3f} ±{one.std:.3f}"
-
-
-def _sentences(outcome: Outcome) -> list[str]:
-    """Return what is to be said, each sentence once, with the maneuvers it is about."""
-    said: dict[str, list[str]] = {}
-    for one in outcome.result.results:
-        told = (one.failure,) if one.estimate is None else one.estimate.warnings
-        why: tuple[str, ...] = ()
-        if one.estimate is not None:
-            why = tuple(
-                f"{name}: {found.why}"
-                for name, found in one.estimate.derivatives.items()
-                if found.status in ("unknown", "not-identifiable") and found.why
-            )
-        for sentence in (*told, *why):
-            said.setdefault(sentence, []).append(one.maneuver.id)
-    remarks = dict.fromkeys((*outcome.remarks, *outcome.result.remarks))
-    return [
-        *remarks,
-        *(
-            f"maneuver{'s' if len(ids) > 1 else ''} {', '.join(ids)}: {sentence}"
-            for sentence, ids in said.items()
-        ),
-    ]

@@ -38,8 +38,10 @@ def _maneuver(result: ManeuverResult) -> dict[str, Any]:
             "iterations": 0,
             "converged": False,
             "why": result.failure,
+            "equation_error": None,
         }
-    return {**content, **_estimate(estimate)}
+    beside = None if result.beside is None else _estimate(result.beside)
+    return {**content, **_estimate(estimate), "equation_error": beside}
 
 
 def _estimate(estimate: Estimate) -> dict[str, Any]:

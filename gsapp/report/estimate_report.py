@@ -38,6 +38,7 @@ from gsapp.report.estimate_words import (
     wild_words,
 )
 from gsapp.report.fit_figures import fit_picture, residual_picture
+from gsapp.report.gust_words import beside_table, gust_words, gusty_table
 from gsapp.report.hearing import MOST_HEARD, Heard
 from gsapp.report.linear_report import LinearComparison, linear_section
 from gsapp.report.linear_words import AXIS_TITLES
@@ -171,6 +172,10 @@ def _trust_section(reported: Reported, units: Units) -> Section:
     if summary.derivatives:
         parts.append(Paragraph(text=honesty_words(summary)))
     parts += [Paragraph(text=text) for text in residual_words(reported.result)]
+    parts += [Paragraph(text=text) for text in gust_words(reported.result)]
+    gusty = gusty_table(reported.result)
+    if gusty is not None:
+        parts.append(gusty)
     parts += [Paragraph(text=text) for text in excluded_words(summary)]
     parts += [Paragraph(text=text) for text in wild_words(summary)]
     rows = outlier_rows(summary)
@@ -262,12 +267,20 @@ def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
         )
     ]
     drawn = sorted(result.results, key=_worst_fit)[:_MOST_FITS]
-    pictures: list[Picture | None] = [fit_picture(one, units=units) for one in drawn]
-    pictures += [residual_picture(one, units=units) for one in drawn[:2]]
-    parts += [
-        replace(one, height=min(one.height, _HALF_A_PAGE)) for one in pictures if one is not None
-    ]
+    for one in drawn:
+        parts += _on_half_a_page(fit_picture(one, units=units))
+        beside = beside_table(one)
+        if beside is not None:
+            parts.append(beside)
+    for one in drawn[:2]:
+        parts += _on_half_a_page(residual_picture(one, units=units))
     return Section(title="Maneuvers", parts=tuple(parts))
+
+
+def _on_half_a_page(picture: Picture | None) -> tuple[Picture, ...]:
+    if picture is None:
+        return ()
+    return (replace(picture, height=min(picture.height, _HALF_A_PAGE)),)
 
 
 def _worst_fit(result: ManeuverResult) -> float:

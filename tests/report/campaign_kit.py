@@ -68,6 +68,19 @@ def unearned() -> Outcome:
     return _outcome(run_campaign([replace(still, id="M1", flight="A", inputs=("de",))], settings))
 
 
+@cache
+def gusty() -> Outcome:
+    """Return what comes of a maneuver in gusts of 1 m/s, M1, and of one in calm air, M2."""
+    flown = [
+        replace(
+            fly(51, "lon", dt=0.02, duration=8.0, gust=gust, model=TRUTH).maneuver,
+            id=name, flight="A",
+        )
+        for name, gust in (("M1", 1.0), ("M2", 0.0))
+    ]  # fmt: skip
+    return _outcome(run_campaign(flown, CampaignSettings()))
+
+
 def _outcome(result: CampaignResult) -> Outcome:
     summary = summarize_campaign(result)
     models, why_not = linear_models(result, summary)

@@ -19,6 +19,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CanceledError
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.runs.excluding import excluding
+from gsapp.identification.summary.beside import beside_values
 from gsapp.report.campaign_writing import write_campaign_report
 from gsapp.report.document import Document, Paragraph, Table
 from gsapp.report.estimate_files import campaign_files, file_names
@@ -29,7 +30,7 @@ from gsapp.report.linear_report import LinearComparison, compare_linear_models
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign_kit import TRUTH, WILD, outcome, together, unearned
+from campaign_kit import TRUTH, WILD, gusty, outcome, together, unearned
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +117,20 @@ def test_a_fit_of_all_together_stands_beside_the_means(compared: LinearCompariso
     apart = (found.value - mean.mean) / np.hypot(found.std, mean.std)
     assert f"Cm_de {found.value:.4f} {found.std:.4f} {mean.mean:.4f} {apart:+.1f}" in said
     assert "4 maneuvers together (longitudinal)" in said
+
+
+def test_in_gusts_both_methods_stand_in_the_report() -> None:
+    """The maneuver is named, its values stand by both methods, and the calm one has no table."""
+    run = gusty()
+    document = estimate_document(Reported(outcome=run, linear=LinearComparison()))
+    said = words_of(document)
+    assert "The residuals of 1 maneuver (M1) show gusts" in said
+    assert "Maneuver M1 of A flew in gusts: equation error beside maximum likelihood" in said
+    assert "Maneuver M2 of A flew in gusts" not in said
+    (value,) = [one for one in beside_values(run.result.results[0]) if one.name == "Cm_q"]
+    assert value.equations is not None
+    shown, bound = value.equations
+    assert f"{shown:.2f} {bound:.2f} {value.apart:+.1f}" in said
 
 
 def test_pictures_have_names_of_their_own(compared: LinearComparison) -> None:

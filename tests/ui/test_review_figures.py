@@ -23,11 +23,12 @@ from pytestqt.qtbot import QtBot
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
-from campaign_kit import WILD, outcome
+from campaign_kit import WILD, gusty, outcome
 from window_kit import until
 
 from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
+from gsapp.identification.summary.beside import beside_values
 from gsapp.report.hearing import Heard
 from gsapp.report.palette import PAPER
 from ui.commands import CommandSet
@@ -291,6 +292,23 @@ def test_arrows_walk_over_all_points_and_enter_opens_the_fit(bench: Bench) -> No
     assert WILD in bench.page.frame.caption.text()
     bench.commands.actions["review_previous_figure"].trigger()
     assert bench.page.kind.id == "values"
+
+
+def test_in_gusts_equation_error_stands_below_the_fit(bench: Bench) -> None:
+    """Value and bound by both methods, of the maneuver in gusts alone."""
+    page, table = bench.page, bench.page.frame.table
+    page.show_outcome(gusty())
+    page.open_fit("M1")
+    bench.settle()
+    assert table.lines is not None
+    rows = {one.cells[0]: one.cells for one in table.lines.lines.lines}
+    (value,) = [one for one in beside_values(gusty().result.results[0]) if one.name == "Cm_q"]
+    assert value.equations is not None
+    assert float(rows["Cm_q"][3]) == pytest.approx(value.equations[0], abs=0.01)
+    bench.selection.choose_maneuver("M2")
+    bench.settle()
+    assert table.lines is None
+    assert not table.isVisible()
 
 
 def test_space_shows_a_chart_large_and_the_kind_again(bench: Bench) -> None:

@@ -30,7 +30,7 @@ from ui.settings import SettingsStore
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
-from campaign_kit import WILD, outcome, unearned
+from campaign_kit import WILD, gusty, outcome, unearned
 from window_kit import until
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -133,6 +133,14 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     assert "fly an input that parts them, or hold one of them" in room.page.detail.text()
     assert not room.page.linear.modes.isVisible()
     assert room.page.linear.no_modes.text().startswith("No linear longitudinal model: ")
+
+
+def test_a_maneuver_in_gusts_is_to_be_looked_at(room: Room) -> None:
+    """With the derivatives in which equation error lies apart; the calm one is not named."""
+    room.page.show_outcome(gusty())
+    lines = [one for one in room.page.attention.lines.lines if one.cells[1] == "flown in gusts"]
+    assert [one.cells[0] for one in lines] == ["M1"]
+    assert lines[0].cells[2].startswith("equation error ")
 
 
 def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> None:

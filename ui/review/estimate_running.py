@@ -119,5 +119,8 @@ def _ended(outcome: Outcome) -> str:
         said.append(f"Not fitted: {', '.join(failed)}.")
     if outcome.summary.wild:
         said.append(f"Wild: {', '.join(one.maneuver for one in outcome.summary.wild)}.")
+    gusty = [one.maneuver.id for one in results if one.beside is not None]
+    if gusty:
+        said.append(f"In gusts, equation error beside: {', '.join(gusty)}.")
     said.append("Look at Figures (Alt+3), Summary (Alt+4).")
     return " ".join(said)

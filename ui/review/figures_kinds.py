@@ -144,6 +144,12 @@ def _fit(material: Material, palette: Palette, _room: Room) -> Picture | str:
     return picture or _no_fit(material)
 
 
+def _both_methods(material: Material) -> Table | None:
+    from gsapp.report.gust_words import beside_table
+
+    return beside_table(material.looked_at)
+
+
 def _residuals(material: Material, palette: Palette, _room: Room) -> Picture | str:
     from gsapp.report.fit_figures import residual_picture
 
@@ -274,6 +280,7 @@ KINDS = (
         id="fit", title="Fit",
         tells="What was moved, and measured against computed responses or coefficients.",
         options=lambda material: (maneuver_of(material), beside_of(material)), make=_fit,
+        table=_both_methods,
     ),
     FigureKind(
         id="residuals", title="Residuals",

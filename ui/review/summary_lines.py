@@ -36,13 +36,13 @@ class Attention:
 
     Attributes
     ----------
-    kind : {"wild", "outlier", "failed", "excluded"}
+    kind : {"wild", "outlier", "failed", "gusts", "excluded"}
     maneuver : str
     derivative : str
         Empty where it is about the maneuver as a whole.
     """
 
-    kind: Literal["wild", "outlier", "failed", "excluded"]
+    kind: Literal["wild", "outlier", "failed", "gusts", "excluded"]
     maneuver: str
     derivative: str = ""
 
@@ -212,6 +212,7 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
                 colored=frozenset({1}),
             )
         )  # fmt: skip
+    lines += _gust_lines(outcome)
     lines += [
         Line(
             key=Attention(kind="excluded", maneuver=maneuver),
@@ -220,6 +221,33 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
         for maneuver in sorted(summary.without)
     ]
     return tuple(lines)
+
+
+def _gust_lines(outcome: Outcome) -> list[Line]:
+    """Return a line for each maneuver in gusts: where equation error lies apart."""
+    from gsapp.identification.summary.beside import beside_values
+
+    lines = []
+    for one in outcome.result.results:
+        values = beside_values(one)
+        if not values:
+            continue
+        apart = ", ".join(derivative_text(value.name) for value in values if value.differs)
+        lines.append(
+            Line(
+                key=Attention(kind="gusts", maneuver=one.maneuver.id),
+                cells=(
+                    one.maneuver.id,
+                    "flown in gusts",
+                    f"equation error lies apart in {apart}: believe it"
+                    if apart
+                    else "equation error agrees",
+                ),
+                state="caution" if apart else "plain",
+                colored=frozenset({1}),
+            )
+        )
+    return lines
 
 
 MODE_TITLES: Final = ("Mode", "ω, rad/s", "Damping", "Time constant, s")

@@ -176,6 +176,7 @@ def _estimated(
         )
     blocks: list[Regression] = []
     fits: dict[str, ResponseFit] = {}
+    poor: list[str] = []
     cache = Cache()
     fitted = dict(fixed)
     courses: dict[str, int] = {}
@@ -189,8 +190,9 @@ def _estimated(
         warnings += formed.remarks
         if formed.equation is None:
             continue
-        solution, remark = _solved(formed.equation)
-        warnings += remark
+        solution, weak = _solved(formed.equation)
+        if weak:
+            poor.append(coefficient)
         blocks.append(solution)
         fits[coefficient] = explain(formed.equation, solution)
         fitted.update(zip(solution.names, solution.values.tolist(), strict=True))
@@ -204,6 +206,11 @@ def _estimated(
                     std=float(solution.std[index]),
                     cramer_rao=float(np.sqrt(solution.white[index, index])),
                 )
+    if poor:
+        warnings.append(
+            f"the surfaces explain too little of the motion behind {', '.join(poor)} (gusts?) to "
+            "make up for noise in its regressors; slopes may come out small"
+        )
     for name in beside:
         why = "it was not set free; its share was fitted beside the rest"
         derivatives[name] = DerivativeEstimate(value=None, status="unknown", why=why)
@@ -246,17 +253,16 @@ def _moved_beside(
     ]
 
 
-def _solved(equation: Equation) -> tuple[Regression, list[str]]:
-    """Solve with instruments where they are strong enough, else by least squares."""
+def _solved(equation: Equation) -> tuple[Regression, bool]:
+    """Solve with instruments where they are strong enough, else by least squares.
+
+    Also return whether they were too weak.
+    """
     if (equation.Z == equation.X).all():
-        return solve(equation), []
+        return solve(equation), False
     if growth_by_instruments(equation) > _WEAK:
-        name = equation.names[0].partition("_")[0]
-        return solve(equation.by_least_squares), [
-            f"the surfaces explain too little of the motion behind {name} (gusts?) to make up for "
-            "noise in its regressors; slopes may come out small"
-        ]
-    return solve(equation), []
+        return solve(equation.by_least_squares), True
+    return solve(equation), False
 
 
 _WEAK = 1.7

@@ -19,6 +19,7 @@ from gsapp.identification.results import (
 )
 from gsapp.identification.statistics import (
     Identifiability,
+    Turbulence,
     Verdict,
     Whiteness,
     identifiability,
@@ -250,9 +251,14 @@ def _estimate(
     )
     warnings = [*problem.remarks, *prior_warnings(problem, settings.priors)]
     warnings += _correlation_warnings(verdicts, shared)
+    gusty = []
     for one, part in zip(problem.parts, parts, strict=True):
-        warnings += _residual_warnings(one, part)
-    return replace(found, warnings=tuple(dict.fromkeys(warnings)))
+        gusts = _gusts(one, part)
+        warnings += [f"maneuver {part.maneuver}: {gust.warning}" for gust in gusts]
+        warnings += _color_warnings(part)
+        if gusts:
+            gusty.append(part.maneuver)
+    return replace(found, warnings=tuple(dict.fromkeys(warnings)), gusty=tuple(gusty))
 
 
 def _correlation_warnings(verdicts: Identifiability, shared: Sequence[str]) -> list[str]:
@@ -303,27 +309,30 @@ def _fits(parts: Sequence[Part]) -> dict[str, ResponseFit]:
     return found
 
 
-def _residual_warnings(one: ManeuverProblem, part: Part) -> list[str]:
-    """Return what the residuals of a maneuver tell: gusts, color, a response left out."""
-    segments = None if len(part.segments) == 1 else part.segments
+def _gusts(one: ManeuverProblem, part: Part) -> list[Turbulence]:
+    """Return the gusts that the residuals of a maneuver show."""
     sensors = one.maneuver.aircraft.sensors
-    gusts = turbulence(
+    found = turbulence(
         dict(zip(part.responses, part.residuals.T, strict=True)),
         dt=one.dt,
         V=float(one.motion.state("V").mean()),
         alpha=float(one.motion.state("alpha").mean()),
         arms=(sensors.alpha_vane.position[0], sensors.beta_vane.position[0]),
-        segments=segments,
+        segments=None if len(part.segments) == 1 else part.segments,
     )
-    found = [f"maneuver {part.maneuver}: {gust.warning}" for gust in gusts if gust.detected]
+    return [gust for gust in found if gust.detected]
+
+
+def _color_warnings(part: Part) -> list[str]:
+    """Return which residuals of a maneuver are far from white, in a sentence."""
     colored = [
         f"{name} ({test.inflation:.0f} times)"
         for name, test in zip(part.responses, part.whiteness, strict=True)
         if not test.white and test.inflation > COLORED
     ]
-    if colored:
-        found.append(
-            f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
-            "their power at low frequency exceeds that of white noise; the bounds allow for it"
-        )
-    return found
+    if not colored:
+        return []
+    return [
+        f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
+        "their power at low frequency exceeds that of white noise; the bounds allow for it"
+    ]

@@ -1,0 +1,180 @@
+"""An estimation on the screen: values, fits, and what is to be said of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult
+    from gsapp.identification.results import Estimate
+    from gsapp.identification.runs.outcome import Outcome
+
+_FIXED, _EACH = 44, 17
+"""Characters that the means take, and each column of a maneuver's own."""
+_BY_EQUATIONS = "equation error"
+"""Heads what stands beside maximum likelihood in gusts."""
+
+
+def describe_outcome(console: Console, outcome: Outcome) -> None:
+    """Print the derivatives, how well each maneuver was fitted, and what is to be said.
+
+    Parameters
+    ----------
+    console : Console
+    outcome : Outcome
+    """
+    results = outcome.result.results
+    console.print(_values(outcome.result, console.width))
+    console.print(_fits(results))
+    for sentence in _sentences(outcome):
+        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+
+
+def _values(result: CampaignResult, width: int) -> Table:
+    """Return means, and what each maneuver gave where a line has room for it."""
+    from gsapp.identification.campaign import campaign_values
+
+    results = result.results
+    gusty = [one for one in results if one.beside is not None]
+    columns = len(results) + len(gusty) + bool(gusty)
+    wide = _FIXED + _EACH * columns <= width
+    table = Table(
+        title=f"{result.settings.method.upper()}: {len(results)} "
+        f"maneuver{'' if len(results) == 1 else 's'}, per radian",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    table.add_column("", no_wrap=True)
+    headings = ["mean", "std", "scatter", "n"]
+    if gusty:
+        headings.append(f"{_BY_EQUATIONS}, n")
+    for one in results if wide else ():
+        headings.append(f"{one.maneuver.id} {'+'.join(one.maneuver.inputs) or 'none'}")
+        if one in gusty:
+            headings.append(_BY_EQUATIONS)
+    for heading in headings:
+        table.add_column(escape(heading), justify="right", no_wrap=True)
+    by_equations = campaign_values([one.beside for one in gusty])
+    for name in _rows(result):
+        cells = _summary(result.values.get(name))
+        if gusty:
+            cells.append(_mean(by_equations.get(name)))
+        for one in results if wide else ():
+            cells.append(_cell(one.estimate, name))
+            if one in gusty:
+                cells.append(_cell(one.beside, name))
+        table.add_row(name, *cells)
+    return table
+
+
+def _fits(results: Sequence[ManeuverResult]) -> Table:
+    fits = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("maneuver", "seconds", "inputs", "rounds"):
+        fits.add_column(heading, no_wrap=True)
+    fits.add_column("R2 of each response")
+    several = len({one.maneuver.flight for one in results}) > 1
+    for one in results:
+        maneuver, estimate = one.maneuver, one.estimate
+        rounds = "failed" if estimate is None else str(estimate.iterations)
+        if estimate is not None and not estimate.converged:
+            rounds += ", not converged"
+        fits.add_row(
+            escape(f"{maneuver.id} {maneuver.flight}" if several else maneuver.id),
+            f"{maneuver.t_start:.2f} - {maneuver.t_end:.2f}",
+            "+".join(maneuver.inputs) or "none",
+            rounds,
+            "  ".join(
+                f"{name} {fit.r2:.3f}" for name, fit in (estimate.fit if estimate else {}).items()
+            ),
+        )
+    return fits
+
+
+def _rows(result: CampaignResult) -> list[str]:
+    """Return the names of all that was to be estimated, in the order of the build-up."""
+    from gsapp.dynamics.buildup import derivative_names
+
+    names = dict.fromkeys(
+        name
+        for one in result.results
+        if one.estimate is not None
+        for name, found in one.estimate.derivatives.items()
+        if found.status != "held"
+    )
+    order = {name: place for place, name in enumerate(derivative_names())}
+    return sorted(names, key=lambda name: order.get(name, len(order)))
+
+
+def _summary(value: CampaignValue | None) -> list[str]:
+    if value is None:
+        return ["unknown", "", "", ""]
+    scatter = "" if value.scatter is None else f"{value.scatter:.4f}"
+    return [f"{value.mean:.4f}", f"{value.std:.4f}", scatter, str(value.n)]
+
+
+def _mean(value: CampaignValue | None) -> str:
+    return "" if value is None else f"{value.mean:.4f} ±{value.std:.4f} {value.n:3d}"
+
+
+def _cell(estimate: Estimate | None, name: str) -> str:
+    if estimate is None or name not in estimate.derivatives:
+        return ""
+    one = estimate.derivatives[name]
+    if one.status == "held":
+        return f"[dim]held {one.value:.4g}[/dim]" if one.value else "[dim]held[/dim]"
+    if one.value is None or one.std is None:
+        return f"[dim]{one.status}[/dim]"
+    return f"{one.value:.3f} ±{one.std:.3f}"
+
+
+def _sentences(outcome: Outcome) -> list[str]:
+    """Return what is to be said, each sentence once, with the maneuvers it is about."""
+    said: dict[str, list[str]] = {}
+    for one in outcome.result.results:
+        told = (one.failure,) if one.estimate is None else one.estimate.warnings
+        if one.beside is not None:
+            told = (
+                *told,
+                *_apart(one),
+                *(f"{_BY_EQUATIONS}: {text}" for text in one.beside.warnings),
+            )
+        why: tuple[str, ...] = ()
+        if one.estimate is not None:
+            why = tuple(
+                f"{name}: {found.why}"
+                for name, found in one.estimate.derivatives.items()
+                if found.status in ("unknown", "not-identifiable") and found.why
+            )
+        # The maneuvers are named once, in front.
+        own = f"maneuver {one.maneuver.id}: "
+        for sentence in (*told, *why):
+            said.setdefault(sentence.removeprefix(own), []).append(one.maneuver.id)
+    remarks = dict.fromkeys((*outcome.remarks, *outcome.result.remarks))
+    return [
+        *remarks,
+        *(
+            f"maneuver{'s' if len(ids) > 1 else ''} {', '.join(ids)}: {sentence}"
+            for sentence, ids in said.items()
+        ),
+    ]
+
+
+def _apart(one: ManeuverResult) -> tuple[str, ...]:
+    """Return in a sentence where equation error lies apart from maximum likelihood."""
+    from gsapp.identification.summary.beside import FAR, beside_values
+
+    names = [value.name for value in beside_values(one) if value.differs]
+    if not names:
+        return (f"{_BY_EQUATIONS} agrees within {FAR:.0f} joint bounds in every derivative",)
+    return (
+        f"{_BY_EQUATIONS} lies more than {FAR:.0f} joint bounds apart in {', '.join(names)}; in "
+        "gusts believe it",
+    )

@@ -1,0 +1,33 @@
+"""A whole campaign: every maneuver by itself, the means over all, and joint fits.
+
+Each maneuver goes to the axis that its surfaces excite. What a maneuver does not free (tables
+6.2.5 and 6.2.6) is held at the model's value; without a model, at the campaign's own: maneuvers
+that move fewer surfaces come second and hold the means of those that moved more. Those that lack
+airspeed or angle of attack come after the others of their kind and start from their means.
+"""
+
+from __future__ import annotations
+
+from gsapp.identification.campaign.fitting import moved_beside
+from gsapp.identification.campaign.results import (
+    CampaignResult,
+    CampaignValue,
+    ManeuverResult,
+    campaign_values,
+    mean_of,
+)
+from gsapp.identification.campaign.running import CanceledError, Step, run_campaign
+from gsapp.identification.campaign.settings import CampaignSettings
+
+__all__ = [
+    "CampaignResult",
+    "CampaignSettings",
+    "CampaignValue",
+    "CanceledError",
+    "ManeuverResult",
+    "Step",
+    "campaign_values",
+    "mean_of",
+    "moved_beside",
+    "run_campaign",
+]

@@ -1,0 +1,104 @@
+"""What a campaign gives: every maneuver's estimate, the means over all, joint fits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.identification.campaign.settings import CampaignSettings
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import Estimate
+from gsapp.quantities import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignValue:
+    """One derivative over a campaign.
+
+    Attributes
+    ----------
+    mean : float
+        Weighted by inverse variance.
+    std : float
+        Standard error of the mean.
+    scatter : float or None
+        Sample deviation; None for one value.
+    n : int
+    """
+
+    mean: float
+    std: float
+    scatter: float | None
+    n: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverResult:
+    """What became of one maneuver.
+
+    Attributes
+    ----------
+    maneuver : Maneuver
+    estimate : Estimate or None
+        None where it failed.
+    failure : str
+        Why, in words.
+    beside : Estimate or None
+        By equation error, of the same derivatives: where maximum likelihood found gusts in the
+        residuals. It takes the air as the vanes felt it, and gusts do it little harm.
+    """
+
+    maneuver: Maneuver
+    estimate: Estimate | None
+    failure: str = ""
+    beside: Estimate | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CampaignResult:
+    """Results of all maneuvers, in their order.
+
+    Attributes
+    ----------
+    settings : CampaignSettings
+    results : tuple of ManeuverResult
+    values : mapping of str to CampaignValue
+        Of the derivatives that at least one maneuver earned.
+    joint : tuple of Estimate
+        One for each axis, if asked for.
+    remarks : tuple of str
+        Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures
+        of joint fits.
+    """
+
+    settings: CampaignSettings
+    results: tuple[ManeuverResult, ...]
+    values: Mapping[str, CampaignValue]
+    joint: tuple[Estimate, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignValue]:
+    """Return the means over the estimates that converged, by derivative."""
+    collected: dict[str, list[tuple[float, float]]] = {}
+    for estimate in estimates:
+        if estimate is None or not estimate.converged:
+            continue
+        for name, one in estimate.derivatives.items():
+            if one.status == "estimated" and one.value is not None and one.std:
+                collected.setdefault(name, []).append((one.value, one.std))
+    return {name: mean_of(*np.array(pairs).T) for name, pairs in collected.items()}
+
+
+def mean_of(values: FloatArray, stds: FloatArray) -> CampaignValue:
+    """Return the weighted mean of values with their bounds, each of shape (n,)."""
+    weights = 1.0 / stds**2
+    return CampaignValue(
+        mean=float(weights @ values / weights.sum()),
+        std=float(1.0 / math.sqrt(weights.sum())),
+        scatter=float(np.std(values, ddof=1)) if len(values) > 1 else None,
+        n=len(values),
+    )

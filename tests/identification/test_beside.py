@@ -1,0 +1,114 @@
+"""In gusts equation error stands beside maximum likelihood; in calm air it costs nothing."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import Virtual, fly
+
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
+from gsapp.identification.campaign import fitting as campaign_fitting
+from gsapp.identification.estimate_json import campaign_json
+from gsapp.identification.results import Estimate
+from gsapp.identification.summary.beside import beside_means, beside_values
+
+
+def flown(gust: float, kind: str = "lat") -> Virtual:
+    """Return a maneuver in gusts of so many m/s."""
+    return fly(31, kind, gust=gust, dt=0.02)
+
+
+def result_of(*maneuvers: Virtual) -> CampaignResult:
+    """Return what maximum likelihood makes of them."""
+    return run_campaign([one.maneuver for one in maneuvers], CampaignSettings())
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_in_gusts_equation_error_stands_beside_and_is_nearer_the_truth(kind: str) -> None:
+    """Of the same derivatives, each with its bound, the constants left out."""
+    virtual = flown(1.0, kind)
+    (result,) = result_of(virtual).results
+    assert result.estimate is not None
+    assert result.estimate.gusty == (virtual.maneuver.id,)
+    assert any("turbulence" in text for text in result.estimate.warnings)
+    assert result.beside is not None
+    assert result.beside.method == "ee"
+    both = [one for one in beside_values(result) if one.likelihood and one.equations]
+    assert len(both) >= (8 if kind == "lon" else 15)
+    # Constants hold zero offsets of accelerometers, which equation error does not know.
+    assert not any(one.name.endswith("_0") for one in both)
+    assert _miss(result.beside, virtual, kind) < 0.5 * _miss(result.estimate, virtual, kind)
+
+
+STRONG = {
+    "lon": ("CN_alpha", "Cm_alpha", "Cm_q", "Cm_de"),
+    "lat": ("CY_beta", "Cl_p", "Cn_beta", "Cn_r"),
+}
+
+
+def _miss(estimate: Estimate, virtual: Virtual, kind: str) -> float:
+    """Return the rms error of the strong derivatives, each over its own size."""
+    errors = [(estimate.value(name) or 0.0) / virtual.truth[name] - 1.0 for name in STRONG[kind]]
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def test_in_calm_air_nothing_is_computed_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equation error is not even called by the campaign; nothing is said of gusts."""
+
+    def called(*_given: Any, **_options: Any) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(campaign_fitting.equation_error, "estimate", called)
+    result = result_of(flown(0.0))
+    (one,) = result.results
+    assert one.estimate is not None
+    assert (one.estimate.gusty, one.beside) == ((), None)
+    assert beside_values(one) == beside_means(result.results) == ()
+    (content,) = campaign_json(result)["maneuvers"]
+    assert content["equation_error"] is None
+
+
+def test_programs_get_both_values_of_a_maneuver_in_gusts() -> None:
+    """The key is there for each maneuver; means take the maneuvers in gusts alone."""
+    calm, rough = flown(0.0), flown(1.0)
+    rough = replace(rough, maneuver=replace(rough.maneuver, id="rough"))
+    result = result_of(calm, rough)
+    first, second = json.loads(json.dumps(campaign_json(result)))["maneuvers"]
+    assert first["equation_error"] is None
+    beside = second["equation_error"]["derivatives"]
+    assert beside["Cn_r"] != second["derivatives"]["Cn_r"]
+    assert beside.keys() == second["derivatives"].keys()
+    (mean,) = [one for one in beside_means(result.results) if one.name == "Cn_r"]
+    assert mean.equations == pytest.approx((beside["Cn_r"]["value"], beside["Cn_r"]["std"]))
+    own = second["derivatives"]["Cn_r"]
+    assert mean.apart == pytest.approx(
+        (beside["Cn_r"]["value"] - own["value"]) / np.hypot(beside["Cn_r"]["std"], own["std"])
+    )
+
+
+def test_where_equation_error_fails_that_is_said_and_the_fit_stands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A campaign never loses a fit over what was to stand beside it."""
+
+    def failing(*_given: Any, **_options: Any) -> None:
+        raise FlightError("the vane was gone")
+
+    monkeypatch.setattr(campaign_fitting.equation_error, "estimate", failing)
+    (one,) = result_of(flown(1.0)).results
+    assert one.beside is None
+    assert one.estimate is not None
+    assert one.estimate.converged
+    assert "equation error gives nothing to compare with: the vane was gone" in (
+        one.estimate.warnings
+    )
