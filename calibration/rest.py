@@ -42,10 +42,15 @@ class RestLimit:
         Largest standard deviation of the samples within half a second.
     wander : float
         Largest distance between the means of any two half seconds.
+    noises : float
+        The same in standard deviations that noise of the samples alone gives such a mean, where
+        that is less; a step of the converter is always granted. Infinite where slow movements
+        are no matter.
     """
 
     std: float
     wander: float
+    noises: float = math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +116,7 @@ class RestWatch:
         self._channels = tuple(limits)
         self._std = np.array([limits[name].std for name in self._channels])
         self._wander = np.array([limits[name].wander for name in self._channels])
+        self._noises = np.array([limits[name].noises for name in self._channels])
         self._needed = max(math.ceil(seconds / BLOCK - 1e-9), 2)
         self._step = step
         self._cutter = StretchCutter(self._channels, BLOCK)
@@ -175,10 +181,21 @@ class RestWatch:
             return
         means = np.array([*(known.mean for known in self._run), block.mean])
         spread = np.ptp(means, axis=0)
-        if np.any(spread > self._wander):
+        allowed = self._allowed(block)
+        if np.any(spread > allowed):
             self._run.clear()
-            self._why = self._told(block, "moved", spread, self._wander)
+            self._why = self._told(block, "moved", spread, allowed)
         self._run.append(block)
+
+    def _allowed(self, block: Stretch) -> FloatArray:
+        """Return how far means may lie apart, V: noise is that within the blocks."""
+        blocks = (*self._run, block)
+        noise = np.sqrt(np.mean([known.std**2 / known.count for known in blocks], axis=0))
+        judged = np.isfinite(self._noises)
+        allowed = self._wander.copy()
+        by_noise = np.maximum(self._noises[judged] * noise[judged], self._step)
+        allowed[judged] = np.minimum(allowed[judged], by_noise)
+        return allowed
 
     def _told(self, block: Stretch, did: str, found: FloatArray, allowed: FloatArray) -> str:
         worst = int(np.argmax(found / allowed))

@@ -2,9 +2,16 @@
 
 from calibration.pressures.breath import BlowDetector, BlowReading, BlowState
 from calibration.pressures.ground import GroundAir
-from calibration.pressures.known import PressureZero, covered_watch, dynamic_zero, static_check
+from calibration.pressures.known import (
+    WIND,
+    PressureZero,
+    covered_watch,
+    dynamic_zero,
+    static_check,
+)
 
 __all__ = [
+    "WIND",
     "BlowDetector",
     "BlowReading",
     "BlowState",

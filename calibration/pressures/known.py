@@ -7,7 +7,8 @@ pressure with the pitot covered, and the pressure that the field's barometer rea
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
@@ -24,6 +25,12 @@ _QUIET, _QUIET_STD = 2.5, 6.0
 """Pa: how far half-second means of the dynamic pressure may wander, and its samples scatter."""
 _STATIC_QUIET, _STATIC_STD = 60.0, 150.0
 """The same for the static pressure, Pa."""
+_NOISES = 6.0
+"""How far half-second means of the dynamic pressure may wander under the cover, in standard
+deviations that its noise gives them: six such means seldom lie more than four apart, and wind that
+hides within six is worth less than a pascal."""
+WIND = 5.0
+"""Pa by which wind may move a zero that was taken in a lull: more than it did in 200 trials."""
 ZERO_TOLERANCE = 50.0
 """Pa: a covered pitot that reads more than that is named."""
 STATIC_TOLERANCE = 600.0
@@ -34,12 +41,16 @@ _PLACES = 9
 
 
 def covered_watch(
-    dynamic: Certificate, static: Certificate | None = None, *, seconds: float = 3.0
+    dynamic: Certificate,
+    static: Certificate | None = None,
+    *,
+    seconds: float = 4.0,
+    lull: bool = False,
 ) -> RestWatch:
     """Return a watch for steady pressures, the pitot being covered against wind.
 
-    An uncovered pitot in a light wind may still pass in a lull, some pascals off: the cover is
-    what keeps the wind away, the watch only finds that it was forgotten in any other wind.
+    Under a cover the dynamic pressure moves by its own noise only; wind moves it by more even in
+    a lull, so that a forgotten cover is found.
 
     Parameters
     ----------
@@ -47,16 +58,20 @@ def covered_watch(
         In force, or shipped; their slopes say what steady means in volts.
     seconds : float
         For how long.
+    lull : bool
+        Be content with a pressure that moves as in a lull: for a transducer that wanders of
+        itself. Its zero may be off by `WIND`.
     """
-    limits = {dynamic.channel: _limit(dynamic, _QUIET_STD, _QUIET)}
+    noises = math.inf if lull else _NOISES
+    limits = {dynamic.channel: _limit(dynamic, _QUIET_STD, _QUIET, noises)}
     if static is not None:
-        limits[static.channel] = _limit(static, _STATIC_STD, _STATIC_QUIET)
+        limits[static.channel] = _limit(static, _STATIC_STD, _STATIC_QUIET, math.inf)
     return RestWatch(limits, seconds=seconds)
 
 
-def _limit(certificate: Certificate, std: float, wander: float) -> RestLimit:
+def _limit(certificate: Certificate, std: float, wander: float, noises: float) -> RestLimit:
     slope = abs(certificate.end_slopes[0])
-    return RestLimit(std=std / slope, wander=wander / slope)
+    return RestLimit(std=std / slope, wander=wander / slope, noises=noises)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +107,7 @@ def dynamic_zero(
     who: str,
     stamp: datetime,
     temperature: float | None = None,
+    lull: bool = False,
 ) -> PressureZero:
     """Return the zero of the dynamic pressure with the pitot covered.
 
@@ -103,12 +119,19 @@ def dynamic_zero(
         Whose slope is kept.
     who, stamp, temperature
         As in `Certificate`.
+    lull : bool
+        Whether the pressure moved as in wind: then `WIND` is part of the uncertainty.
 
     Raises
     ------
     CalibrationError
         If the transducer reads at an end of the converter, so that nothing can be told.
     """
+    if lull:
+        name = former.channel
+        wind = WIND / abs(former.end_slopes[0])
+        wider = math.hypot(rest.uncertainty[name], wind)
+        rest = replace(rest, uncertainty={**rest.uncertainty, name: wider})
     return _moved(rest, former, 0.0, ZERO_TOLERANCE, who, stamp, temperature)
 
 

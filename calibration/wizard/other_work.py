@@ -112,6 +112,8 @@ class PressureWork:
     ----------
     zero : Rest or None
         With the pitot covered.
+    lull : bool
+        Whether the pressure moved meanwhile, as in wind.
     blown : bool
         Whether a breath was seen.
     left_out : bool
@@ -119,6 +121,7 @@ class PressureWork:
     """
 
     zero: Rest | None = None
+    lull: bool = False
     blown: bool = False
     left_out: bool = False
 
@@ -130,7 +133,9 @@ class PressureWork:
     def after(self, step: Step) -> PressureWork:
         """Return the work that a step leads to."""
         if step.kind == "zero":
-            return replace(self, zero=_rest_of(step.data["rest"]))
+            # Journals from before that was looked at say nothing of it.
+            lull = bool(step.data.get("lull", False))
+            return replace(self, zero=_rest_of(step.data["rest"]), lull=lull)
         if step.kind == "blow":
             return replace(self, blown=True)
         if step.kind == "leave_out":

@@ -7,6 +7,7 @@ from datetime import datetime
 from calibration.certificate import Certificate
 from calibration.points import CalibrationError
 from calibration.pressures import (
+    WIND,
     BlowDetector,
     GroundAir,
     PressureZero,
@@ -17,15 +18,17 @@ from calibration.pressures import (
 from calibration.rest import BLOCK, Rest
 from calibration.wizard.json_forms import content_of
 from calibration.wizard.other_work import PressureWork
-from calibration.wizard.slices import Slice
+from calibration.wizard.slices import LENGTH, Slice
 from calibration.wizard.state import Group, Work
 from calibration.wizard.station import Answer, Draft, Header, Outcome, Reference, Showing, Station
 from calibration.wizard.unrest import Unrest
 from calibration.wizard.view import Action, Phase
 
 _DYNAMIC, _STATIC = "dynamic_pressure", "static_pressure"
-_STILL = 3.0
-"""Seconds of steady pressure."""
+_STILL = 4.0
+"""Seconds of steady pressure: without a cover no wind stood still for so long in 200 trials."""
+_PATIENCE = 10.0
+"""Seconds under a cover after which a pressure that still moves is called that of wind."""
 _WITHOUT_BAROMETER = (
     "the static pressure was not held against a barometer: enter the pressure at the field, or "
     "accept and keep its former certificate",
@@ -35,7 +38,8 @@ _WITHOUT_BAROMETER = (
 class PressureStation(Station):
     """Looks after the pressures.
 
-    Nothing in the volts tells that the pitot is covered, so a key says it.
+    A key says that the pitot is covered. Where the pressure then moves as it does in wind, the
+    cover is asked for once more; the same key takes it in a lull, with a bound for the wind.
 
     Parameters
     ----------
@@ -63,24 +67,32 @@ class PressureStation(Station):
                 'plan, as nominal = "b777", or put a certificate in force'
             )
         self._known = {name: one for name, one in known.items() if one is not None}
-        self._still = covered_watch(self._known[_DYNAMIC], self._known.get(_STATIC), seconds=_STILL)
+        curves = self._known[_DYNAMIC], self._known.get(_STATIC)
+        self._still = covered_watch(*curves, seconds=_STILL)
+        self._lull = covered_watch(*curves, seconds=_STILL, lull=True)
         self._unrest = Unrest()
         self._blow: BlowDetector | None = None
-        self._covered = False
+        self._covered = self._content = False
+        self._waited = 0.0
         self._said = ""
 
     def restart(self) -> None:
         """Begin to watch anew: a step was made."""
         self._still.restart()
+        self._lull.restart()
         self._unrest.restart()
         self._blow = None
-        self._covered = False
+        self._covered = self._content = False
+        self._waited = 0.0
         self._said = ""
 
     def feed(self, one: Slice) -> None:
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
+        self._lull.feed(one.times, one.volts)
         self._unrest.feed(self._still.reading)
+        if self._covered:
+            self._waited += LENGTH
         if self._blow is not None:
             self._blow.feed(one.times, one.volts)
 
@@ -96,7 +108,7 @@ class PressureStation(Station):
         pressure = _pressure(work)
         phase = self.phase(pressure)
         if phase == "pressure_zero":
-            return self._zero_draft() if self._covered else None
+            return self._zero_draft()
         if phase == "pressure_blow":
             return self._follow_breath(pressure)
         return None
@@ -116,8 +128,7 @@ class PressureStation(Station):
     def act(self, work: Work, action: Action) -> Draft | Answer:
         """Return what an action leads to."""
         if action.kind == "take":
-            self._covered = True
-            return self._zero_draft() or Answer(message="covered: taken as soon as it is steady")
+            return self._take()
         if action.kind == "repeat":
             again = "from the zero on once more" if _pressure(work).blown else "the zero once more"
             return Draft(kind="repeat", message=again, tone="")
@@ -131,14 +142,11 @@ class PressureStation(Station):
         instrument = self._group.instruments[0]
         if phase == "pressure_zero":
             reading = self._still.reading
+            prompt, spoken = self._cover_words()
             return Showing(
                 instrument=instrument,
-                prompt=(
-                    "Keep the pitot covered until the pressure is steady."
-                    if self._covered
-                    else "Cover the pitot, then take."
-                ),
-                spoken="Hold the cover" if self._covered else "Cover the pitot",
+                prompt=prompt,
+                spoken=spoken,
                 amount=round(reading.progress * _STILL / BLOCK) * BLOCK,
                 amount_goal=_STILL,
                 amount_unit="s",
@@ -174,16 +182,22 @@ class PressureStation(Station):
         uncalibrated: dict[str, str] = {}
         found: list[PressureZero] = []
         doubts: list[str] = []
+        zero, lull = pressure.zero, pressure.lull
         for name in self._group.channels:
             if name == _STATIC and air is None:
                 doubts += _WITHOUT_BAROMETER if pressure.share == 1.0 else ()
                 continue
             try:
-                found.append(self._at_known_pressure(name, pressure.zero, stamp, air))
+                found.append(self._at_known_pressure(name, zero, lull, stamp, air))
             except CalibrationError as error:
                 uncalibrated[name] = str(error)
                 doubts.append(str(error))
         doubts += [one.sentence for one in found if not one.passed]
+        if pressure.lull:
+            doubts.append(
+                "the dynamic pressure moved as in wind while its zero was taken: it may be off by "
+                f"{WIND:.0f} Pa"
+            )
         if pressure.left_out:
             doubts.append("nobody blew into the pitot: that its hoses are whole is not known")
         return Outcome(
@@ -195,7 +209,7 @@ class PressureStation(Station):
         )
 
     def _at_known_pressure(
-        self, name: str, rest: Rest, stamp: datetime, air: GroundAir | None
+        self, name: str, rest: Rest, lull: bool, stamp: datetime, air: GroundAir | None
     ) -> PressureZero:
         former = self._known[name]
         temperature = self._header.temperature if air is None else air.temperature
@@ -204,14 +218,45 @@ class PressureStation(Station):
             return static_check(
                 rest, former, air.pressure, who=who, stamp=stamp, temperature=temperature
             )
-        return dynamic_zero(rest, former, who=who, stamp=stamp, temperature=temperature)
+        return dynamic_zero(rest, former, who=who, stamp=stamp, temperature=temperature, lull=lull)
+
+    @property
+    def _windy(self) -> bool:
+        """Return whether the pressure moves as in wind, though it should be covered."""
+        return self._waited >= _PATIENCE
+
+    def _cover_words(self) -> tuple[str, str]:
+        """Return what to do about the cover, and the same in few words."""
+        if self._content:
+            return "Keep still: the zero is taken in a lull.", "Waiting for a lull"
+        if self._windy:
+            return (
+                "The pressure moves as in wind: look at the cover, or take it in a lull.",
+                "Look at the cover",
+            )
+        if self._covered:
+            return "Keep the pitot covered until the pressure is steady.", "Hold the cover"
+        return "Cover the pitot, then take.", "Cover the pitot"
+
+    def _take(self) -> Draft | Answer:
+        self._content = self._windy
+        self._covered = True
+        waiting = "in a lull" if self._content else "as soon as it is steady"
+        return self._zero_draft() or Answer(message=f"covered: taken {waiting}")
 
     def _zero_draft(self) -> Draft | None:
-        reading = self._still.reading
-        if reading.state != "rested" or reading.rest is None:
-            return None
-        rest = content_of(reading.rest)
-        return Draft(kind="zero", data={"rest": rest}, message="zero of the pressures taken")
+        watches = {False: self._still} if self._covered else {}
+        if self._content:
+            watches[True] = self._lull
+        for lull, watch in watches.items():
+            reading = watch.reading
+            if reading.state == "rested" and reading.rest is not None:
+                return Draft(
+                    kind="zero",
+                    data={"rest": content_of(reading.rest), "lull": lull},
+                    message="zero of the pressures taken",
+                )
+        return None
 
     def _follow_breath(self, pressure: PressureWork) -> Draft | Answer | None:
         if self._blow is None:

@@ -90,3 +90,17 @@ def test_a_silent_converter_is_not_believed_to_the_microvolt() -> None:
     times, volts = record(6.0)
     volts["q"] = np.full(times.size, 2050 * STEP)
     assert find_rest(times, volts, LIMITS).uncertainty["q"] >= 0.5 * STEP
+
+
+def test_wandering_beyond_noise_is_no_rest_where_it_matters() -> None:
+    """A slow swing of a third of what is allowed, twice what noise and steps explain."""
+    times, volts = record(12.0, 3)
+    volts["q"] = volts["q"] + 1e-3 * np.sin(2.0 * times)
+    find_rest(times, volts, LIMITS)
+    strict = {"q": RestLimit(std=0.012, wander=0.006, noises=6.0), "an": LIMITS["an"]}
+    with pytest.raises(CalibrationError, match="q moved by"):
+        find_rest(times, volts, strict)
+    find_rest(*record(12.0, 3), strict)
+    constant = {"q": np.full(times.size, 2.5), "an": np.full(times.size, 3.0)}
+    constant["q"][times > 18.2] += STEP
+    assert find_rest(times, constant, strict).end - 12.0 > 11.0, "one step is granted"

@@ -84,7 +84,7 @@ class BenchCrew:
         elif view.phase == "pressure_zero":
             self.bench.cover()
             self.press("take")
-            self.wait(4.5)
+            self.wait(5.5)
         elif view.phase == "pressure_blow":
             self.wait(self.bench.blow() + 1.0)
         else:

@@ -129,6 +129,38 @@ def test_pressures_take_one_key_and_the_fields_air(tmp_path: Path) -> None:
     assert float(dynamic.evaluate(zero)) == pytest.approx(0.0, abs=3.0)
 
 
+def test_a_forgotten_cover_is_asked_for_again(tmp_path: Path) -> None:
+    """The key alone gives no zero in wind; pressed again it does, and what it is worth is said."""
+    crew = crew_of(tmp_path, ["dynamic_pressure", "static_pressure"])
+    crew.until("pressure_zero")
+    crew.press("take")
+    crew.wait(4.5)
+    assert "look at the cover" not in crew.view.prompt
+    crew.wait(6.0)
+    assert "look at the cover" in crew.view.prompt
+    crew.wait(20.0)
+    assert crew.view.phase == "pressure_zero"
+    crew.press("take")
+    while crew.view.phase == "pressure_zero":
+        crew.wait(1.0)
+        assert crew.bench.time < 120.0
+    crew.wizard = crew.field.resume().wizard
+    view = crew.until("fit")
+    assert any("moved as in wind" in doubt for doubt in view.sentences)
+    crew.wait(6.0)
+    assert crew.view.phase == "fit", "such a zero is not accepted by itself"
+    crew.press("accept")
+    certificate = crew.field.store.in_force()["dynamic_pressure"]
+    assert float(certificate.uncertainty(certificate.volts(0.0))) > 5.0
+    # Covered, the same key is enough.
+    covered = crew_of(tmp_path / "covered", ["dynamic_pressure", "static_pressure"])
+    covered.until("pressure_zero")
+    covered.bench.cover()
+    covered.press("take")
+    covered.wait(5.5)
+    assert covered.view.phase == "pressure_blow"
+
+
 def test_a_plan_of_pressures_without_anything_to_start_from_is_refused(tmp_path: Path) -> None:
     """Their slopes are not measured at a field."""
     plan = PLAN.of(["dynamic_pressure"])
