@@ -25,7 +25,8 @@ class HostClock:
     """The computer's clock, kept from running backwards.
 
     Stamps in one flight must rise: when the computer's clock is set back, they go on from where
-    they were, at the right pace. A leap forward is followed.
+    they were, at the right pace. A leap forward is followed. A clock that stands still between
+    ticks (on Windows for up to 16 ms) is waited for, lest every stamp push it a little further.
 
     Parameters
     ----------
@@ -39,8 +40,9 @@ class HostClock:
         self, after_us: int = 0, wall_us: Callable[[], int] = lambda: time.time_ns() // 1000
     ) -> None:
         self._last = after_us
-        self._correction = 0
         self._wall_us = wall_us
+        self._wall = wall_us()
+        self._correction = max(after_us - self._wall, 0)
         self._lock = threading.Lock()
 
     @property
@@ -51,16 +53,16 @@ class HostClock:
     def now_us(self) -> int:
         """Return host time, microseconds since 1970 (UTC); every call gives a higher value."""
         with self._lock:
-            stamp = self._wall_us() + self._correction
-            if stamp <= self._last:
-                self._correction += self._last + 1 - stamp
-                stamp = self._last + 1
-            self._last = stamp
-            return stamp
+            wall = self._wall_us()
+            self._correction += max(self._wall - wall, 0)
+            self._wall = wall
+            self._last = max(wall + self._correction, self._last + 1)
+            return self._last
 
     def monotonic(self) -> float:
         """Return seconds that never run backwards."""
-        return time.monotonic()
+        # The same clock as time.monotonic, but on Windows, where that stands still for 16 ms.
+        return time.perf_counter()
 
     def sleep(self, seconds: float) -> None:
         """Wait."""

@@ -451,6 +451,36 @@ def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
     source.close()
 
 
+def test_a_serial_port_is_not_set_up_anew_by_every_read() -> None:
+    """Setting the timeout makes the driver do that, on Windows with all its settings."""
+    settings = []
+
+    class Port:
+        in_waiting = 0
+
+        def __setattr__(self, name: str, value: float) -> None:
+            settings.append((name, value))
+            super().__setattr__(name, value)
+
+        def read(self, _count: int) -> bytes:
+            return b"x"
+
+        def close(self) -> None:
+            pass
+
+    port = Port()
+    port.timeout = 0
+    address = parse_link("serial:/dev/ttyUSB0:57600")
+    source = source_class("serial")(
+        address, clock=HostClock(), ports=list, opener=lambda _path, _baud: port
+    )
+    source.open()
+    for timeout in (0.2, 0.2, 0.2, 0.1):
+        assert [chunk.data for chunk in source.read(timeout)] == [b"x"]
+    assert settings == [("timeout", 0), ("timeout", 0.2), ("timeout", 0.1)]
+    source.close()
+
+
 def test_a_rate_that_a_port_cannot_run_at_gets_a_sentence() -> None:
     def opener(path: str, baud: int):
         raise OSError(errno.EINVAL, "invalid baud rate: 300")
@@ -548,6 +578,28 @@ def test_a_host_clock_set_back_does_not_send_stamps_back() -> None:
     wall[0] += 60_000_000  # and a leap forward is followed
     assert clock.now_us() - third == 60_000_000
     assert clock.correction_us > 0
+
+
+def test_a_host_clock_with_coarse_ticks_is_not_pushed_ahead() -> None:
+    """A minute of a clock as on Windows, 16 ms a tick, asked for a stamp every 0.1 ms."""
+    start, tick = STAMP, 16_000
+    true = [start]
+    clock = HostClock(wall_us=lambda: true[0] // tick * tick)
+    stamps = []
+    for _ in range(600_000):
+        true[0] += 100
+        stamps.append(clock.now_us())
+    assert all(one < two for one, two in itertools.pairwise(stamps))
+    assert abs(stamps[-1] - true[0]) <= tick
+    assert clock.correction_us == 0
+
+
+def test_a_flight_continued_after_the_clock_was_set_back_goes_on_from_its_last_stamp() -> None:
+    wall = [STAMP]
+    clock = HostClock(after_us=STAMP + 3_600_000_000, wall_us=lambda: wall[0])
+    assert clock.now_us() == STAMP + 3_600_000_001
+    wall[0] += 10_000
+    assert clock.now_us() == STAMP + 3_600_010_000
 
 
 def test_the_virtual_aircraft_is_a_source_like_any_other() -> None:

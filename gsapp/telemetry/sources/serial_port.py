@@ -6,6 +6,7 @@ import contextlib
 import errno
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from os.path import normcase
 from typing import Any, Protocol
 
 from gsapp.foundation import LinkError
@@ -109,7 +110,9 @@ class SerialSource(ReconnectingSource):
         with _as_os_errors():
             self._port = self._opener(self._path, self.address.baud)
         for port in self._ports():
-            if port.device == self._path and port.vid is not None and port.pid is not None:
+            # Windows calls it COM5 however the user wrote it.
+            same = normcase(port.device) == normcase(self._path)
+            if same and port.vid is not None and port.pid is not None:
                 self._identity = Identity(
                     vid=port.vid, pid=port.pid, serial_number=port.serial_number
                 )
@@ -132,7 +135,9 @@ class SerialSource(ReconnectingSource):
         if self._port is None:
             return []
         with _as_os_errors():
-            self._port.timeout = max(timeout, 0.0)
+            if self._port.timeout != timeout:
+                # Windows sets up the whole port anew for this, the rate and all.
+                self._port.timeout = timeout
             data = self._port.read(1)
             if not data:
                 return []
