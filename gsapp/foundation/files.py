@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
+
+_PATIENCE = 1.0
+"""Seconds for which a file that others have open is tried to be replaced on Windows."""
+_PAUSE = 0.01
+"""Seconds between two tries."""
 
 
 @contextlib.contextmanager
@@ -42,11 +49,28 @@ def replacing(path: Path | str) -> Iterator[Path]:
             os.fsync(stream.fileno())
         # A temporary file is private to its maker; a document is not.
         temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o644)
-        temporary.replace(target)
+        _put_in_place(temporary, target)
     except BaseException:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
+
+
+def _put_in_place(temporary: Path, target: Path) -> None:
+    """Rename, on Windows again and again for a while.
+
+    There a file that anyone has open just now, be it the scanner for viruses, cannot be replaced.
+    """
+    deadline = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            temporary.replace(target)
+        except PermissionError:
+            if sys.platform != "win32" or time.monotonic() >= deadline:
+                raise
+            time.sleep(_PAUSE)
+        else:
+            return
 
 
 def write_atomically(path: Path | str, content: bytes | str) -> Path:

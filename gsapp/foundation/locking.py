@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 import time
@@ -14,8 +15,14 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-# Where Windows locks: far behind the end, since it would forbid reading what is locked.
 _FAR = 1 << 30
+"""Where Windows locks: far behind the end, since it would forbid reading what is locked."""
+_LOOKS = 4
+"""Looks in a row that must meet a lock on Windows: others who look hold it for an instant too."""
+_PAUSE = 0.003
+"""Seconds between two tries to get a lock that somebody holds for an instant."""
+_PATIENCE = 10.0
+"""Seconds that Windows is asked for a file before it is given up, as its own waiting does."""
 
 
 class FileLock:
@@ -55,6 +62,7 @@ class FileLock:
     def release(self) -> None:
         """Give the lock back. May be called twice."""
         if self._descriptor >= 0:
+            _unlock(self._descriptor)
             os.close(self._descriptor)
             self._descriptor = -1
 
@@ -69,7 +77,7 @@ def holder(path: Path) -> int | None:
     except OSError:
         return None
     try:
-        if _lock(descriptor, shared=True):
+        if _nobody_holds(descriptor):
             return None
         os.lseek(descriptor, 0, os.SEEK_SET)
         text = os.read(descriptor, 32)
@@ -88,16 +96,33 @@ if sys.platform == "win32":
             return False
         return True
 
+    def _unlock(descriptor: int) -> None:
+        # Closing does it as well, but later, when the system finds time.
+        os.lseek(descriptor, _FAR, os.SEEK_SET)
+        msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+
+    def _nobody_holds(descriptor: int) -> bool:
+        for look in range(_LOOKS):
+            if look:
+                time.sleep(_PAUSE)
+            if _lock(descriptor, shared=True):
+                _unlock(descriptor)
+                return True
+        return False
+
     @contextlib.contextmanager
     def alone(descriptor: int) -> Iterator[None]:
         """Hold an open file alone among the processes that ask for it, waiting for it."""
-        os.lseek(descriptor, _FAR, os.SEEK_SET)
-        msvcrt.locking(descriptor, msvcrt.LK_LOCK, 1)
+        deadline = time.monotonic() + _PATIENCE
+        # The system's own waiting looks once a second.
+        while not _lock(descriptor, shared=False):
+            if time.monotonic() >= deadline:
+                raise OSError(errno.EDEADLK, "another process does not let go of it")
+            time.sleep(_PAUSE)
         try:
             yield
         finally:
-            os.lseek(descriptor, _FAR, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+            _unlock(descriptor)
 
 else:
 
@@ -108,6 +133,12 @@ else:
             return False
         return True
 
+    def _unlock(descriptor: int) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_UN)
+
+    def _nobody_holds(descriptor: int) -> bool:
+        return _lock(descriptor, shared=True)
+
     @contextlib.contextmanager
     def alone(descriptor: int) -> Iterator[None]:
         """Hold an open file alone among the processes that ask for it, waiting for it."""
@@ -115,4 +146,4 @@ else:
         try:
             yield
         finally:
-            fcntl.flock(descriptor, fcntl.LOCK_UN)
+            _unlock(descriptor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -28,3 +29,24 @@ def test_a_failed_write_leaves_the_former_file_and_no_litter(
 def test_text_is_utf8_with_line_feeds_on_every_system(tmp_path: Path) -> None:
     path = write_atomically(tmp_path / "file.txt", "α\nβ\n")
     assert path.read_bytes() == "α\nβ\n".encode()
+
+
+def test_a_file_that_others_read_is_replaced_when_they_are_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on Windows, where nothing can take the place of a file that is open."""
+    path = write_atomically(tmp_path / "file.txt", "before")
+    replace, refusals = Path.replace, [PermissionError(13, "in use")] * 3
+
+    def replace_unless_open(self: Path, target: Path) -> Path:
+        if refusals:
+            raise refusals.pop()
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", replace_unless_open)
+    with pytest.raises(PermissionError):
+        write_atomically(path, "after")  # elsewhere it is a refusal
+    monkeypatch.setattr(sys, "platform", "win32")
+    write_atomically(path, "after")
+    assert path.read_text() == "after"
+    assert not refusals
