@@ -15,6 +15,7 @@ from gsapp.flight.names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.locking import holder
 from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.detaching import start_detached
 from gsapp.telemetry.recorder_process import note_path
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 
@@ -149,23 +150,7 @@ def start_recorder(
 def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:
     with log.open("ab") as words:
         start = words.tell()
-        if sys.platform == "win32":
-            detached = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.DETACHED_PROCESS
-            child = subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=words,
-                creationflags=detached,
-            )
-        else:
-            child = subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=words,
-                start_new_session=True,
-            )
+        child = start_detached(command, words)
     return child, start
 
 

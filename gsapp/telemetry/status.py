@@ -103,8 +103,9 @@ def runtime_folder() -> Path:
 
 
 def _user() -> int:
-    # Windows gives every user temporary folders of their own.
-    return os.getuid() if sys.platform != "win32" else 0
+    if sys.platform == "win32":
+        return 0  # every user has temporary folders there
+    return os.getuid()
 
 
 def _private(folder: Path) -> Path:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import LinkError
+from gsapp.telemetry.detaching import start_detached
 
 
 def free_port() -> int:
@@ -57,16 +58,13 @@ class _Background:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with self._words.open("wb") as log:
-                self._process = subprocess.Popen(
+                self._process = start_detached(
                     # Nothing is imported from where it works: a flight's folder holds one called
                     # calibration, too.
                     [sys.executable, "-P", "-m", "gsapp.cli", *arguments],
-                    cwd=folder,
-                    stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=log,
-                    bufsize=0,
-                    start_new_session=sys.platform != "win32",
+                    log,
+                    folder=folder,
+                    listens=listens,
                 )
         except OSError as error:
             raise LinkError(
