@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Literal, Optional
 
@@ -1282,6 +1283,7 @@ def inertia(
 
 def main() -> None:
     """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
+    _print_anything()
     try:
         app()
     except KeyboardInterrupt:
@@ -1291,6 +1293,17 @@ def main() -> None:
         if sentence is None:
             raise
         sys.exit(f"gsapp: {sentence}")
+
+
+def _print_anything() -> None:
+    """Let no character end the program: Windows hands over pipes and files in its old code pages.
+
+    What goes there is UTF-8, as every file of this program; a terminal shows what it can.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            encoding = None if stream.isatty() else "utf-8"
+            stream.reconfigure(encoding=encoding, errors="replace")
 
 
 def _sentence(error: Exception) -> str | None:

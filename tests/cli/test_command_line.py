@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import subprocess
 import sys
@@ -40,6 +41,18 @@ def test_every_command_explains_itself_with_an_example(command: str) -> None:
     done = gsapp(command, "--help")
     assert done.returncode == 0
     assert f"Example: gsapp {command}" in done.stdout
+
+
+def test_no_character_ends_a_command_whose_words_go_to_a_pipe(tmp_path: Path) -> None:
+    """As on Windows, which hands over pipes in a code page that lacks most characters."""
+    flight, cut = tmp_path / "flight.csv", tmp_path / "cut-λ.csv"
+    flight.write_text("time [s],alpha [deg]\n0,1\n0.01,2\n0.02,3\n", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "gsapp.cli", "cut", flight, "--window", "0:1", "--out", cut],
+        capture_output=True, timeout=60, env={**os.environ, "PYTHONIOENCODING": "cp1252"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "cut-λ.csv" in done.stdout.decode("utf-8")
 
 
 @pytest.mark.parametrize("call", [("dance",), ("record",), ("fly",), ("replay",)])
