@@ -56,6 +56,7 @@ _COLUMNS: Final = {
 _PLACES: Final = {name: {len(SIGNALS) + place, _COLUMNS[name]} for name, place in _PLACE.items()}
 """All columns of a channel: as measured, and as a signal with its stand-ins."""
 _NOT_YET: Final = -(2**62)
+"""Number of a row before all others: no sample came so far."""
 
 IndexArray = npt.NDArray[np.int64]
 

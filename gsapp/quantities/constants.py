@@ -1,4 +1,4 @@
-"""Numbers that hold everywhere: the standard gravity, and customary units in SI.
+"""Numbers that hold everywhere: standard gravity, size of the Earth, customary units in SI.
 
 For values written in the code; what is read from files goes through `gsapp.quantities.units`.
 """
@@ -13,3 +13,5 @@ DEGREE: Final = 0.017453292519943295
 """rad."""
 FOOT: Final = 0.3048
 """m."""
+EARTH_RADIUS: Final = 6_371_000.0
+"""Mean radius of the Earth, m."""

@@ -13,8 +13,11 @@ from ui.fonts import sans
 _SLIMMEST: Final = 72
 """Percent of their width to which letters are narrowed before they become lower."""
 _STEP: Final = 4
+"""Percent of width from one try to the next."""
 _ROOM: Final = 100_000
+"""Pixels: more than any text takes."""
 _REMEMBERED: Final = 512
+"""Texts of which the fitting font is kept."""
 
 
 def letters(pixels: int, *, bold: bool = False, stretch: int = 100) -> QFont:

@@ -12,6 +12,7 @@ _ROWS: Final = (0.33, 0.24, 0.18, 0.2, 0.05)
 _SIDE: Final = 0.19
 """Share of the width for seconds of leg and for time left, on the right."""
 _MARGIN: Final = 0.016
+"""Share of the width that is left free around everything."""
 _FIRST_HINT: Final = 0.6
 """Share of their row that the first of two hints takes."""
 

@@ -23,6 +23,7 @@ _AIRCRAFT: Final = "b777"
 _PERIOD_MS: Final = 20
 """Between two words to the sticks: 50 a second."""
 _USUAL_SIZE: Final = 0.25
+"""Share of full stick that a key pushes until another size is chosen."""
 _TAKEN: Final = announcement(TRAINEE)
 _GIVEN: Final = announcement(RECOVERING)
 

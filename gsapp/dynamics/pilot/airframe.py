@@ -31,6 +31,7 @@ from gsapp.dynamics.sensors import (
 from gsapp.dynamics.signals import SignalPath, SignalTerm, channels_of
 from gsapp.dynamics.simulation import Commands, Simulator
 from gsapp.dynamics.terms import PLACED
+from gsapp.quantities.constants import EARTH_RADIUS
 
 TRUTH = (
     "V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi", "ax", "ay", "an",
@@ -61,7 +62,6 @@ BOARD = (
 
 _CALM = 3.0
 """Below this airspeed, m/s, vanes hang where friction holds them."""
-_EARTH_RADIUS = 6_371_000.0
 _UNLOADING = 0.3
 """Share by which the fans turn faster at 120 ft/s: 19,000 rpm on the ground, 25,000 in the air."""
 _UNLOADED_SPEED = 36.576
@@ -311,7 +311,7 @@ class Airframe:
         """Return what the board knows now, in the order of `BOARD`."""
         now, sticks, conditions = self._now, self._sticks, self._plan.conditions
         situation = self.situation()
-        longitude = situation.east / (_EARTH_RADIUS * math.cos(conditions.latitude))
+        longitude = situation.east / (EARTH_RADIUS * math.cos(conditions.latitude))
         controls = self._aircraft.controls
         values = {
             **now,
@@ -328,7 +328,7 @@ class Airframe:
             "rate_switch": float(sticks.high_rate),
             "rc_rssi": self._rssi,
             "dynamic_pressure": now["qbar"],
-            "latitude": conditions.latitude + situation.north / _EARTH_RADIUS,
+            "latitude": conditions.latitude + situation.north / EARTH_RADIUS,
             "longitude": conditions.longitude + longitude,
             "height": situation.height,
             "elevation": conditions.elevation,

@@ -19,9 +19,8 @@ from gsapp.excitation.dangers.frames import Frame
 from gsapp.excitation.dangers.standing import Finding
 from gsapp.excitation.dangers.wording import TITLES
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 
-BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.int64]
 
 _SENSORS: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")

@@ -12,10 +12,9 @@ from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.frames import Frame
 from gsapp.excitation.dangers.standing import Finding
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.quantities.constants import DEGREE, FOOT
+from gsapp.quantities.constants import DEGREE, EARTH_RADIUS, FOOT
 from gsapp.quantities.fields import Angle, Length, Time
 
-_EARTH_RADIUS: Final = 6_371_000.0
 _CLIMBED: Final = 5.0
 """The floor counts once the aircraft was so far above it, m."""
 _LANDING_FLAP: Final = 5.0 * DEGREE
@@ -135,7 +134,7 @@ class FenceRoom:
         """Return north and east of the center, m; None where no position tells."""
         latitude, longitude = frame.last("latitude"), frame.last("longitude")
         if math.isfinite(latitude) and math.isfinite(longitude):
-            place = _EARTH_RADIUS * latitude, _EARTH_RADIUS * longitude * math.cos(latitude)
+            place = EARTH_RADIUS * latitude, EARTH_RADIUS * longitude * math.cos(latitude)
         else:
             place = frame.last("north"), frame.last("east")
             if not math.isfinite(place[0] + place[1]):
@@ -145,7 +144,7 @@ class FenceRoom:
         if center[0] is not None and center[1] is not None:
             if math.isnan(latitude):
                 return None  # of a center on the map a place beside it tells nothing
-            home = _EARTH_RADIUS * center[0], _EARTH_RADIUS * center[1] * math.cos(latitude)
+            home = EARTH_RADIUS * center[0], EARTH_RADIUS * center[1] * math.cos(latitude)
         else:
             if self._home is None:
                 self._home = place

@@ -44,7 +44,9 @@ _SPEED: Final = 25.0
 _FREE: Final = 0.4
 """Of what it must; a sensor that has been stuck and moves as much is free again."""
 _RATE_MUST_MOVE: Final = 3.5 * DEGREE
+"""Standard deviation of a rate that all else makes, rad/s, at which its gyro must have moved ..."""
 _RATE_STUCK: Final = 0.08
+"""... and the share of it below which it has not."""
 _RATE_STILL: Final = 1.0 * DEGREE
 """rad/s; a gyro that moves more than this is not dead."""
 _RATE_LIVE: Final = 0.6 * DEGREE

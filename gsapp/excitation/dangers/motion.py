@@ -34,6 +34,7 @@ COLUMNS: Final = ("p", "q", "r", "ax", "ay", "an", "V", "alpha", "beta")
 """What a stretch holds."""
 
 _HATS: Final = 9
+"""Triangles over the stretch of which a rate that is not believed is made up."""
 _USUAL_ERROR: Final = 20.0 * DEGREE
 """Rates, rad/s, by which a gyro that is not believed may be wrong: keeps the sums small ..."""
 _USUAL_MISS: Final = 0.5

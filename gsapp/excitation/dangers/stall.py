@@ -24,6 +24,7 @@ _LEAST_LOAD: Final = 0.5
 _CAUTION: Final = 1.08
 """Of the stall speed at the present load factor."""
 _WARNING: Final = 1.0
+"""The same: here it stalls."""
 _ALPHA_CALM: Final = 0.93
 """Of the two figures above, where a vane that is believed shows alpha within its linear range: a
 gust that loads the wing for a moment is not yet a stall."""

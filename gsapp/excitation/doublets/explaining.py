@@ -33,6 +33,7 @@ _UNEXPLAINED: Final = 0.3
 _SMOOTHED: Final = 0.05
 """Seconds over which `smoothed` takes its mean."""
 _ROUNDS: Final = 4
+"""Of the fit and of the share left unexplained, each from the other."""
 _ALIKE: Final = 10.0
 """Successive samples that tell the same."""
 _GAIN_SPREAD: Final = 0.4
@@ -48,9 +49,11 @@ _STATE_SPREADS: Final = {
 """Of a state as the input begins, as measured, and of its trim in level flight; SI."""
 
 _SPEED_STEP: Final = 1.0
-"""Small motions are found once for each so many m/s."""
+"""Small motions are found once for each so many m/s ..."""
 _DENSITY_STEP: Final = 0.02
+"""... and of air so dense, kg/m^3: 2 % change no answer that one sees."""
 _LEAST_SAMPLES: Final = 50
+"""Of an answer; fewer tell nothing about it."""
 
 
 class Explainer:

@@ -41,6 +41,7 @@ SAMPLES_NEEDED: Final = 0.8
 """Share of the samples that must be there."""
 
 _LEAST_CROSS: Final = 0.5 * DEGREE
+"""rad; another surface that moves less spoils nothing, however small the main input was."""
 _CLIPPED_FOR: Final = 0.03
 """Seconds at the end of a sensor's range that count."""
 _ROUGH_BEFORE: Final = 2.0

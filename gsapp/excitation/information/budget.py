@@ -24,6 +24,7 @@ _SHORTEST, _LONGEST = 10.0, 120.0
 _TURNING = 100.0
 """Above this speed, rad/s, an engine runs."""
 _CLOSED = 0.02
+"""Throttle below which an engine without a tachometer is taken to stand still."""
 _LEARNED_FROM = 30.0
 """Seconds of flight from which on its own fuel flow counts."""
 

@@ -32,9 +32,11 @@ from gsapp.identification.statistics.correlation import usual_lags
 from gsapp.quantities import FloatArray
 
 _ITERATIONS = 12
+"""Steps after which a fit is left as it is."""
 _PRIOR = 0.5
 """Share of a derivative that it may be off where a stretch without an input is listened to."""
 _LEAST_PRIOR = 0.05
+"""The least of it, for a derivative near zero."""
 _ROUNDS = 3
 """Of weights and step, until what is left over hardly changes."""
 _TINY = 1e-16

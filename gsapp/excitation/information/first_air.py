@@ -12,6 +12,7 @@ from gsapp.excitation.rows import FlightRows, joined
 CLIMB: Final = 8.0
 """Seconds after take-off that are left out: flaps, full throttle, a steep climb."""
 _KEPT: Final = 60.0
+"""Seconds of rows kept on the ground: a take-off is recognized some time after it was."""
 
 
 class FirstAir:

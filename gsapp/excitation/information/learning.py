@@ -36,6 +36,7 @@ AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
 LISTENED: Final = 4.0
 """Seconds before a maneuver in which the noise is heard."""
 _SHORTEST_HEARD: Final = 2.5
+"""s; a shorter stretch says too little of the noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

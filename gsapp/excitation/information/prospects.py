@@ -31,7 +31,9 @@ from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.quantities import FloatArray
 
 EXECUTIONS: Final = 8
+"""Ways in which one card may turn out; each costs a run of the model with all sensitivities."""
 DRAWS: Final = 200
+"""Of executions and surprises, from which the quantiles of a bound are taken."""
 BAND: Final = (0.1, 0.5, 0.9)
 """Quantiles of a bound: the ends of the band, and what is expected."""
 _SPEEDS: Final = 0.5

@@ -46,7 +46,9 @@ _FACTORS: Final = {
     "four times": 4.0,
 }
 _MOST, _LEAST = 5.0, 0.2
+"""Factors beyond which no number is told: such an input was a mistake."""
 _SAME_WIDTH = 0.1
+"""Share by which a width may miss what is wanted without a word: no hand keeps it better."""
 
 
 def stick_words(

@@ -34,6 +34,7 @@ _TIME_CONSTANTS = 4.0
 _ROLL_BUILT_UP = 2.0
 """Time constants of the roll after which a doublet's roll rate swings 80 % of what it can."""
 _GRID = np.linspace(0.02, 1.5, 297) * math.pi
+"""Widths of a step, as the phase, rad, that the mode goes through meanwhile."""
 _MIDDLE_STEP = {"3-2-1-1": 2}
 """Units of the step that is to last half a period, in shapes that spread about the mode."""
 _FASTEST, _SLOWEST = 0.15, 2.5

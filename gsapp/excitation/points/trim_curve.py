@@ -28,6 +28,7 @@ _POINTS = 25
 _HALVINGS = 6
 """Steps in which each end of the range is found."""
 _FEWEST_STRETCHES = 3
+"""Stretches that tell where the vane stands: the median of three is safe from one that is off."""
 _ROUNDING = 1e-9
 """By which alpha at an end of the curve may miss it, rad."""
 _SLOWEST_SHARE, _FASTEST_SHARE = 0.7, 4.0

@@ -34,6 +34,7 @@ _SLIPPING: Final = 1.2
 _GUST_TIME: Final = 2.0
 """How long a gust from the side lasts, s."""
 _NOSE_TIME: Final = 2.0
+"""Time constant of the mean of a_x that tells the attitude, s; what is faster is gusts."""
 _NOSE: Final = 4.0 * DEGREE
 """Pitch attitude where no a_x tells it."""
 

@@ -28,6 +28,7 @@ _PATTERN_TURN: Final = 60.0 * DEGREE
 _ALIKE: Final = 45.0 * DEGREE
 """Legs whose directions differ less are the same leg of the pattern, rad."""
 _KEPT: Final = 12
+"""Legs remembered: three laps of four."""
 _LATEST: Final = 3
 """Laps by which the end of a leg is told."""
 _DOUBT: Final = {"position": 0.5, "turns": 1.5, "": 0.0}

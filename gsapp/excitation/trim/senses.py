@@ -21,7 +21,7 @@ from gsapp.excitation.trim.unrest import RESTLESS, UnrestWatch
 from gsapp.excitation.trim.windows import MovingWindow, WindowFit
 from gsapp.flight.maneuvers.airborne import flying_speed
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import GRAVITY
+from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
 
 _FITTED: Final = (*RESTLESS, "V")
 _FITTED_PLACES: Final = [PLACE[name] for name in _FITTED]
@@ -35,7 +35,6 @@ _CRUISE: Final = 1.5
 """Usual airspeed over that below which it does not fly."""
 _BANK_SIGNS: Final = ("turn rate", "rate of roll", "lateral acceleration", "beta")
 """What tells of the bank where no attitude is measured."""
-_EARTH_RADIUS: Final = 6_371_000.0
 _TURN_TIME: Final = 0.7
 """Seconds of which the mean turn rate tells a turn."""
 _QUICK_TIME: Final = 0.3
@@ -168,7 +167,7 @@ class Senses:
         self._local = self._local or north == north
         if self._local:
             return north, east
-        return _EARTH_RADIUS * latitude, _EARTH_RADIUS * longitude * math.cos(latitude)
+        return EARTH_RADIUS * latitude, EARTH_RADIUS * longitude * math.cos(latitude)
 
 
 def _told_by(*values: float) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ ENTER: Final = 0.92
 LEAVE: Final = 1.08
 """Share of the tolerances beyond which the aircraft is no longer trimmed, once it was."""
 _ROUND_OFF: Final = 1e-6
+"""s; sums of ticks are not exact."""
 
 
 class StateKeeper:
