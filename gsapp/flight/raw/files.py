@@ -159,10 +159,6 @@ class RawFile:
             self._in_damage = True
 
 
-def _wire_format(number: int) -> WireFormat | None:
-    return wire_formats().get(number)
-
-
 def _span(data: bytes, start: int) -> tuple[int, int, int] | None:
     """Return message id, end of the payload and end of the frame whose header stands here.
 
@@ -183,6 +179,14 @@ def _span(data: bytes, start: int) -> tuple[int, int, int] | None:
         body = start + 6 + data[start + 1]
         return data[start + 5], body, body + 2
     return None
+
+
+def _good(data: bytes, start: int, wire: WireFormat | None, body: int, end: int) -> bool:
+    """Return whether the checksum fits, or where it cannot be checked, a frame follows."""
+    if wire is None:
+        return end + 8 >= len(data) or data[end + 8] in (MAGIC_1, MAGIC_2)
+    checksum: int = crc16.mcrf4xx(data[start + 1 : body] + wire.crc_extra)
+    return checksum == data[body] | data[body + 1] << 8
 
 
 class FrameFile(RawFile):
@@ -206,14 +210,16 @@ class FrameFile(RawFile):
     def parse(self, data: bytes, *, whole: bool) -> int:
         """Take the records of a stretch; see `RawFile.parse`."""
         size, position = len(data), 0
+        formats = wire_formats()
         while position + _SHORTEST_RECORD <= size:
-            span = _span(data, position + 8)
+            start = position + 8
+            span = _span(data, start)
             if span is not None:
                 number, body, end = span
                 if not whole and end + 8 >= size:
                     break
-                if end <= size and self._good(data, position + 8, number, body, end):
-                    self._add(STAMP.unpack_from(data, position)[0], data[position + 8 : end])
+                if end <= size and _good(data, start, formats.get(number), body, end):
+                    self._add(STAMP.unpack_from(data, position)[0], data[start:end])
                     position = end
                     continue
             found = self._resume(data, position + 1)
@@ -225,17 +231,6 @@ class FrameFile(RawFile):
             position = found
         return position
 
-    @staticmethod
-    def _good(data: bytes, start: int, number: int, body: int, end: int) -> bool:
-        """Return whether the checksum fits, or where it cannot be checked, a frame follows."""
-        wire = _wire_format(number)
-        if wire is None:
-            return end + 8 >= len(data) or data[end + 8] in (MAGIC_1, MAGIC_2)
-        return bool(
-            crc16.mcrf4xx(data[start + 1 : body] + wire.crc_extra)
-            == data[body] | data[body + 1] << 8
-        )
-
     def _resume(self, data: bytes, position: int) -> int:
         """Return where the next record of known id starts whose checksum fits, or -1."""
         match = _MAGIC.search(data, position + 8)
@@ -244,8 +239,8 @@ class FrameFile(RawFile):
             span = _span(data, start)
             if span is not None:
                 number, body, end = span
-                known = _wire_format(number) is not None
-                if known and end <= len(data) and self._good(data, start, number, body, end):
+                wire = wire_formats().get(number)
+                if wire is not None and end <= len(data) and _good(data, start, wire, body, end):
                     return start - 8
             match = _MAGIC.search(data, start + 1)
         return -1
