@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt, QTimer
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -26,7 +26,7 @@ from pytestqt.qtbot import QtBot
 sys.path.insert(0, str(Path(__file__).parent))
 
 from gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
-from window_kit import open_window, until, write_flight
+from window_kit import answer_dialog, open_window, until, write_flight
 
 import ui.gap.place
 import ui.window
@@ -524,17 +524,8 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
         assert dialog.button.isEnabled()
         qtbot.keyClick(dialog.search, Qt.Key.Key_Return)
 
-    def answer() -> None:
-        dialog = QApplication.activeModalWidget()
-        assert isinstance(dialog, ForceDialog)
-        try:
-            fill(dialog)
-        finally:
-            # A dialog left open would hold the test for ever.
-            dialog.done(dialog.result())
-
     press(qtbot, Qt.Key.Key_3, ALT)
-    QTimer.singleShot(100, answer)
+    answer_dialog(ForceDialog, fill)
     press(qtbot, Qt.Key.Key_F, CONTROL | SHIFT)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap.busy)
     assert engine.jobs[1].decisions.forced == (ALPHA2,)

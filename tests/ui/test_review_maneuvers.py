@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 
 from maneuver_kit import EVERYTHING, make_flight
-from window_kit import open_window, until
+from window_kit import answer_dialog, open_window, until
 
 import ui.window
 from gsapp.cli.maneuvers import run
@@ -285,14 +285,12 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     press(qtbot, Qt.Key.Key_U)
     until(qtbot, lambda: len(page.review.chosen()) == 5)
 
-    def grade() -> None:
-        dialog = QApplication.activeModalWidget()
-        assert isinstance(dialog, GradeDialog)
+    def grade(dialog: GradeDialog) -> None:
         dialog.choice.setCurrentIndex(3)
         qtbot.keyClicks(dialog.reason, "a gust")
         dialog.accept()
 
-    QTimer.singleShot(0, grade)
+    answer_dialog(GradeDialog, grade)
     press(qtbot, Qt.Key.Key_G, CONTROL | SHIFT)
     graded = page.flights.flight["2"]
     assert (graded.grade, graded.reasons) == ("D", ("a gust",))

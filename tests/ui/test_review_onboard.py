@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog
+from PySide6.QtWidgets import QDialog
 
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.onboard import OnboardLogState
@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 
 from onboard_kit import fly_thin
-from window_kit import free_port, open_window
+from window_kit import answer_dialog, free_port, open_window
 
 AUTOPILOT = Path(__file__).parents[1] / "telemetry" / "foreign_autopilot.py"
 OFFSET = 3.7
@@ -60,21 +60,9 @@ def reviewed(flown, tmp_path, qtbot, monkeypatch):
 
 def press(window, sequence, answer):
     """Press keys that open the dialog, and answer it."""
-
-    def look() -> None:
-        dialog = QApplication.activeModalWidget()
-        if isinstance(dialog, OnboardDialog):
-            try:
-                answer(dialog)
-            finally:
-                if dialog.isVisible():
-                    dialog.reject()
-        else:
-            QTimer.singleShot(20, look)
-
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
-    QTimer.singleShot(0, look)
+    answer_dialog(OnboardDialog, answer)
     QTest.keyClick(window, *sequence)
 
 

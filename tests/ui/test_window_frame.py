@@ -17,13 +17,14 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QLineEdit,
+    QMessageBox,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import open_window, until, write_flight
+from window_kit import answer_dialog, open_window, until, write_flight
 
 import ui.window
 from gsapp.foundation import GroundStationError, LinkError
@@ -391,9 +392,7 @@ def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> No
     charts.setFocus()
     charts.perform("chart_down")
 
-    def answer(low: str, high: str) -> None:
-        dialog = QApplication.activeModalWidget()
-        assert isinstance(dialog, RangeDialog)
+    def answer(dialog: RangeDialog, low: str, high: str) -> None:
         dialog.low.setText("7")
         dialog.high.setText("7")
         assert not dialog.button.isEnabled()
@@ -401,7 +400,7 @@ def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> No
         dialog.high.setText(high)
         dialog.button.click()
 
-    QTimer.singleShot(100, lambda: answer("−2,5", "12"))
+    answer_dialog(RangeDialog, lambda dialog: answer(dialog, "−2,5", "12"))
     qtbot.keyClick(charts, Qt.Key.Key_Y, Qt.KeyboardModifier.ShiftModifier)
     until(qtbot, lambda: charts.selected_chart is not None)
     assert charts.selected_chart.specs[0].id == "alpha"
@@ -409,7 +408,7 @@ def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> No
     assert charts.selected_chart.ticks[0] >= -2.5
     assert charts.strip_layout.strips[1].high == pytest.approx(math.radians(12.0))
     activate(qtbot, flight)
-    QTimer.singleShot(100, lambda: answer("", ""))
+    answer_dialog(RangeDialog, lambda dialog: answer(dialog, "", ""))
     qtbot.keyClick(charts, Qt.Key.Key_Y, Qt.KeyboardModifier.ShiftModifier)
     assert charts.strip_layout.strips[1].range == "auto"
 
@@ -423,15 +422,10 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     assert session is not None
 
     def ask(window: MainWindow, answer: Callable[[LimitsDialog], object]) -> None:
-        def reply() -> None:
-            dialog = QApplication.activeModalWidget()
-            assert isinstance(dialog, LimitsDialog)
-            answer(dialog)
-
         activate(qtbot, window)
         window.view.charts.setFocus()
         until(qtbot, lambda: window.view.charts.selected_chart is not None)
-        QTimer.singleShot(100, reply)
+        answer_dialog(LimitsDialog, answer)
         qtbot.keyClick(window.view.charts, Qt.Key.Key_L, Qt.KeyboardModifier.ShiftModifier)
 
     def type_both(dialog: LimitsDialog) -> None:
@@ -532,11 +526,5 @@ def test_a_key_in_haste_never_ends_a_recording(
     window: MainWindow, qtbot: QtBot, key: Qt.Key, answer: str
 ) -> None:
     """Enter leaves the recorder running, Esc keeps the window."""
-
-    def press() -> None:
-        box = QApplication.activeModalWidget()
-        assert box is not None
-        qtbot.keyClick(box, key)
-
-    QTimer.singleShot(100, press)
+    answer_dialog(QMessageBox, lambda box: qtbot.keyClick(box, key))
     assert ask_closing(window, "flight 3") == answer

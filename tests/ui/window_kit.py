@@ -7,9 +7,11 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication, QDialog
 
 from calibration import load_certificates
 from gsapp.decoding.dialect import dialect
@@ -24,6 +26,11 @@ _ARRAY = ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "r
           "beta", "p", "q", "r")  # fmt: skip
 _SWITCHED_ON = 1.0
 """Seconds that the box had been on when it began to send."""
+
+_OPENS = 10.0
+"""Seconds that a dialog may take to open."""
+
+Dialog = TypeVar("Dialog", bound=QDialog)
 
 
 def alpha_sent(times: FloatArray) -> FloatArray:
@@ -108,6 +115,28 @@ class Aircraft:
         frame = bytes(message.pack(self._packer))  # type: ignore[attr-defined]
         self._packer.seq = (self._packer.seq + 1) % 256
         return frame
+
+
+def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> None:
+    """Answer the next dialog of a kind once it has the keys; to be said before it opens.
+
+    It is closed in the end: left open, it would hold the test for ever.
+    """
+    deadline = time.monotonic() + _OPENS
+
+    def look() -> None:
+        dialog = QApplication.activeModalWidget()
+        if isinstance(dialog, kind) and dialog.isAncestorOf(QApplication.focusWidget()):
+            try:
+                answer(dialog)
+            finally:
+                if dialog.isVisible():
+                    dialog.reject()
+        else:
+            assert time.monotonic() < deadline, f"no {kind.__name__} has opened"
+            QTimer.singleShot(10, look)
+
+    QTimer.singleShot(0, look)
 
 
 def until(qtbot: object, condition: Callable[[], bool], milliseconds: int = 8000) -> None:
