@@ -191,6 +191,21 @@ def missed_without(available: Collection[str], lacking: Collection[str]) -> tupl
     return tuple(each.output for each in derivations_for(whole) if each.output not in whole)
 
 
+def instruments_behind(measured: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Return the measured channels that each channel is computed from in the end.
+
+    Parameters
+    ----------
+    measured : collection of str
+        Channels that are not derived; each stands behind itself.
+    """
+    behind: dict[str, tuple[str, ...]] = {name: (name,) for name in measured}
+    for derivation in derivations_for(measured):
+        inputs = (name for given in derivation.inputs for name in behind[given])
+        behind[derivation.output] = tuple(dict.fromkeys(inputs))
+    return behind
+
+
 class SlowInput:
     """The latest sample of a slow channel before a row.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from calibration import Certificate, certificate_content
+from gsapp.decoding.derived import instruments_behind
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.quantities import Block
 
@@ -107,28 +108,70 @@ def calibration_remarks(
     """
     listed = ", ".join(uncalibrated(sources))
     lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
-    beyond = "" if block is None else _beyond(used.used, sources, block)
+    beyond = "" if block is None else _beyond_words(used, sources, block)
     return tuple(words for words in (used.sentence, lacking if listed else "", beyond) if words)
 
 
-def _beyond(
-    certificates: Mapping[str, Certificate], sources: Mapping[str, ChannelSource], block: Block
+def covered_behind(
+    used: CertificatesUsed, sources: Mapping[str, ChannelSource]
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """Return what the instruments behind each channel were calibrated for.
+
+    Returns
+    -------
+    dict of str to dict
+        By channel, derived ones among them: by instrument the lowest and highest value, SI.
+        Channels without a certificate behind them are left out.
+    """
+    covered = {
+        name: certificate.covered
+        for name, certificate in used.used.items()
+        if name in sources and sources[name].calibrated
+    }
+    behind = instruments_behind([name for name, each in sources.items() if each.kind != "derived"])
+    found = {
+        name: {one: covered[one] for one in behind.get(name, ()) if one in covered}
+        for name in sources
+    }
+    return {name: ranges for name, ranges in found.items() if ranges}
+
+
+def samples_beyond(
+    used: CertificatesUsed, sources: Mapping[str, ChannelSource], block: Block
+) -> dict[str, int]:
+    """Return how many samples lie beyond what was calibrated, by channel; those of none left out.
+
+    A derived sample does where an instrument behind it does.
+    """
+    found = {}
+    for name, ranges in covered_behind(used, sources).items():
+        if name not in block:
+            continue
+        outside = np.zeros(block.times.size, dtype=bool)
+        for instrument, (low, high) in ranges.items():
+            if instrument in block:
+                values = block[instrument]
+                outside |= (values < low) | (values > high)
+        count = int(np.count_nonzero(outside & np.isfinite(block[name])))
+        if count:
+            found[name] = count
+    return found
+
+
+def _beyond_words(
+    used: CertificatesUsed, sources: Mapping[str, ChannelSource], block: Block
 ) -> str:
     """Return which channels left the range that was calibrated, and how often; empty for none."""
-    found = []
-    for name, certificate in sorted(certificates.items()):
-        source = sources.get(name)
-        if name not in block or source is None or not source.calibrated:
-            continue
-        beyond = certificate.beyond(block[name])
-        if beyond.any():
-            share = float(np.mean(beyond[np.isfinite(block[name])]))
-            found.append(f"{name} {max(100.0 * share, 0.1):.1f} %")
-    if not found:
+    counts = samples_beyond(used, sources, block)
+    if not counts:
         return ""
+    shares = ", ".join(
+        f"{name} {max(100.0 * count / np.count_nonzero(np.isfinite(block[name])), 0.1):.1f} %"
+        for name, count in sorted(counts.items())
+    )
     return (
         "beyond the range that was calibrated, where the curve goes on straight: share of the "
-        f"samples of {', '.join(found)}"
+        f"samples of {shares}"
     )
 
 

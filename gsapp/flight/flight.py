@@ -7,7 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.flight.certificates import CertificatesUsed, calibration_remarks, uncalibrated
+from gsapp.flight.certificates import (
+    CertificatesUsed,
+    calibration_remarks,
+    samples_beyond,
+    uncalibrated,
+)
 from gsapp.flight.events import Event
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.onboard.record import OnboardLogState
@@ -92,8 +97,16 @@ class Flight:
         return calibration_remarks(self.certificates, self.sources, self.block)
 
     def calibration_json(self) -> dict[str, Any]:
-        """Return the certificates behind the numbers, and what had none, for programs."""
-        return {**self.certificates.to_json(), "uncalibrated": list(self.uncalibrated)}
+        """Return the certificates behind the numbers, and what lacks them, for programs.
+
+        ``uncalibrated`` lists channels that had none, ``beyond`` counts the samples of channels
+        outside the range that was calibrated.
+        """
+        return {
+            **self.certificates.to_json(),
+            "uncalibrated": list(self.uncalibrated),
+            "beyond": samples_beyond(self.certificates, self.sources, self.block),
+        }
 
     @property
     def rate(self) -> float:

@@ -33,9 +33,10 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
     dict
         ``{"duration", "channels": {id: {"count", "rate", "min", "max", "mean", "gaps", "source",
         "measured", "calibrated"}}, "calibration": {"certificates": {id: {"stamp", "who"}},
-        "given", "instead_of_own", "uncalibrated"}, "onboard": {"file", "in_place", "why",
-        "channels", "clock": {"offset", "offset_std", "drift", "drift_std", ...}}, "frames":
-        {"good", "damaged", "unknown", "lost"}, "events", "cues", "maneuvers"}``. SI units; None
+        "given", "instead_of_own", "uncalibrated", "beyond": {id: samples}}, "onboard": {"file",
+        "in_place", "why", "channels", "clock": {"offset", "offset_std", "drift", "drift_std",
+        ...}}, "frames": {"good", "damaged", "unknown", "lost"}, "events", "cues",
+        "maneuvers"}``. SI units; None
         where there is nothing to tell: `calibrated` of what needs no certificate, `given` where
         the flight's own were used.
     """

@@ -22,6 +22,7 @@ from gsapp.cli import compatibility, cut, discrepancy, estimate, export, linear_
 from gsapp.cli import replay as replay_command
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight import load_flight
+from gsapp.flight.certificates import covered_behind
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.summary import summarize
 from gsapp.flight.writers import write_block
@@ -92,6 +93,31 @@ def test_what_lies_beyond_the_calibrated_range_is_said(flight: FlightFolder, oth
     assert share > 0.0
     assert said.endswith(f"samples of alpha {100.0 * share:.1f} %")
     assert said in read.calibration_remarks
+    assert summarize(own)["calibration"]["beyond"] == {}
+    count = int(np.sum(np.abs(np.rad2deg(shown)) > 1.0))
+    assert summarize(read)["calibration"]["beyond"] == {"alpha": count}
+
+
+def test_what_is_derived_from_values_beyond_the_range_is_counted_too(
+    flight: FlightFolder, other: Path
+) -> None:
+    """The elevator where either half was, speed and pressure where the transducer was."""
+    shipped = load_certificates("b777")
+    left = shipped["elevator_left"]
+    read = load_flight(flight.path)
+    shown = np.rad2deg(read.block["elevator_left"])
+    ends = left.volts(np.deg2rad([np.nanmax(shown) + 0.5, np.nanmax(shown) + 1.0]))
+    narrow = replace(left, range=(float(ends.min()), float(ends.max())), points=())
+    write_certificate(narrow, other / "elevator_left.toml")
+    again = load_flight(flight.path, certificates=other)
+    beyond = again.calibration_json()["beyond"]
+    assert beyond["elevator_left"] == np.count_nonzero(np.isfinite(shown))
+    assert beyond["de"] == np.count_nonzero(np.isfinite(again.block["de"]))
+    assert set(beyond) == {"elevator_left", "de"}
+    assert "de " in again.calibration_remarks[-1]
+    covered = covered_behind(again.certificates, again.sources)
+    assert set(covered["V"]) == {"dynamic_pressure", "static_pressure", "temperature"}
+    assert set(covered["elevator_right"]) == {"elevator_right"}
 
 
 def test_the_cache_of_a_flight_is_that_of_its_own_certificates(

@@ -345,7 +345,7 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
     assert strips.readings(1)[0].uncalibrated
     assert not strips.readings(1)[0].extrapolated
     before = image_of(strips)
-    strips.set_sources({"alpha": Origin("measured", True, (-1e-6, 1e-6))})
+    strips.set_sources({"alpha": Origin("measured", True, {"alpha": (-1e-6, 1e-6)})})
     settle(qtbot, strips)
     assert strips.readings(1)[0].extrapolated
     assert image_of(strips) != before
@@ -357,6 +357,27 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
     cell = pixels_of(image_of(strips))[box.y : box.bottom, values.x : values.right]
     assert count(cell, DAYLIGHT.warning_fill) > 100
     assert image_of(strips) != plain
+
+
+def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, strips):
+    """Proves it for a measured channel, one derived from it, and where the range was not left."""
+    history = strips._history
+    alpha = history.samples("alpha", 0, round(history.end * history.rate))
+    half = float(np.nanmax(alpha)) / 2.0
+    covered = {"alpha": (-1.0, half)}
+    strips.set_sources(
+        {"alpha": Origin("measured", True, covered), "q": Origin("derived", True, covered)}
+    )
+    times = np.arange(alpha.size) / history.rate
+    for time, beyond in (
+        (times[np.nanargmax(alpha)], True),
+        (times[np.nanargmin(np.abs(alpha - 0.5 * half))], False),
+    ):
+        strips.set_cursor("cursor", float(time))
+        settle(qtbot, strips)
+        for number, marked in ((1, beyond), (2, beyond), (3, False)):
+            (text,) = strips.cursor_texts(number)["cursor"]
+            assert text.startswith("*") is marked
 
 
 def test_units_change_the_numbers_and_not_the_line(qtbot, strips):

@@ -84,17 +84,22 @@ class Origin:
     """Where a channel comes from, as the charts say it; fits `ui.strips.furniture.Source`.
 
     A value that the aircraft sends in engineering units wants no certificate of ours: only what
-    should have one and has none is called uncalibrated. Beyond what its certificate covers the
-    curve goes on straight, which is said beside the value.
+    should have one and has none is called uncalibrated.
+
+    Attributes
+    ----------
+    kind : str
+        ``measured``, ``estimated`` or ``derived``.
+    calibrated : bool
+        Whether what should have a certificate has one.
+    covered : mapping of str to (float, float)
+        What the instruments behind it were calibrated for, SI; beyond it their curves go on
+        straight.
     """
 
     kind: str
     calibrated: bool
-    covered: tuple[float, float] | None = None
-
-    def beyond(self, value: float) -> bool:
-        """Return whether a value (SI) lies outside what was calibrated."""
-        return self.covered is not None and not self.covered[0] <= value <= self.covered[1]
+    covered: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def source_note(source: Source) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from calibration import Certificate
 from gsapp.decoding.derived import missed_without
 from gsapp.decoding.pipeline import ChannelSource
-from gsapp.flight.certificates import uncalibrated
+from gsapp.flight.certificates import covered_behind, uncalibrated
 from gsapp.flight.events import Event
 from gsapp.session import Bands, Session, SessionSnapshot, Severity
 from ui.flight.estimates_panel import state_words
@@ -132,7 +132,7 @@ class PictureTaker:
     def _look_at_channels(self) -> None:
         session = self._session
         sources = session.sources
-        known = origins(sources, session.certificates)
+        known = origins(sources)
         available = tuple(dict.fromkeys((*known, *session.history.channels)))
         limits = session.limits
         if available != self._available or limits.revision != self._limits_revision:
@@ -141,25 +141,28 @@ class PictureTaker:
             self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
         if available != self._available or len(sources) != self._known:
             self._available, self._known = available, len(sources)
-            self._sources = known
+            self._sources = origins(sources, covered_behind(session.calibration, sources))
 
 
 def origins(
-    sources: Mapping[str, ChannelSource], certificates: Mapping[str, Certificate]
+    sources: Mapping[str, ChannelSource],
+    covered: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType({}),
 ) -> dict[str, Source]:
     """Return where every channel comes from, those among them that only a certificate would give.
 
     Instruments without one, and what would be derived from them, are there to be shown: hatched,
     and called uncalibrated, rather than not at all.
+
+    Parameters
+    ----------
+    sources : mapping of str to ChannelSource
+    covered : mapping of str to mapping
+        From `gsapp.flight.certificates.covered_behind`.
     """
     lacking = [name for name in uncalibrated(sources) if name not in sources]
     return {
         **{
-            name: Origin(
-                each.kind,
-                not each.uncalibrated,
-                certificates[name].covered if each.calibrated and name in certificates else None,
-            )
+            name: Origin(each.kind, not each.uncalibrated, covered.get(name, {}))
             for name, each in sources.items()
         },
         **{name: Origin("measured", False) for name in lacking},

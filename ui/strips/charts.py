@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from gsapp.quantities import ChannelSpec, channel
@@ -18,6 +19,8 @@ from ui.words import DASH
 
 # The colors farthest apart, for groups and for lines that share a chart.
 _GROUP_COLORS = ("blue", "purple", "ink", "rust")
+BEYOND, BEYOND_WORDS = "*", "beyond cal"
+"""How a value is marked that an instrument gave beyond what it was calibrated for, and called."""
 _DASH = 5  # logical pixels of a third of a dash with its gap
 _TICK_APART = 13.5  # logical pixels between labels of the y axis
 _MOST_TICKS = 7
@@ -229,5 +232,27 @@ def read_value(
         word=word,
         estimated=estimated,
         uncalibrated=uncalibrated,
-        extrapolated=source is not None and source.beyond(latest[1]),
+        extrapolated=beyond_calibration(source, lambda name: _latest(history, name)),
     )
+
+
+def beyond_calibration(source: Source | None, value_of: Callable[[str], float]) -> bool:
+    """Return whether a value stands on an instrument beyond what that was calibrated for.
+
+    Parameters
+    ----------
+    source : Source or None
+        Where the value comes from.
+    value_of : callable
+        From the id of an instrument's channel to its value (SI) at the same time; NaN for none.
+    """
+    for name, (low, high) in source.covered.items() if source is not None else ():
+        value = value_of(name)
+        if value < low or value > high:
+            return True
+    return False
+
+
+def _latest(history: Samples, name: str) -> float:
+    last = history.last(name) if name in history.channels else None
+    return math.nan if last is None else last[1]

@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from gsapp.quantities import ChannelSpec
 from ui.fonts import sans
-from ui.strips.charts import Chart, Reading, thickness
+from ui.strips.charts import BEYOND, BEYOND_WORDS, Chart, Reading, thickness
 from ui.strips.furniture import Display, Mark, Span, symbol_parts
 from ui.strips.geometry import Box, Columns, Geometry
 from ui.strips.ticks import clock, multiples, number, step_decimals
@@ -372,7 +372,9 @@ def _draw_tags(painter: QPainter, pen: Pen, reading: Reading, cell: QRect, cente
     if reading.uncalibrated:
         tags.append(("uncal", theme.caution, ""))
     if reading.extrapolated:
-        tags.append(("beyond cal", theme.caution, ""))
+        # In two lines: beside each other they reach into a long number.
+        first, second = BEYOND_WORDS.split()
+        tags += [(f"{BEYOND} {first}", theme.caution, ""), (second, theme.caution, "")]
     if reading.estimated:
         tags.append(("est", theme.muted, ""))
     fitting = max(int(cell.height() // pen.px(15)), 1)
@@ -400,7 +402,7 @@ def draw_cursor_values(
     texts: Mapping[str, Sequence[str]],
     chart: Chart,
 ) -> None:
-    """Write the values of a chart at the cursors."""
+    """Write the values of a chart at the cursors, and what is to be said of them if it fits."""
     for name, column in columns:
         lines = texts.get(name, ())
         if not lines:
@@ -408,11 +410,15 @@ def draw_cursor_values(
         step = box.height / len(lines)
         pixels = max(min(pen.px(_BODY), round(step / 0.82)), pen.px(8))
         for index, text in enumerate(lines):
+            middle = box.y + (index + 0.5) * step
+            if text.startswith(BEYOND) and step >= pen.px(3 * _BODY):
+                below = middle + pen.px(_BODY)
+                _draw_beyond(painter, pen, column, below)
             color = pen.theme.text if name == "delta" else chart.inks[index]
             pen.text(
                 painter,
                 column.right - pen.px(6),
-                box.y + (index + 0.5) * step,
+                middle,
                 text,
                 color,
                 _BODY,
@@ -420,6 +426,14 @@ def draw_cursor_values(
                 align="right",
                 pixels=pixels,
             )
+
+
+def _draw_beyond(painter: QPainter, pen: Pen, column: Box, middle: float) -> None:
+    """Say under a value that it lies beyond what was calibrated."""
+    pen.text(
+        painter, column.right - pen.px(6), middle, BEYOND_WORDS, pen.theme.caution, 10,
+        align="right",
+    )  # fmt: skip
 
 
 def cursor_color(theme: Theme, name: str) -> str:

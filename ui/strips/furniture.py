@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -46,8 +47,9 @@ class Source(Protocol):
     def calibrated(self) -> bool:
         """Return whether a calibration was in force."""
 
-    def beyond(self, value: float) -> bool:
-        """Return whether a value (SI) lies outside what was calibrated."""
+    @property
+    def covered(self) -> Mapping[str, tuple[float, float]]:
+        """Return the values (SI) that the instruments behind it were calibrated for."""
 
 
 class Limits(Protocol):

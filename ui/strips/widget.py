@@ -25,7 +25,14 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from gsapp.quantities import channel
 from ui.strips import drawing
-from ui.strips.charts import Chart, Reading, make_chart, read_value
+from ui.strips.charts import (
+    BEYOND,
+    Chart,
+    Reading,
+    beyond_calibration,
+    make_chart,
+    read_value,
+)
 from ui.strips.columns import Samples
 from ui.strips.drawing import Pen
 from ui.strips.exposed import Exposed
@@ -341,26 +348,37 @@ class StripChart(QWidget):
     def cursor_texts(self, number_of_chart: int) -> dict[str, list[str]]:
         """Return the values of a chart at the cursors as they are shown, by cursor.
 
-        ``delta`` is B less A; a chart of several lines has a text for each.
+        ``delta`` is B less A; a chart of several lines has a text for each. What lies beyond the
+        range that was calibrated begins with `BEYOND`.
         """
         chart = self._charts[number_of_chart]
         texts: dict[str, list[str]] = {}
         values: dict[str, list[float]] = {}
+        marks: dict[str, list[str]] = {}
         for name, time in self.view.cursors.items():
             values[name] = [
                 display.shown(self.value_at(spec.id, time))
                 for spec, display in zip(chart.specs, chart.displays, strict=True)
             ]
+            marks[name] = [BEYOND if self._beyond_at(spec.id, time) else "" for spec in chart.specs]
         if "a" in values and "b" in values:
             values["delta"] = [
                 other - one for one, other in zip(values["a"], values["b"], strict=True)
             ]
+            marks["delta"] = [
+                one or other for one, other in zip(marks["a"], marks["b"], strict=True)
+            ]
         for name, row in values.items():
             texts[name] = [
-                DASH if math.isnan(value) else number(value, display.decimals)
-                for value, display in zip(row, chart.displays, strict=True)
+                DASH if math.isnan(value) else mark + number(value, display.decimals)
+                for value, mark, display in zip(row, marks[name], chart.displays, strict=True)
             ]
         return texts
+
+    def _beyond_at(self, channel_id: str, time: float) -> bool:
+        """Return whether a sample stands on an instrument beyond what it was calibrated for."""
+        source = self._sources.get(channel_id)
+        return beyond_calibration(source, lambda name: self.value_at(name, time))
 
     # Building
 
