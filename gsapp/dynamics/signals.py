@@ -29,8 +29,9 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.signal import lfilter
@@ -642,7 +643,16 @@ class SignalPath:
         return signal
 
 
-def respond(terms: Path, signal: FloatArray, dt: float) -> Response:
+class Responds(Protocol):
+    """What gives a whole history after one part of a path, as `SignalTerm.respond`."""
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
+        """Return the history, shape (n,), sampled every `dt` s."""
+
+
+def respond(
+    terms: Sequence[tuple[Responds, tuple[float, ...]]], signal: FloatArray, dt: float
+) -> Response:
     """Return a whole history after several terms, with the derivatives by all their parameters.
 
     The columns of `Response.parameters` follow the terms and their parameters in order.
@@ -688,32 +698,6 @@ def undo(terms: Path, signal: FloatArray, dt: float) -> Response:
         return change
 
     return Response(values=values, parameters=columns, tangent=through)
-
-
-def drive(shown: Path, moved: Path, recorded: FloatArray, dt: float) -> Response:
-    """Return how a control acted, from its record: its sensor undone, then its control path.
-
-    Parameters
-    ----------
-    shown, moved : Path
-        Effects on the sensor (``FlightModel.sensor_terms``) and on the control path
-        (``FlightModel.control_terms``).
-    recorded : ndarray, shape (n,)
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    Response
-        Columns of `parameters`: those of `shown`, then those of `moved`.
-    """
-    true = undo(shown, recorded, dt)
-    found = respond(moved, true.values, dt)
-    return Response(
-        values=found.values,
-        parameters=np.hstack((found.tangent(true.parameters), found.parameters)),
-        tangent=lambda change: found.tangent(true.tangent(change)),
-    )
 
 
 def channels_of(name: str) -> tuple[str, ...]:

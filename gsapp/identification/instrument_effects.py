@@ -17,13 +17,13 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
+from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.signals import (
     SURFACES,
     Path,
     Response,
     Saturation,
     SignalTerm,
-    respond,
     undo,
 )
 from gsapp.dynamics.terms import Term
@@ -77,7 +77,7 @@ def as_it_acted(maneuver: Maneuver, model: Model) -> Maneuver:
     controls = {
         SURFACES[surface]: _path(terms) for surface, terms in flight_model.control_terms.items()
     }
-    moved = _edited(true, controls, respond)
+    moved = _edited(true, controls, acted)
     if not flight_model.misplaced:
         return moved
     return replace(moved, aircraft=_placed(maneuver.aircraft, flight_model))

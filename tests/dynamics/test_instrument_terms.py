@@ -8,6 +8,7 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
+from gsapp.dynamics.recorded_controls import drive
 from gsapp.dynamics.sensors import OUTPUTS, OutputModel
 from gsapp.dynamics.signals import (
     BOXES,
@@ -17,7 +18,6 @@ from gsapp.dynamics.signals import (
     Response,
     SignalTerm,
     channels_of,
-    drive,
     respond,
     undo,
 )

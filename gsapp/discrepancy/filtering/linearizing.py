@@ -20,6 +20,7 @@ from gsapp.discrepancy.filtering.slopes import (
     differences,
 )
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.signals import SURFACES, SignalTerm, Straight, respond, undo
 from gsapp.dynamics.terms import VARIABLES
@@ -227,7 +228,7 @@ def _driven(record: Record, model: FlightModel) -> FloatArray:
             inputs[row] = undo(_signal_path(terms), inputs[row], record.dt).values
     for surface, terms in model.control_terms.items():
         row = INPUTS.index(SURFACES[surface])
-        inputs[row] = respond(_signal_path(terms), inputs[row], record.dt).values
+        inputs[row] = acted(_signal_path(terms), inputs[row], record.dt).values
     return inputs
 
 

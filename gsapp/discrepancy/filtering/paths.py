@@ -9,6 +9,7 @@ import numpy as np
 from gsapp.discrepancy.filtering.columns import Column, Entry
 from gsapp.discrepancy.filtering.linearizing import CONTROLS, Linearization
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.signals import SURFACES, Response, SignalTerm, respond, undo
 from gsapp.quantities import FloatArray
 
@@ -24,7 +25,7 @@ def path_columns(model: FlightModel, found: Linearization) -> dict[str, Column]:
     for surface, terms in model.control_terms.items():
         name = SURFACES[surface]
         signal = record.motion.inputs.T[INPUTS.index(name)]
-        for key, slope in _slopes(terms, signal, record.dt, respond).items():
+        for key, slope in _slopes(terms, signal, record.dt, acted).items():
             columns[key] = (Entry(place=name, history=slope),)
     for channel, terms in model.sensor_terms.items():
         if channel in CONTROLS:

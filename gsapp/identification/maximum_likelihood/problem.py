@@ -14,8 +14,9 @@ import numpy as np
 
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.recorded_controls import drive
 from gsapp.dynamics.signals import SURFACES as SURFACE_NAMES
-from gsapp.dynamics.signals import Path, drive, respond
+from gsapp.dynamics.signals import Path, respond
 from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.engine import Drives, Engine, drives_of
