@@ -68,7 +68,7 @@ def borne_out(
     while len(kept) > 1 + forced and held.gain(len(kept) - 2, len(kept) - 1) <= 0.0:
         # What makes maneuvers worse that it was not fitted to is no effect.
         before = kept[-2]
-        strong = _STRONG * threshold(false_alarm, len(before.screening.competitors))
+        strong = _STRONG * threshold(false_alarm, before.screening.competitors)
         kind: Kind = "unexplained" if float(before.decision.gain.max()) > strong else "nothing"
         kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
         held = against(kept)
@@ -151,7 +151,7 @@ def _model_of(stage: Stage, effects: Sequence[FoundEffect]) -> Model:
         return model
     words = "; ".join(
         f"{one.effect} ({one.title}): "
-        + ("put in by hand" if one.forced else f"confidence {min(one.confidence, SUREST):.0%}")
+        + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")
         for one in effects
     )
     return model.model_copy(update={"evidence": words})
@@ -186,7 +186,7 @@ def _found(
     if after.proven:
         confidence = SUREST
     else:
-        confidence = float(evidence[own]) if own is not None and not after.forced else 0.0
+        confidence = SUREST * float(evidence[own]) if own is not None and not after.forced else 0.0
     return FoundEffect(
         effect=effect,
         title=term.title,

@@ -1,4 +1,4 @@
-"""Candidates as columns: what each effect, and structure without a name, would change.
+"""Candidates as columns: what each effect of the catalog would change.
 
 At its neutral value an effect adds one history to a coefficient, a control or a channel. Effects
 that are not linear in their size (play, end stops) are taken at a finite one.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from gsapp.discrepancy.catalog import EffectRecord
 from gsapp.discrepancy.filtering.columns import Column, Entry
 from gsapp.discrepancy.filtering.linearizing import Linearization
 from gsapp.dynamics.flight_model import INPUTS
+from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.signals import (
     SURFACES,
     Backlash,
@@ -32,9 +32,12 @@ from gsapp.dynamics.signals import (
 )
 from gsapp.dynamics.terms import COEFFICIENTS, Term, make_term
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
 
 Maker = Callable[[Linearization], Column | None]
-_MEMORY = 0.15
+SMALL_PLAY = 0.06 * DEGREE
+"""Width at which play is tried, rad: hands turn it over at every move, noise of a pot does not."""
+MEMORY = 0.15
 """Time constant of lags without a name, s."""
 _AXES = {"CX": ("CA", -1.0), "CZ": ("CN", -1.0)}
 _LOADS = {
@@ -134,7 +137,7 @@ def _equation_maker(term: Term, aircraft: Aircraft) -> Maker:
         if term.states:
             taus = [item.default for item in term.parameters if item.name in ("tau", "lag")]
             states = tuple(
-                lagged(reads[0], taus[0] if taus else _MEMORY, found.record.dt) for _ in term.states
+                lagged(reads[0], taus[0] if taus else MEMORY, found.record.dt) for _ in term.states
             )
         history = np.broadcast_to(
             np.asarray(term.jacobian(reads, states, neutral).parameters[index], dtype=float),
@@ -180,7 +183,7 @@ def _control_maker(term: Term) -> Maker | None:
             change = signal
         else:
             size = finite_size(term, signal, dt)
-            change = term.respond(signal, dt, (size,)).values - signal
+            change = acted(((term, (size,)),), signal, dt).values - signal
             if isinstance(term, Backlash):
                 change = change / size
         if not np.any(change):
@@ -209,7 +212,7 @@ def finite_size(term: SignalTerm, signal: FloatArray, dt: float) -> float:
         return 0.85 * float(np.abs(signal).max())
     if isinstance(term, RateLimit):
         return 0.7 * float(np.abs(np.gradient(signal, dt)).max())
-    return term.parameters[0].default
+    return SMALL_PLAY
 
 
 def _sensor_maker(term: Term) -> Maker | None:
@@ -241,115 +244,3 @@ def _sensor_maker(term: Term) -> Maker | None:
         return tuple(entries) or None
 
     return make
-
-
-# --- structure without a name -------------------------------------------------------------------
-
-_LONGITUDINAL = ("alpha", "q_hat", "de", "v")
-_LATERAL = ("beta", "p_hat", "r_hat", "da", "dr")
-_CUBES = (
-    ("alpha",) * 3,
-    ("alpha", "alpha", "q_hat"),
-    ("alpha", "alpha", "de"),
-    ("alpha", "de", "de"),
-    ("de", "de", "de"),
-    ("alpha", "beta", "beta"),
-    ("alpha", "q_hat", "de"),
-)
-
-
-def unnamed_competitors(
-    named: Sequence[Competitor], *, throttle: bool, flap: bool
-) -> tuple[Competitor, ...]:
-    """Return products of states and inputs, and lags, that no effect of the catalog explains."""
-    taken = {_sorted_name(one.id.partition(".")[2]) for one in named}
-    found = []
-    for target in COEFFICIENTS:
-        lateral = target in ("CY", "Cl", "Cn")
-        for factors in _products(lateral, throttle=throttle, flap=flap):
-            name = _product_name(factors)
-            if _sorted_name(f"{target}.{name}") not in taken:
-                found.append(_unnamed(target, name, factors))
-        found += [
-            _memory(target, variable)
-            for variable in (("beta", "da", "dr") if lateral else ("alpha", "de"))
-            if f"{target}.memory" not in taken or variable != "alpha"
-        ]
-    return tuple(found)
-
-
-def _products(lateral: bool, *, throttle: bool, flap: bool) -> list[tuple[str, ...]]:
-    more = (*(("throttle",) if throttle else ()), *(("flap",) if flap else ()))
-    out: list[tuple[str, ...]] = []
-    if lateral:
-        out += [(one, other) for one in _LATERAL for other in (*_LONGITUDINAL, *more)]
-        out += [(one,) * 3 for one in _LATERAL]
-        out += [("alpha", "alpha", one) for one in _LATERAL]
-        out += [("beta", "beta", one) for one in _LATERAL[1:]]
-        out += [("|beta|", one) for one in _LATERAL]
-        return out
-    out += list(combinations_with_replacement(_LONGITUDINAL, 2))
-    out += list(combinations_with_replacement(_LATERAL, 2))
-    out += [("|beta|",), *_CUBES]
-    out += [(one, other) for one in more for other in _LONGITUDINAL]
-    return out
-
-
-def _sorted_name(name: str) -> str:
-    """Return a name by which products compare whatever the order of their factors."""
-    target, _, factors = name.partition(".")
-    return f"{target}.{'_'.join(sorted(factors.split('_')))}"
-
-
-def _product_name(factors: tuple[str, ...]) -> str:
-    words = []
-    for factor in dict.fromkeys(factors):
-        power = factors.count(factor)
-        plain = factor.removesuffix("_hat").replace("|beta|", "absbeta").replace("v", "V")
-        words.append(plain if power == 1 else f"{plain}{power}")
-    return "_".join(words)
-
-
-def _read(found: Linearization, factor: str) -> FloatArray:
-    if factor == "v":
-        V = found.variables["V"]
-        return V / 28.956 - 1.0
-    if factor == "|beta|":
-        return np.abs(found.variables["beta"])
-    return found.variables[factor]
-
-
-def _unnamed(target: str, name: str, factors: tuple[str, ...]) -> Competitor:
-    def make(found: Linearization) -> Column:
-        history = np.ones(len(found.record))
-        for factor in factors:
-            history = history * _read(found, factor)
-        return (Entry(place=target, history=history),)
-
-    words = " * ".join(factor.removesuffix("_hat") for factor in factors)
-    return Competitor(
-        id=f"unnamed.{target}.{name}",
-        title=f"{target} needs {words}; no effect of the catalog does that",
-        named=False,
-        parameter="",
-        plausible=1.0,
-        neutral=0.0,
-        make=make,
-    )
-
-
-def _memory(target: str, variable: str) -> Competitor:
-    def make(found: Linearization) -> Column:
-        signal = found.variables[variable]
-        late = signal - lagged(signal, _MEMORY, found.record.dt)
-        return (Entry(place=target, history=late),)
-
-    return Competitor(
-        id=f"unnamed.{target}.late_{variable}",
-        title=f"{target} follows {variable} late; no effect of the catalog does that",
-        named=False,
-        parameter="",
-        plausible=1.0,
-        neutral=0.0,
-        make=make,
-    )

@@ -53,11 +53,25 @@ class Decision:
     gain: FloatArray
 
 
-def threshold(false_alarm: float, competitors: int) -> float:
-    """Return the gain in the sum of squares that chance reaches in a share `false_alarm`."""
+def threshold(false_alarm: float, competitors: Sequence[Competitor]) -> float:
+    """Return the gain in the sum of squares that chance reaches in a share `false_alarm`.
+
+    What has no name must gain more by its prior, and so has less of a chance.
+    """
+    from scipy.optimize import brentq
     from scipy.stats import chi2
 
-    return float(chi2.isf(false_alarm / max(competitors, 1), 1))
+    more = -2.0 * log_priors(competitors)
+    if not len(more):
+        return float(chi2.isf(false_alarm, 1))
+    alike = float(chi2.isf(false_alarm / len(more), 1))
+    return float(
+        brentq(
+            lambda gain: float(chi2.sf(gain + more, 1).sum()) - false_alarm,
+            alike - float(more.max()) - 1.0,
+            alike + 1.0,
+        )
+    )
 
 
 def decide(screening: Screening, gain: FloatArray, *, least: float, temper: float) -> Decision:

@@ -19,6 +19,7 @@ from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.filtering.information import Information
 from gsapp.discrepancy.naming import log_priors
 from gsapp.discrepancy.screening import Screening
+from gsapp.discrepancy.unnamed import SHAKEN
 
 _AXES: Final = {"CA": "CX", "CN": "CZ", "thrust": "CX"}
 _SURFACES: Final = {"elevator": "Cm", "aileron": "Cl", "rudder": "Cn", "flap": "CZ"}
@@ -66,9 +67,11 @@ def place_of(competitor: str) -> tuple[str, str]:
     Parameters
     ----------
     competitor : str
-        Id of an effect, or ``unnamed.<coefficient>.<terms>``.
+        Id of an effect, or ``unnamed.<coefficient or channel>.<terms>``.
     """
     group, target, *rest = competitor.split(".")
+    if group == "unnamed" and target in SHAKEN:
+        return "", target
     kind = ".".join((target, *rest[:1]))
     if group == "control":
         return _SURFACES[target], ""

@@ -34,8 +34,8 @@ def alternatives_of(
     return tuple(found)
 
 
-SUREST = 0.99
-"""No name is said with more."""
+SUREST = 0.95
+"""No name is said with more: what is in no catalog may look like an effect that is."""
 _RESCALED = (
     (("Cm_alpha", "Cm_q", "Cm_de"), "mass.inertia.iyy", 1.0),
     (("Cl_beta", "Cl_p", "Cl_r", "Cl_da"), "mass.inertia.ixx", 1.0),
@@ -89,7 +89,7 @@ def why(found: Discrepancy, decision: Decision) -> str:
             sentences.append(f"{one.title}: put into the model by hand.")
             continue
         sentences.append(
-            f"{one.title}: {min(one.confidence, SUREST):.0%} sure"
+            f"{one.title}: {one.confidence:.0%} sure"
             + (
                 f"; the next best explanation, {one.runner_up}, is {one.margin:.0f} log units "
                 "behind."

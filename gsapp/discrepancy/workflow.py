@@ -11,7 +11,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.answering import answer_of, borne_out
 from gsapp.discrepancy.baseline import Tick, baseline_fit, settle
 from gsapp.discrepancy.belonging import check_model
-from gsapp.discrepancy.candidates import Competitor, named_competitors, unnamed_competitors
+from gsapp.discrepancy.candidates import Competitor, named_competitors
 from gsapp.discrepancy.catalog import competitors as catalog_competitors
 from gsapp.discrepancy.catalog import record as catalog_record
 from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
@@ -32,6 +32,7 @@ from gsapp.discrepancy.settings import (
 )
 from gsapp.discrepancy.showing import HeldOut
 from gsapp.discrepancy.stages import Stage, without_misnomers
+from gsapp.discrepancy.unnamed import unnamed_competitors
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import make_term
 from gsapp.foundation import FlightError
@@ -236,7 +237,7 @@ class _Search:
         competitors = self._competitors(fit)
         self._tick("trying every effect of the catalog")
         screening = screen(fit, competitors)
-        least = threshold(self._settings.false_alarm, len(competitors))
+        least = threshold(self._settings.false_alarm, competitors)
         temper = screening.temper
         decision = decide(screening, screening.gain, least=least, temper=temper)
         if decision.kind in ("name", "ambiguous", "unexplained"):

@@ -113,7 +113,7 @@ def sure_words(one: FoundEffect) -> str:
     """Return the confidence in an effect, in percent; never a certainty."""
     if one.forced:
         return "put in by hand"
-    return "above 99 %" if one.confidence > 0.99 else f"{100.0 * one.confidence:.0f} %"
+    return f"{100.0 * one.confidence:.0f} %"
 
 
 def gain_words(gain: float) -> str:

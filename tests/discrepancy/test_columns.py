@@ -21,7 +21,6 @@ from gsapp.discrepancy.candidates import (
     Competitor,
     finite_size,
     named_competitors,
-    unnamed_competitors,
 )
 from gsapp.discrepancy.catalog import catalog
 from gsapp.discrepancy.filtering.columns import Column, forcing
@@ -34,6 +33,7 @@ from gsapp.discrepancy.filtering.linearizing import (
     linearize,
 )
 from gsapp.discrepancy.screening import screen
+from gsapp.discrepancy.unnamed import unnamed_competitors
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.signals import SURFACES, Backlash, Delay, Lag, SignalTerm

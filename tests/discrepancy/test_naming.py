@@ -21,6 +21,7 @@ from gsapp.discrepancy.naming import (
     UNNAMED_PRIOR,
     Decision,
     decide,
+    log_priors,
     probabilities,
     threshold,
 )
@@ -81,9 +82,23 @@ def test_the_threshold_is_chance_over_all_candidates() -> None:
     """The best of m independent chi-squares exceeds it in the share of cases asked for."""
     random = np.random.default_rng(1)
     best = (random.standard_normal((20_000, 60)) ** 2).max(axis=1)
-    assert np.mean(best > threshold(0.05, 60)) == pytest.approx(0.05, abs=0.006)
-    assert threshold(0.003, 300) > threshold(0.003, 30) > threshold(0.03, 30)
-    assert chi2.sf(threshold(0.003, 1), 1) == pytest.approx(0.003)
+    many, one = NAMED[:1] * 60, NAMED[:1]
+    assert np.mean(best > threshold(0.05, many)) == pytest.approx(0.05, abs=0.006)
+    assert threshold(0.003, one * 300) > threshold(0.003, one * 30) > threshold(0.03, one * 30)
+    assert chi2.sf(threshold(0.003, one), 1) == pytest.approx(0.003)
+
+
+def test_what_has_no_name_has_less_of_a_chance_to_pass() -> None:
+    """Named and unnamed candidates together exceed it by chance in the share asked for."""
+    mixed = (*NAMED[:1] * 20, *(UNNAMED,) * 200)
+    least = threshold(0.05, mixed)
+    random = np.random.default_rng(2)
+    gains = random.standard_normal((20_000, 220)) ** 2 + 2.0 * log_priors(mixed)
+    assert np.mean(gains.max(axis=1) > least) == pytest.approx(0.05, abs=0.006)
+    assert threshold(0.05, NAMED[:1] * 20) < least < threshold(0.05, NAMED[:1] * 220)
+    assert threshold(0.05, (UNNAMED,)) == pytest.approx(
+        chi2.isf(0.05, 1) + 2.0 * np.log(UNNAMED_PRIOR)
+    )
 
 
 def test_nothing_is_named_below_the_threshold() -> None:

@@ -310,5 +310,5 @@ def test_what_only_the_ground_can_settle_is_said_so() -> None:
 
 
 def test_nothing_is_ever_called_certain() -> None:
-    assert confidence_text(1.0) == "as good as certain: right in 99 of 100 such cases"
+    assert confidence_text(0.95) == "very likely: right in 95 of 100 such cases"
     assert confidence_text(0.62) == "more likely than not: right in 62 of 100 such cases"

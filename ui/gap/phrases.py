@@ -43,8 +43,7 @@ _STATES: Mapping[str, State] = {
     "not-observable": "unknown",
 }
 _CONFIDENCE = (
-    (0.99, "as good as certain"),
-    (0.95, "very likely"),
+    (0.90, "very likely"),
     (0.80, "likely"),
     (0.50, "more likely than not"),
     (0.0, "a guess"),

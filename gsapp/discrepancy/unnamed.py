@@ -1,0 +1,166 @@
+"""Structure without a name, as columns: products of states and inputs, lags, modes.
+
+They compete so that what is in no catalog is not given the name of what is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations_with_replacement
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gsapp.discrepancy.candidates import MEMORY, Competitor
+from gsapp.discrepancy.filtering.columns import Column, Entry
+from gsapp.discrepancy.filtering.linearizing import Linearization
+from gsapp.dynamics.signals import lagged
+from gsapp.dynamics.terms import COEFFICIENTS
+from gsapp.quantities import FloatArray
+
+_LONGITUDINAL = ("alpha", "q_hat", "de", "v")
+_LATERAL = ("beta", "p_hat", "r_hat", "da", "dr")
+_CUBES = (
+    ("alpha",) * 3,
+    ("alpha", "alpha", "q_hat"),
+    ("alpha", "alpha", "de"),
+    ("alpha", "de", "de"),
+    ("de", "de", "de"),
+    ("alpha", "beta", "beta"),
+    ("alpha", "q_hat", "de"),
+)
+SHAKEN = ("ax", "ay", "an")
+"""Instruments that the structure shakes."""
+_MODES = (3.0, 4.5, 6.7, 10.0)
+"""Frequencies (Hz) at which the structure that carries accelerometers may ring."""
+_RINGING = 0.15
+"""Damping ratio with which it is tried: neighbors of these frequencies are reached too."""
+
+
+def unnamed_competitors(
+    named: Sequence[Competitor], *, throttle: bool, flap: bool
+) -> tuple[Competitor, ...]:
+    """Return products of states and inputs, and lags, that no effect of the catalog explains."""
+    taken = {_sorted_name(one.id.partition(".")[2]) for one in named}
+    found = []
+    for target in COEFFICIENTS:
+        lateral = target in ("CY", "Cl", "Cn")
+        for factors in _products(lateral, throttle=throttle, flap=flap):
+            name = _product_name(factors)
+            if _sorted_name(f"{target}.{name}") not in taken:
+                found.append(_unnamed(target, name, factors))
+        found += [
+            _memory(target, variable)
+            for variable in (("beta", "da", "dr") if lateral else ("alpha", "de"))
+            if f"{target}.memory" not in taken or variable != "alpha"
+        ]
+    found += [_shaken(channel, mode) for channel in SHAKEN for mode in _MODES]
+    return tuple(found)
+
+
+def _products(lateral: bool, *, throttle: bool, flap: bool) -> list[tuple[str, ...]]:
+    more = (*(("throttle",) if throttle else ()), *(("flap",) if flap else ()))
+    out: list[tuple[str, ...]] = []
+    if lateral:
+        out += [(one, other) for one in _LATERAL for other in (*_LONGITUDINAL, *more)]
+        out += [(one,) * 3 for one in _LATERAL]
+        out += [("alpha", "alpha", one) for one in _LATERAL]
+        out += [("beta", "beta", one) for one in _LATERAL[1:]]
+        out += [("|beta|", one) for one in _LATERAL]
+        out += [(f"|{one}|", one) for one in _LATERAL[1:]]
+        return out
+    out += list(combinations_with_replacement(_LONGITUDINAL, 2))
+    out += list(combinations_with_replacement(_LATERAL, 2))
+    out += [("|beta|",), ("|q_hat|", "q_hat"), ("|de|", "de"), *_CUBES]
+    out += [(one, other) for one in more for other in _LONGITUDINAL]
+    return out
+
+
+def _sorted_name(name: str) -> str:
+    """Return a name by which products compare whatever the order of their factors."""
+    target, _, factors = name.partition(".")
+    return f"{target}.{'_'.join(sorted(factors.split('_')))}"
+
+
+def _product_name(factors: tuple[str, ...]) -> str:
+    words = []
+    for factor in dict.fromkeys(factors):
+        power = factors.count(factor)
+        size = factor.strip("|").removesuffix("_hat").replace("v", "V")
+        plain = f"abs{size}" if factor.startswith("|") else size
+        words.append(plain if power == 1 else f"{plain}{power}")
+    return "_".join(words)
+
+
+def _read(found: Linearization, factor: str) -> FloatArray:
+    if factor == "v":
+        V = found.variables["V"]
+        return V / 28.956 - 1.0
+    if factor.startswith("|"):
+        return np.abs(found.variables[factor.strip("|")])
+    return found.variables[factor]
+
+
+def _unnamed(target: str, name: str, factors: tuple[str, ...]) -> Competitor:
+    def make(found: Linearization) -> Column:
+        history = np.ones(len(found.record))
+        for factor in factors:
+            history = history * _read(found, factor)
+        return (Entry(place=target, history=history),)
+
+    words = " * ".join(factor.replace("_hat", "") for factor in factors)
+    return Competitor(
+        id=f"unnamed.{target}.{name}",
+        title=f"{target} needs {words}; no effect of the catalog does that",
+        named=False,
+        parameter="",
+        plausible=1.0,
+        neutral=0.0,
+        make=make,
+    )
+
+
+def _memory(target: str, variable: str) -> Competitor:
+    def make(found: Linearization) -> Column:
+        signal = found.variables[variable]
+        late = signal - lagged(signal, MEMORY, found.record.dt)
+        return (Entry(place=target, history=late),)
+
+    return Competitor(
+        id=f"unnamed.{target}.late_{variable}",
+        title=f"{target} follows {variable} late; no effect of the catalog does that",
+        named=False,
+        parameter="",
+        plausible=1.0,
+        neutral=0.0,
+        make=make,
+    )
+
+
+def _shaken(channel: str, frequency: float) -> Competitor:
+    def make(found: Linearization) -> Column | None:
+        if channel not in found.record.channels:
+            return None
+        felt = found.computed[:, found.record.channels.index(channel)]
+        history = _rung(felt - felt[0], frequency, found.record.dt)
+        return (Entry(place=f"channel.{channel}", history=history),)
+
+    return Competitor(
+        id=f"unnamed.{channel}.mode{frequency:g}",
+        title=f"{channel} rings at about {frequency:g} Hz, as on a structure that bends; no effect "
+        "of the catalog does that",
+        named=False,
+        parameter="",
+        plausible=1.0,
+        neutral=0.0,
+        make=make,
+    )
+
+
+def _rung(signal: FloatArray, frequency: float, dt: float) -> FloatArray:
+    """Return what a lightly damped mode adds that changes of a signal shake, at rest before."""
+    omega = 2.0 * np.pi * frequency
+    pole = np.exp(complex(-_RINGING, np.sqrt(1.0 - _RINGING**2)) * omega * dt)
+    return np.asarray(
+        lfilter(np.array([1.0, -1.0]) * omega * dt, [1.0, -2.0 * pole.real, abs(pole) ** 2], signal)
+    )
