@@ -6,10 +6,8 @@ import importlib.util
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -19,8 +17,6 @@ from blind.cases import CLOCKS, Case, hidden
 from blind.judging import Named, Outcome, judge
 from blind.plan import PLAN
 from blind.sensitivity import Showing
-
-from gsapp.quantities import FloatArray
 
 
 @pytest.fixture(autouse=True)
@@ -133,59 +129,6 @@ def test_two_effects_need_both_names_and_a_missing_derivative_may_be_a_value() -
     lacking = replace(hidden("aero.Cl.dr", 0.01), verdicts=("effects-found", "values-wrong"))
     assert judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_dr",))).first
     assert not judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_da",))).first
-
-
-@pytest.fixture
-def two_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Columns of the baseline for two maneuvers; the others are not looked at."""
-    short = {one.id: sensitivity.baseline_change(0, one) for one in (PLAN[2],)}
-    empty: FloatArray = np.zeros((0, 0, 0))
-    columns = tuple(short.get(one.id, empty) for one in PLAN)
-    monkeypatch.setattr(judging, "baseline_columns", lambda _: columns)
-    throttle = {
-        one.id: sensitivity.change_by(0, one, "propulsion.Cm.throttle", 0.04) for one in (PLAN[2],)
-    }
-    own = tuple(throttle.get(one.id, np.zeros((0, 0))) for one in PLAN)
-    monkeypatch.setattr(judging, "effect_columns", lambda *_: (0.04, own))
-
-
-def test_the_closed_gap_is_that_of_structure(two_columns: None) -> None:
-    """A perfect model closes all of it, the baseline none, half the effect three quarters.
-
-    What another derivative or a zero offset would change does not count, nor what is wrong before
-    and after alike. What the last model brings in where the effect shows nothing does.
-    """
-    case = hidden("propulsion.Cm.throttle", 0.04)
-    flown = flying.fly_case(case, PLAN[2:3])
-    maneuver, truth = flown.maneuvers[0], flown.steady["3"]
-    change = sensitivity.change_by(0, PLAN[2], "propulsion.Cm.throttle", 0.04)
-    derivative = 0.01 * sensitivity.baseline_change(0, PLAN[2])[:, :, 1]
-    names = [name for name in sensitivity.CHANNELS if name != "dynamic_pressure"]
-    places = [sensitivity.CHANNELS.index(name) for name in names]
-    scale = np.array([judging.NOISE[name] for name in names])
-    true = np.column_stack([truth[name] for name in names])
-
-    alike = np.sin(np.arange(len(true)) / 7.0)[:, None] * 0.2 * scale
-    strange = np.sin(np.arange(len(true)) / 31.0)[:, None] * scale
-
-    def closed(share: float, other: float, brought: float = 0.0) -> float | None:
-        first = true - change[:, places] * scale + alike
-        last = true - (share * change + other * derivative)[:, places] * scale + alike
-        last = last + brought * strange
-        view = SimpleNamespace(
-            id="3", held_out=True, times=maneuver.block.times, channels=names,
-            computed=(first, last + 0.01),
-        )  # fmt: skip
-        return judging.closed_gap(flown, cast("Any", [view]))
-
-    assert closed(0.0, 0.0) == pytest.approx(1.0, abs=2e-3)
-    assert closed(0.0, 3.0) == pytest.approx(1.0, abs=2e-3)
-    assert closed(1.0, 0.0) == pytest.approx(0.0, abs=1e-6)
-    assert closed(0.5, -1.0) == pytest.approx(0.75, abs=0.02)
-    some, more = closed(0.0, 0.0, 0.1), closed(0.0, 0.0, 1.0)
-    assert some is not None
-    assert more is not None
-    assert more < some < 1.0
 
 
 def test_answers_are_kept_and_taken_up_again(

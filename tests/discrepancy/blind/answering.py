@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from blind.cases import Case
+from blind.closing import closed_gap
 from blind.flying import fly_case
 from blind.judging import Named, Outcome, outcome_of
 from blind.sensitivity import with_sizes
@@ -45,7 +46,8 @@ def answer(case: Case) -> Outcome:
         spent = time.process_time() - started
         words = f"{type(error).__name__}: {error}"
         return Outcome(id=case.id, verdict="failed", cpu=spent, error=words)
-    return outcome_of(flown, found, time.process_time() - started)
+    spent = time.process_time() - started
+    return outcome_of(sized, found, closed=closed_gap(search, flown, found), cpu=spent)
 
 
 def read(path: Path) -> Outcome:

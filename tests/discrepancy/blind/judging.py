@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
 from blind.cases import WHOLE, Case
-from blind.engine import RATE, STATE
-from blind.flying import FlownCase
-from blind.instruments import NOISE
-from blind.jsbsim_aircraft import DERIVATIVES
-from blind.plan import PLAN
 from blind.sensitivity import (
-    CHANNELS,
-    baseline_columns,
     distances,
-    effect_columns,
     showing,
 )
 
 from gsapp.discrepancy.catalog import catalog
 
 if TYPE_CHECKING:
-    from gsapp.discrepancy.results import Discrepancy, ManeuverView
-    from gsapp.quantities import FloatArray
+    from gsapp.discrepancy.results import Discrepancy
 
 APART = 4.0
 """Effects nearer to each other than this, in sigmas, may be said not to be told apart."""
@@ -87,8 +76,8 @@ class Outcome:
     error: str = ""
 
 
-def outcome_of(flown: FlownCase, answer: Discrepancy, cpu: float) -> Outcome:
-    """Return what is judged of an answer."""
+def outcome_of(case: Case, answer: Discrepancy, *, closed: float | None, cpu: float) -> Outcome:
+    """Return what is judged of an answer; see `closing.closed_gap`."""
     worst = answer.disagreements[0] if answer.disagreements else None
     named = []
     for one in answer.effects:
@@ -99,7 +88,7 @@ def outcome_of(flown: FlownCase, answer: Discrepancy, cpu: float) -> Outcome:
             )
         )
     return Outcome(
-        id=flown.case.id,
+        id=case.id,
         verdict=answer.verdict,
         named=tuple(named),
         ranking=tuple(one.effect for one in answer.ranking[:6]),
@@ -107,7 +96,7 @@ def outcome_of(flown: FlownCase, answer: Discrepancy, cpu: float) -> Outcome:
         values=tuple(answer.values),
         gust=float(answer.disturbance.get("gust", 0.0)),
         told_closed=answer.gap.closed,
-        closed=closed_gap(flown, answer.maneuvers),
+        closed=closed,
         coefficient=worst.coefficient if worst else "",
         channel=worst.channel if worst else "",
         maneuver=worst.maneuver if worst else "",
@@ -117,87 +106,6 @@ def outcome_of(flown: FlownCase, answer: Discrepancy, cpu: float) -> Outcome:
 
 def _number(value: float | None) -> float | None:
     return None if value is None else float(value)
-
-
-def closed_gap(flown: FlownCase, views: Sequence[ManeuverView]) -> float | None:
-    """Return the share of the reducible gap that was closed on maneuvers held out, by the truth.
-
-    The gap: computed minus what a perfect model computes from the same measured deflections, in
-    units of noise, less all that derivatives, initial states and zero offsets can make of it:
-    these are estimated from noise, and what that does to them no structure closes. Reducible of
-    it is what the hidden effect itself makes: its own columns, projected like the gap. The rest,
-    such as what two integrators make of the noise of a pot between two samples, is there before
-    and after. Not closed is what is left along the effect, and all that the last model brought in
-    elsewhere. Sums of squares.
-    """
-    held = [view for view in views if view.held_out and len(view.computed) > 1]
-    if not flown.effects or not held:
-        return None
-    every = RATE // flown.case.rate
-    columns = dict(zip((one.id for one in PLAN), baseline_columns(flown.case.plan), strict=True))
-    own = [_column(flown, effect) for effect in flown.effects]
-    count = len(DERIVATIVES) + len(CHANNELS)
-    gaps, freedoms, shown = [], [], []
-    for place, view in enumerate(held):
-        maneuver = view.id.rpartition(":")[2]
-        free = columns[maneuver][::every]
-        gap, kept = _gap(flown, view)
-        wide = np.zeros((*free.shape[:2], count + len(STATE) * len(held)))
-        wide[:, :, : len(DERIVATIVES)] = free[:, :, : len(DERIVATIVES)]
-        wide[:, range(len(CHANNELS)), range(len(DERIVATIVES), count)] = 1.0
-        first = count + place * len(STATE)
-        wide[:, :, first : first + len(STATE)] = free[:, :, len(DERIVATIVES) :]
-        freedoms.append(wide[kept])
-        gaps.append(gap[kept])
-        shown.append(np.stack([one[maneuver][::every] for one in own], axis=-1)[kept])
-    basis = _orthogonal(np.concatenate(freedoms))
-    before, after = _without(basis, np.concatenate(gaps)).T
-    effects = _orthogonal(_without(basis, np.concatenate(shown)))
-    reducible = effects.T @ before
-    left = effects.T @ after
-    brought = _without(effects, (after - before)[:, np.newaxis])
-    whole = float(np.sum(reducible**2))
-    return 1.0 - float(np.sum(left**2) + np.sum(brought**2)) / whole if whole > 0.0 else None
-
-
-def _column(flown: FlownCase, effect: str) -> dict[str, FloatArray]:
-    """Return what an effect changes, by maneuver, shape (n, n_channels)."""
-    _, columns = effect_columns(flown.case.plan, effect)
-    return dict(zip((one.id for one in PLAN), columns, strict=True))
-
-
-def _without(basis: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return columns less what an orthonormal basis can make of them."""
-    return np.asarray(columns - basis @ (basis.T @ columns))
-
-
-def _orthogonal(columns: FloatArray) -> FloatArray:
-    """Return an orthonormal basis of columns that may hardly differ from one another."""
-    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
-    values, vectors = np.linalg.eigh(scaled.T @ scaled)
-    strong = values > 1e-10 * values[-1]
-    return np.asarray(scaled @ (vectors[:, strong] / np.sqrt(values[strong])))
-
-
-def _gap(flown: FlownCase, view: ManeuverView) -> tuple[FloatArray, np.ndarray]:
-    """Return computed minus truth, first and last model (n, n_channels, 2), and what counts."""
-    maneuver = next(one for one in flown.maneuvers if one.id == view.id.rpartition(":")[2])
-    truth = flown.steady[maneuver.id]
-    places = np.rint((view.times - maneuver.t_start) / maneuver.dt).astype(np.intp)
-    total = np.zeros((len(maneuver.block), len(CHANNELS), 2))
-    kept = np.zeros(total.shape[:2], dtype=np.bool_)
-    for column, name in enumerate(CHANNELS):
-        own, scale = name, np.full(len(places), 1.0 / NOISE[name])
-        if name == "dynamic_pressure" and "V" in view.channels:
-            own = "V"
-            scale = scale * truth["density"][places] * truth["V"][places]
-        if own not in view.channels:
-            continue
-        source = view.channels.index(own)
-        for end, computed in enumerate((view.computed[0], view.computed[-1])):
-            total[places, column, end] = (computed[:, source] - truth[own][places]) * scale
-        kept[places, column] = np.isfinite(total[places, column]).all(axis=1)
-    return total, kept
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
