@@ -29,6 +29,7 @@ from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.writers import write_block
 from gsapp.session.review import open_reviewed
 from ui.review.grade_dialog import GradeDialog
+from ui.review.maneuvers_columns import PLACES
 from ui.review.maneuvers_page import ManeuversPage
 from ui.review.timeline_view import TimeView
 from ui.settings import catalog_path
@@ -323,6 +324,11 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
     window.review.selection.choose_maneuver("2:4")
     assert page.flights.flight.name == "b"
     assert page.timeline.accessibleDescription().startswith("maneuver 4")
+    # Everything on the page calls it so, but what is typed is the name alone.
+    assert page.details.title.text().startswith("Maneuver 2:4, ")
+    cell = page.table.currentIndex().siblingAtColumn(PLACES["id"])
+    assert cell.data() == "2:4"
+    assert cell.data(Qt.ItemDataRole.EditRole) == "4"
     other = open_reviewed(tmp_path / "b.csv")
     other.remove("4")
     until(qtbot, lambda: len(page.flights.flight.maneuvers) == 4)

@@ -93,11 +93,11 @@ COLUMNS = (
         hint="Takes part in the estimate",
     ),
     Column(
-        id="id", title="Id", width=64, key=_place, text=lambda row: row.maneuver.id,
-        hint="Its name; press to change it",
+        id="id", title="Id", width=64, key=_place, text=lambda row: row.id,
+        hint="Its name, with several flights after the number of its own; press to change it",
     ),
     Column(
-        id="flight", title="Flight", width=110, key=_place,
+        id="flight", title="Flight", width=150, key=_place,
         text=lambda row: f"{row.number} {row.flight}",
     ),
     Column(

@@ -77,7 +77,7 @@ class ManeuverDetails(QWidget):
                 empty.setText("")
             self.reasons.setText(hint)
         else:
-            self._show(row.maneuver)
+            self._show(row.id, row.maneuver)
             self.remarks.setText(remarks_text(row))
         self.remarks.setVisible(bool(self.remarks.text()))
 
@@ -87,10 +87,10 @@ class ManeuverDetails(QWidget):
 
     def show_moving(self, maneuver: FoundManeuver) -> None:
         """Show what a maneuver would be with the edges that are being dragged."""
-        self._show(maneuver)
+        self._show(maneuver.id if self._row is None else self._row.id, maneuver)
 
-    def _show(self, maneuver: FoundManeuver) -> None:
-        self.title.setText(title_text(maneuver))
+    def _show(self, name: str, maneuver: FoundManeuver) -> None:
+        self.title.setText(title_text(name, maneuver))
         self.grade.setText(f"Grade {grade_text(maneuver)}")
         state = GRADE_STATES[maneuver.grade]
         if self.grade.property("state") != state:

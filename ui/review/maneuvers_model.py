@@ -89,6 +89,9 @@ class ManeuversModel(QAbstractTableModel):
         row, column = self.rows[index.row()], COLUMNS[index.column()]
         if role == _SORT:
             return column.key(row)
+        if role == Qt.ItemDataRole.EditRole and column.id == "id":
+            # The number of the flight is not to be changed.
+            return row.maneuver.id
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
             return column.words(row, self._look.units)
         if role == Qt.ItemDataRole.CheckStateRole and column.id == "use":
@@ -134,7 +137,7 @@ class ManeuversModel(QAbstractTableModel):
         text = str(value).strip()
         if role != Qt.ItemDataRole.EditRole or column not in TYPED:
             return False
-        if text != self.data(index):
+        if text != self.data(index, Qt.ItemDataRole.EditRole):
             (self.renamed if column == "id" else self.noted).emit(row.id, text)
         return True
 

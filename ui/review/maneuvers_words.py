@@ -15,13 +15,20 @@ def inputs_text(maneuver: FoundManeuver) -> str:
     return " ".join(symbol_text(channel(name).symbol) for name in maneuver.inputs) or DASH
 
 
-def title_text(maneuver: FoundManeuver) -> str:
-    """Return what was flown: ``Maneuver 4: aileron and rudder doublet``."""
+def title_text(name: str, maneuver: FoundManeuver) -> str:
+    """Return what was flown: ``Maneuver 2:4, aileron and rudder doublet``.
+
+    Parameters
+    ----------
+    name : str
+        Its id among all flights under review.
+    maneuver : FoundManeuver
+    """
     names = [_NAMES[name] for name in maneuver.inputs]
     if not names:
-        return f"Maneuver {maneuver.id}: no surface moved"
+        return f"Maneuver {name}, no surface moved"
     listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-    return f"Maneuver {maneuver.id}: {listed} {maneuver.kind}"
+    return f"Maneuver {name}, {listed} {maneuver.kind}"
 
 
 def times_text(maneuver: FoundManeuver) -> str:
