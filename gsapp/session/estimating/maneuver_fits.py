@@ -133,7 +133,9 @@ class ManeuverFits:
             self._running[name] = self._workers.submit(self._asked[name])
         except (OSError, RuntimeError) as error:
             # The flight goes on, whatever keeps a process from beginning.
-            self._failures[name] = f"no process for the fit could be begun ({error})"
+            # What the system says may be pages; its last line says what was wrong.
+            said = (str(error).strip().splitlines() or [type(error).__name__])[-1]
+            self._failures[name] = f"no process for the fit could be begun ({said.strip()})"
 
     def _taken(self) -> list[FitNews]:
         news = []
