@@ -26,13 +26,6 @@ def symbol_text(symbol: str) -> str:
     return text.replace("_", "")
 
 
-def derivative_text(name: str) -> str:
-    """Return a derivative as it is shown: ``Cm_alpha`` as ``Cmα``, ``Cl_da`` as ``Clδa``."""
-    coefficient, _, variable = name.partition("_")
-    surface = {"de": "δe", "da": "δa", "dr": "δr"}.get(variable)
-    return coefficient + (surface or symbol_text(variable))
-
-
 def unit_text(unit: str) -> str:
     """Return a unit as it is shown: ``lbf/ft^2`` as ``lbf/ft²``, ``deg/s`` as ``°/s``."""
     for plain, shown in _UNIT_MARKS:

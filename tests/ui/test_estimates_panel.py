@@ -29,7 +29,13 @@ from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignValue
 from gsapp.session import MAX_SPEED
 from gsapp.session.estimating.picture import EstimateRow, FittedPoint
-from ui.flight.estimates_panel import EstimatesPanel, percent_text, spoken_row, state_words
+from ui.flight.estimates_panel import (
+    EstimatesPanel,
+    percent_text,
+    spoken_row,
+    state_words,
+    value_words,
+)
 from ui.look import Look
 from ui.window import MainWindow
 
@@ -58,6 +64,14 @@ def test_rows_in_words() -> None:
         "last maneuver: 9 % to 2.0 %"
     )
     assert spoken_row(UNKNOWN) == "Cl_da unknown: the aileron hardly moved"
+    # The bound in percent stands above the value that it is of.
+    assert value_words(KNOWN) == (
+        "ML −0.3350 ± 0.0040", "FTR −0.3300 ± 0.0066  9→2.0 %",
+    )  # fmt: skip
+    assert value_words(replace(KNOWN, mean=None, changed="")) == (
+        "FTR −0.3300 ± 0.0066", "",
+    )  # fmt: skip
+    assert value_words(UNKNOWN) == ("unknown", "")
     assert percent_text(4000.0) == "> 999 %"
     assert state_words(2, 1, {"M3": "it did not converge"}) == (
         "2 maneuvers fitted · 1 being fitted · M3 not fitted: it did not converge"

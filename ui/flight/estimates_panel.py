@@ -30,7 +30,7 @@ from PySide6.QtWidgets import (
 
 from ui.look import Look
 from ui.pages import label
-from ui.words import DASH, derivative_text, number_text
+from ui.words import DASH, number_text
 
 if TYPE_CHECKING:
     from gsapp.session.estimating.picture import EstimateRow
@@ -95,6 +95,16 @@ def spoken_row(row: EstimateRow) -> str:
     return said
 
 
+def value_words(row: EstimateRow) -> tuple[str, str]:
+    """Return the value to go by, whose bound in percent stands above it, and what is beside it."""
+    change = row.changed.replace(" % to ", "→")
+    live = "" if row.value is None else f"FTR {value_text(row.value, row.std or 0.0)}"
+    if row.mean is None:
+        return live or "unknown", change
+    best = f"ML {value_text(row.mean.mean, row.mean.std)}"
+    return best, "  ".join(part for part in (live, change) if part)
+
+
 def value_text(value: float, std: float) -> str:
     """Return a value with as many digits as its bound earns, and the bound."""
     decimals = 1
@@ -149,33 +159,25 @@ class EstimateDelegate(QStyledItemDelegate):
         top = QRectF(box.left(), box.top(), box.width(), line)
         middle = top.translated(0.0, line)
         low = middle.translated(0.0, line)
-        unknown = row.value is None
+        value, beside = value_words(row)
         painter.setFont(look.font("body", strong=True))
         painter.setPen(QColor(theme.text))
-        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, derivative_text(row.name))
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, row.name)
         painter.setPen(QColor(theme.muted if row.best is None else theme.text))
         percent = DASH if row.percent is None else percent_text(row.percent)
         painter.drawText(top, Qt.AlignmentFlag.AlignRight | _CENTER, percent)
         painter.setFont(look.font("body"))
-        words = "unknown"
-        if row.value is not None:
-            words = value_text(row.value, row.std or 0.0)
-        elif row.mean is not None:
-            words = f"ML {value_text(row.mean.mean, row.mean.std)}"
-        painter.drawText(middle, Qt.AlignmentFlag.AlignLeft | _CENTER, words)
+        painter.drawText(middle, Qt.AlignmentFlag.AlignLeft | _CENTER, value)
         painter.setFont(look.font("label"))
         painter.setPen(QColor(theme.muted))
-        if unknown:
+        if row.value is None:
             self._paint_excitation(painter, low, row.progress)
             return
-        fitted = "" if row.mean is None else f"ML {value_text(row.mean.mean, row.mean.std)}"
-        short = row.changed.replace(" % to ", "→")
-        said = "  ".join(part for part in (fitted, short) if part)
         metrics = QFontMetricsF(painter.font())
         painter.drawText(
             low,
             Qt.AlignmentFlag.AlignLeft | _CENTER,
-            metrics.elidedText(said, Qt.TextElideMode.ElideRight, low.width()),
+            metrics.elidedText(beside, Qt.TextElideMode.ElideRight, low.width()),
         )
 
     def _paint_excitation(self, painter: QPainter, box: QRectF, progress: float) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from ui.flight.tables import Line
-from ui.words import DASH, MINUS, derivative_text, number_text, symbol_text
+from ui.words import DASH, MINUS, number_text, symbol_text
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
@@ -62,7 +62,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
             Line(
                 key=name,
                 cells=(
-                    derivative_text(name), _minus(mean), bound, percent,
+                    name, _minus(mean), bound, percent,
                     f"{sign}{ratio} ×" if ratio else DASH, n, out, _minus(before),
                     "; ".join(_trends(one)),
                 ),
@@ -74,7 +74,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
         words = _brief(status, why)
-        cells = (derivative_text(name), *(DASH,) * 4, "0", "", DASH, words)
+        cells = (name, *(DASH,) * 4, "0", "", DASH, words)
         lines.append(
             Line(key=name, cells=cells, italic=True, detail=derivative_words(outcome, name))
         )
@@ -85,7 +85,7 @@ def _brief(status: str, why: str) -> str:
     """Return a reason in a few words; the whole of it stands beside the table."""
     others = _APART.search(why)
     if status == "not-identifiable" and others is not None:
-        names = [derivative_text(name) for name in re.split(", | and ", others[1])]
+        names = re.split(", | and ", others[1])
         return f"not told apart from {', '.join(names)}"
     return f"{_status(status)}: {re.split('[:;]', why)[0]}"
 
@@ -117,11 +117,11 @@ def derivative_words(outcome: Outcome, name: str) -> str:
     if one is None:
         for other, status, why in unknown_rows(outcome.result):
             if other == name:
-                return f"{derivative_text(name)} is {_status(status)}: {why}."
+                return f"{name} is {_status(status)}: {why}."
         return ""
     digits = decimals(one.value.std)
     said = [
-        f"{derivative_text(name)} is {number_text(one.value.mean, digits)} ± "
+        f"{name} is {number_text(one.value.mean, digits)} ± "
         f"{one.value.std:.{digits}f} per radian, from {one.value.n} of {len(one.points)} maneuvers."
     ]
     said += [
@@ -173,8 +173,7 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
                 one.maneuver,
                 f"wild: {len(one.derivatives)} of {one.of} derivatives"
                 + (", though fitted well" if one.fits_well else ""),
-                f"{', '.join(derivative_text(name) for name in one.derivatives)}: "
-                f"{'; '.join(one.reasons)}",
+                f"{', '.join(name for name in one.derivatives)}: {'; '.join(one.reasons)}",
             ),
             state="caution",
             strong=True,
@@ -189,7 +188,7 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
             key=Attention(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
             cells=(
                 outlier.point.maneuver,
-                f"{derivative_text(name)} {number_text(outlier.sigmas, 1)} σ off",
+                f"{name} {number_text(outlier.sigmas, 1)} σ off",
                 "; ".join(outlier.reasons),
             ),
         )
@@ -232,7 +231,7 @@ def _gust_lines(outcome: Outcome) -> list[Line]:
         values = beside_values(one)
         if not values:
             continue
-        apart = ", ".join(derivative_text(value.name) for value in values if value.differs)
+        apart = ", ".join(value.name for value in values if value.differs)
         lines.append(
             Line(
                 key=Attention(kind="gusts", maneuver=one.maneuver.id),
