@@ -54,6 +54,18 @@ _MOST_FITS: Final = 12
 """Maneuvers whose responses are drawn in full, the worst fitted first; the table lists all."""
 _HALF_A_PAGE: Final = 4.5
 """Height of a picture of which two fit on a page with their captions, inches."""
+_HOW_TO_READ: Final = (
+    "The bound is one standard deviation of the mean, in percent of it beside; the truth lies "
+    "within two bounds in 95 % of all cases. Scatter is the standard deviation of the values of "
+    "single maneuvers; over what their bounds promise it is near 1 where bounds are honest. Before "
+    "is what was known, n how many maneuvers count."
+)
+_IN_ORDER: Final = "Of these {drawn}, the one fitted worst first."
+_NO_TREND: Final = "No derivative changes provably with speed, angle of attack or sideslip."
+_NOT_TESTED: Final = (
+    "Whether derivatives change with speed, angle of attack or sideslip was not tested: it takes "
+    "more maneuvers, or conditions further apart."
+)
 _ONLINE: Final = {
     "lon": ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha"),
     "lat": ("Cl_p", "Cl_da", "Cn_beta", "Cn_r", "Cn_dr", "Cl_beta"),
@@ -147,6 +159,7 @@ def _results_section(reported: Reported) -> Section:
                 numeric=frozenset(range(1, len(DERIVATIVE_COLUMNS))),
             )
         )
+        parts.append(Paragraph(text=_HOW_TO_READ, kind="note"))
     joint = joint_rows(reported.result, summary)
     if joint:
         parts.append(
@@ -190,16 +203,9 @@ def _trust_section(reported: Reported, units: Units) -> Section:
         )
     trends = trend_words(summary, units)
     parts += [Paragraph(text=text) for text in trends]
-    if (
-        summary.derivatives
-        and not trends
-        and any(one.trends for one in summary.derivatives.values())
-    ):
-        parts.append(
-            Paragraph(
-                text="No derivative changes provably with speed, angle of attack or sideslip."
-            )
-        )
+    if summary.derivatives and not trends:
+        tested = any(one.trends for one in summary.derivatives.values())
+        parts.append(Paragraph(text=_NO_TREND if tested else _NOT_TESTED))
     unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.heard if one.why)
     said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
@@ -267,6 +273,8 @@ def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
         )
     ]
     drawn = sorted(result.results, key=_worst_fit)[:_MOST_FITS]
+    few = f"the {len(drawn)} fitted worst are drawn" if len(drawn) < len(result.results) else ""
+    parts.append(Paragraph(text=_IN_ORDER.format(drawn=few or "all are drawn"), kind="note"))
     for one in drawn:
         parts += _on_half_a_page(fit_picture(one, units=units))
         beside = beside_table(one)

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from gsapp.dynamics.buildup import derivative_names
+from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.summary import CampaignSummary, Dependence, DerivativeSummary
 from gsapp.quantities import channel, from_si
@@ -242,7 +243,7 @@ def maneuver_rows(results: Sequence[ManeuverResult], units: str) -> tuple[tuple[
         elif not estimate.converged:
             state = f"not converged: {estimate.message}"
         else:
-            state = "" if worst is None else f"{worst[0]} {worst[1].r2:.3f}"
+            state = "" if worst is None else f"{_symbol(worst[0])} {worst[1].r2:.3f}"
         rows.append(
             (
                 maneuver.id,
@@ -254,6 +255,11 @@ def maneuver_rows(results: Sequence[ManeuverResult], units: str) -> tuple[tuple[
             )
         )
     return tuple(rows)
+
+
+def _symbol(response: str) -> str:
+    """Return how figures call a response; a coefficient is called as it is."""
+    return response if response in COEFFICIENTS else channel(response).symbol
 
 
 def maneuver_columns(units: str) -> tuple[str, ...]:

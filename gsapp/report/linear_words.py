@@ -38,6 +38,8 @@ _DERIVATIVES: Final[Mapping[Method, str]] = {
     "ee": "equation error, appendix A",
     "ftr": "FTR, appendix A",
 }
+NEUTRAL: Final = 1000.0
+"""Time constant beyond which a motion neither dies nor grows in any flight, s."""
 MODE_COLUMNS: Final = (
     "mode", "pole [1/s]", "frequency [rad/s]", "damping ratio", "time constant [s]",
 )  # fmt: skip
@@ -179,7 +181,7 @@ def mode_rows(model: LinearModel) -> tuple[tuple[str, ...], ...]:
 
 
 def _time_constant(mode: Mode) -> str:
-    if not math.isfinite(mode.time_constant):
+    if not abs(mode.time_constant) < NEUTRAL:
         return "neutral"
     return f"{abs(mode.time_constant):.2f}" + (" (grows)" if mode.time_constant < 0.0 else "")
 

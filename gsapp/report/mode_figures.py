@@ -12,6 +12,7 @@ from matplotlib.figure import FigureBase
 from gsapp.identification.summary.mode_spread import SpreadMode
 from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import SIGMAS, number_text, plain
+from gsapp.report.linear_words import NEUTRAL
 from gsapp.report.palette import PAPER, Palette, marker
 
 if TYPE_CHECKING:
@@ -106,13 +107,21 @@ def modes_table(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
                 one.mode.name,
                 _with_bound(one.mode.frequency, one.frequency),
                 _with_bound(one.mode.damping, one.damping) if one.mode.pole.imag else "",
-                _with_bound(one.mode.time_constant, one.time_constant),
+                _time_constant(one),
             )
             for axis, found in modes.items()
             for one in found
         ),
         numeric=frozenset({2, 3, 4}),
     )
+
+
+def _time_constant(one: SpreadMode) -> str:
+    """Return a time constant with its bound; what grows is said."""
+    value = one.mode.time_constant
+    if not abs(value) < NEUTRAL:
+        return "neutral"
+    return _with_bound(abs(value), one.time_constant) + (" (grows)" if value < 0.0 else "")
 
 
 def _with_bound(value: float, std: float) -> str:

@@ -24,6 +24,8 @@ CLOSE: Final = 0.9
 """Correlation of two derivatives from which they can hardly be told apart."""
 _CROWDED: Final = 10
 """Names from which the numbers of a heat map stand closer."""
+_SLANT: Final = 60.0
+"""Of the names above a heat map, degrees: neighbors do not run into each other."""
 _ROW: Final = 0.24
 """Height of a row, inches."""
 _NAMED: Final = 3
@@ -63,9 +65,11 @@ def correlation_picture(
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
-        margins(container, left=0.85, right=0.12, top=0.5, bottom=0.1)
+        margins(container, left=0.85, right=0.12, top=0.65, bottom=0.1)
         chart.imshow(matrix, cmap=_map(palette), vmin=-1.0, vmax=1.0, aspect="auto")
-        chart.set_xticks(range(len(names)), names, fontsize=6.0 if crowded else 7.5, rotation=30)
+        chart.set_xticks(
+            range(len(names)), names, fontsize=6.0 if crowded else 7.5, rotation=_SLANT
+        )
         for text in chart.get_xticklabels():
             text.set_horizontalalignment("left")
             text.set_rotation_mode("anchor")
@@ -78,7 +82,7 @@ def correlation_picture(
             for column in range(len(names)):
                 value = float(matrix[row, column])
                 chart.text(
-                    column, row, "1" if row == column else f"{value:+.2f}", ha="center",
+                    column, row, "1" if row == column else _short(value), ha="center",
                     va="center", fontsize=5.5 if crowded else 7.0,
                     color=_readable(_map(palette)(0.5 + 0.5 * value), palette),
                 )  # fmt: skip
@@ -95,7 +99,7 @@ def correlation_picture(
     return Picture(
         name="correlations",
         caption=f"Correlations between the derivatives of the fit of {subject}. {said}",
-        height=min(TALLEST, 0.7 + 1.25 * _ROW * max(len(names), 5)),
+        height=min(TALLEST, 0.85 + 1.25 * _ROW * max(len(names), 5)),
         draw=draw,
         numbers=lambda: Table(
             columns=("", *names),
@@ -111,6 +115,12 @@ def _map(palette: Palette) -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list(
         "correlations", (palette.computed, palette.background, palette.measured)
     )
+
+
+def _short(value: float) -> str:
+    """Return a correlation without the zero before its point: the cells are narrow."""
+    text = f"{value:+.2f}"
+    return "0" if text[1:] == "0.00" else text.replace("0.", ".")
 
 
 def _readable(fill: Sequence[float], palette: Palette) -> str:
@@ -132,7 +142,7 @@ def _frame(chart: Axes, one: int, other: int, palette: Palette) -> None:
         chart.add_patch(
             Rectangle(
                 (column - 0.46, row - 0.46), 0.92, 0.92, fill=False, edgecolor=palette.ink,
-                linewidth=1.4 * palette.weight,
+                linewidth=1.4,
             )
         )  # fmt: skip
 

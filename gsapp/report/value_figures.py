@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from gsapp.identification.summary import CampaignSummary, DerivativeSummary, Point
 from gsapp.quantities import channel
@@ -53,6 +53,7 @@ class _Drawn:
     flights: Mapping[str, int]
     known: Mapping[str, float] = field(default_factory=dict)
     size: float = _SMALL
+    maneuvers: Mapping[int, str] = field(default_factory=dict)
 
 
 def values_pictures(
@@ -120,7 +121,7 @@ def values_picture(
     across = min(across, len(chosen))
     drawn = _Drawn(
         over=over, units=units, palette=palette, flights=_flights(summary), known=known or {},
-        size=_LARGE if len(chosen) == 1 else _SMALL,
+        size=_LARGE if len(chosen) == 1 else _SMALL, maneuvers=_maneuvers(summary),
     )  # fmt: skip
     label = "maneuver" if over == "number" else labeled(over, units)
 
@@ -142,7 +143,7 @@ def values_picture(
         )  # fmt: skip
 
     rows = -(-len(chosen) // across)
-    told = "over the number of the maneuver" if over == "number" else f"over {label}"
+    told = "maneuver by maneuver" if over == "number" else f"over {label}"
     subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
     return Picture(
         name=f"values-{over}-{number}",
@@ -175,6 +176,15 @@ def _flights(summary: CampaignSummary) -> dict[str, int]:
     return {name: place for place, name in enumerate(names)}
 
 
+def _maneuvers(summary: CampaignSummary) -> dict[int, str]:
+    """Return the id of each maneuver by its number in the campaign."""
+    return {
+        point.number: point.maneuver
+        for one in summary.derivatives.values()
+        for point in (*one.points, *one.unfit)
+    }
+
+
 def _place(point: Point, drawn: _Drawn) -> float:
     if drawn.over == "number":
         return float(point.number)
@@ -203,6 +213,9 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
     plain(chart, palette)
     if drawn.over == "number":
         chart.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
+        chart.xaxis.set_major_formatter(
+            FuncFormatter(lambda place, _: drawn.maneuvers.get(round(place), ""))
+        )
     chart.margins(x=0.08)
     _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
     _draw_left_out(chart, one.excluded, _BY_HAND, drawn)

@@ -66,10 +66,14 @@ def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) ->
     """Every maneuver once, at the value found, in its flight's color; the wild one gray."""
     summary = outcome().summary
     picture = values_picture(summary, ["Cm_alpha", "Cm_de"], over, units="SI")
-    found = points_in(drawn(picture), "Cm_alpha")
+    figure = drawn(picture)
+    found = points_in(figure, "Cm_alpha")
     one = summary.derivatives["Cm_alpha"]
     assert set(found) == {point.maneuver for point in one.points}
     for point in one.points:
+        if over == "number":
+            # The axis calls maneuvers by their ids, as every table does.
+            assert figure.axes[0].xaxis.get_major_formatter()(point.number) == point.maneuver
         x, y, color = found[point.maneuver]
         value = point.conditions.get(over, 0.0)
         assert x == pytest.approx(
@@ -251,6 +255,10 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     table = modes_table({"longitudinal": modes})
     assert table.rows[0][1] == "short period"
     assert "±" in table.rows[0][2]
+    grows = replace(short, mode=replace(short.mode, pole=-short.mode.pole))
+    still = replace(short, mode=replace(short.mode, pole=complex(1e-6)))
+    said = [row[-1] for row in modes_table({"longitudinal": (grows, still)}).rows]
+    assert said == [f"{table.rows[0][-1]} (grows)", "neutral"]
     figure = drawn(modes_picture({"longitudinal": modes}))
     poles = {
         (round(float(line.get_xdata()[0]), 6), round(float(line.get_ydata()[0]), 6))
