@@ -46,7 +46,7 @@ class HandStation(Station):
         self._header = header
         self._reference = reference
         best = reference.best(instrument.channel)
-        self._watch = HandWatch(instrument, best)
+        self._watch = HandWatch(instrument, best, trusted=header.mode == "check")
         others = [
             other.channel
             for other in header.plan.instruments

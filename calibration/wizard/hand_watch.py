@@ -68,11 +68,21 @@ class HandWatch:
         Which.
     reference : Certificate or None
         In force, or nominal; it tells what movement to expect.
+    trusted : bool
+        Whether the reference also tells where the instrument stands before a point does: where
+        it is only checked, it was taken on this very instrument.
     """
 
-    def __init__(self, instrument: InstrumentPlan, reference: Certificate | None) -> None:
+    def __init__(
+        self,
+        instrument: InstrumentPlan,
+        reference: Certificate | None,
+        *,
+        trusted: bool = False,
+    ) -> None:
         self._instrument = instrument
         self._reference = reference
+        self._trusted = trusted
         self._watch = VoltsWatch()
         self._arrival = Arrival()
 
@@ -208,7 +218,8 @@ class HandWatch:
     def _tolerance(self, work: HandWork) -> float:
         """Return how far from a setting a rest may seem to be that is meant to be it."""
         settings = {taken.value for taken in work.points}
-        return (_NEAR if len(settings) > 1 else _NEAR_ONE) * self._spacing(work)
+        sure = len(settings) > 1 or (self._trusted and not settings)
+        return (_NEAR if sure else _NEAR_ONE) * self._spacing(work)
 
     def _standing(self, work: HandWork, reading: WatchReading) -> float | None:
         """Return where the instrument stands by the points taken; None before they can tell."""
@@ -216,7 +227,8 @@ class HandWatch:
         # curve well enough.
         points = sorted(work.points, key=lambda taken: abs(taken.volts - reading.volts))
         if not points:
-            return None
+            trusted = self._reference if self._trusted else None
+            return None if trusted is None else self._by(trusted, reading)
         first = points[0]
         slope = self._slope(first, points[1:])
         if slope is not None:

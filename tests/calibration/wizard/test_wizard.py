@@ -241,6 +241,33 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     assert "passed = false" in field.store.checks("elevator_right")[0].read_text(encoding="utf-8")
 
 
+def test_a_pause_beside_the_setting_is_no_point_of_a_check(tmp_path: Path) -> None:
+    """The certificate tells that it rests where it was to be passed; a key takes it all the same.
+
+    Taken for the setting, such a rest is a shift of the zero that never was.
+    """
+    field = Field(tmp_path)
+    field.begin().until(lambda now: now.phase == "done")
+    crew = field.begin(mode="check")
+    view = crew.until(lambda now: now.phase == "points")
+    assert view.target == -10.0
+    for beside, words in (
+        (-14.0, "at about 14 deg"),
+        (-6.0, "at about 6 deg"),
+        (-14.0, "Past it"),
+    ):
+        crew.see(field.bench.move("elevator_left", beside))
+        crew.wait(4.0)
+        assert crew.wizard.view.points == ()
+        assert words in crew.wizard.view.prompt
+    crew.see(field.bench.move("elevator_left", -10.0))
+    assert crew.wait(4.0, lambda now: len(now.points) == 1)
+    crew.press("repeat", index=0)
+    crew.see(field.bench.move("elevator_left", -14.0))
+    crew.wait(2.0)
+    assert len(crew.press("take").points) == 1
+
+
 def test_what_it_does_by_itself_does_not_depend_on_the_pieces(tmp_path: Path) -> None:
     """The same samples in single rows and in great blocks make the same journal."""
     field = Field(tmp_path / "a")
