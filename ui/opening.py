@@ -220,14 +220,19 @@ class Opening(QObject):
     def run(self, work: Work, done: str) -> None:
         """Show a work in a banner until it ends; it goes on behind the other places.
 
-        A work that ends at once shows none.
+        A work that ends at once shows none; of one that another took the place of nothing is said.
         """
         title = f"{work.title}…"
         shown: list[Banner] = []
+        asked: list[bool] = []
+
+        def cancel() -> None:
+            asked.append(True)
+            work.cancel()
 
         def begin() -> None:
             if work.running:
-                shown.append(self._banners.show_banner("work", title, ("Cancel", work.cancel)))
+                shown.append(self._banners.show_banner("work", title, ("Cancel", cancel)))
 
         def tell(share: float | None, words: str) -> None:
             for banner in shown:
@@ -242,6 +247,6 @@ class Opening(QObject):
 
         work.progressed.connect(tell)
         work.done.connect(lambda _result: end(done))
-        work.cancelled.connect(lambda: end(f"{work.title}: cancelled."))
+        work.cancelled.connect(lambda: end(f"{work.title}: cancelled." if asked else ""))
         work.failed.connect(lambda _error: end(""))
         QTimer.singleShot(_SHORT_WORK_MS, begin)
