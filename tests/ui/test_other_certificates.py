@@ -115,7 +115,7 @@ def test_read_anew_with_other_certificates_and_back(
     until(qtbot, lambda: window.desk.time == pytest.approx(12.0), _PATIENCE)
     read = window.desk.history.samples("alpha", 1020, 1180)
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
-    assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 channels without", "caution")
+    assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 uncalibrated", "caution")
     until(
         qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
     )

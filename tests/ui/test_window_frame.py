@@ -498,7 +498,7 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
     assert parts["link"].note == "silent 7.0 s"
     assert (parts["flight"].value, parts["flight"].state) == ("–", "unknown")
     assert parts["record"].note == "recorder dead"
-    assert parts["calibration"].note == "2 channels without"
+    assert parts["calibration"].note == "2 uncalibrated"
     assert (parts["alarms"].value, parts["alarms"].state) == ("Too fast", "warning")
     assert parts["sound"].value == "off"
 

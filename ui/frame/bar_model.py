@@ -224,7 +224,7 @@ def _calibration(facts: BarFacts) -> BarPart:
         )  # fmt: skip
     other = facts.other_calibration
     instead = f", those of '{other}' instead of the flight's own" if other else ""
-    note = without or other or facts.calibrated_on
+    note = f"{missing} uncalibrated" if missing else other or facts.calibrated_on
     return BarPart(
         id="calibration",
         word="CALIBRATION  OTHER" if other else "CALIBRATION",
