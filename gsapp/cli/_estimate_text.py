@@ -146,13 +146,7 @@ def _sentences(outcome: Outcome) -> list[str]:
                 *_apart(one),
                 *(f"{_BY_EQUATIONS}: {text}" for text in one.beside.warnings),
             )
-        why: tuple[str, ...] = ()
-        if one.estimate is not None:
-            why = tuple(
-                f"{name}: {found.why}"
-                for name, found in one.estimate.derivatives.items()
-                if found.status in ("unknown", "not-identifiable") and found.why
-            )
+        why = () if one.estimate is None else _unearned(one.estimate)
         # The maneuvers are named once, in front.
         own = f"maneuver {one.maneuver.id}: "
         for sentence in (*told, *why):
@@ -165,6 +159,22 @@ def _sentences(outcome: Outcome) -> list[str]:
             for sentence, ids in said.items()
         ),
     ]
+
+
+def _unearned(estimate: Estimate) -> tuple[str, ...]:
+    """Return each reason for which derivatives were not earned, once, with their names."""
+    reasons: dict[str, list[str]] = {}
+    for name, found in estimate.derivatives.items():
+        if found.status in ("unknown", "not-identifiable") and found.why:
+            reasons.setdefault(found.why, []).append(name)
+    every = sum(len(names) for names in reasons.values())
+    return tuple(
+        f"{'no derivative' if len(names) == every > 1 and not estimate.free else ', '.join(names)}"
+        f": {why}"
+        for why, names in reasons.items()
+        # Said already.
+        if why not in estimate.warnings
+    )
 
 
 def _apart(one: ManeuverResult) -> tuple[str, ...]:

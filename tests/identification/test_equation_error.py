@@ -18,9 +18,10 @@ from virtual_maneuvers import NOISE, fly
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import axis_derivatives, free_derivatives
-from gsapp.identification.equation_error import estimate, start_values, suspicious_signs
+from gsapp.identification.equation_error import estimate, start_values
 from gsapp.identification.equation_error.preparing import coefficients_of
 from gsapp.identification.equation_error.timing import LATE_TOGETHER, relative_delay
+from gsapp.identification.signs import suspicious_signs
 from gsapp.quantities import Block
 
 TRUTH = load_model("b777")
@@ -237,11 +238,13 @@ def test_nothing_to_learn_from_is_said():
         block=Block(channels=channels, times=times, values=np.tile(values[:1], (len(times), 1))),
     )
     dead = changed(maneuver, an=np.nan, ax=np.nan, q=np.nan)
-    for one in (short, still, dead):
+    for one in (still, dead):
         found = estimate([one], "lon")
         assert not found.free
         assert found.message == "no derivative could be estimated"
         assert all(item.why for item in found.derivatives.values())
+    with pytest.raises(FlightError, match="10 samples; at least 40"):
+        estimate([short], "lon")
     with pytest.raises(FlightError, match="no maneuver"):
         estimate([], "lon")
 

@@ -323,10 +323,12 @@ def test_hopeless_maneuvers_give_no_number() -> None:
         inputs=SURFACES["lat"],
         mass=20.0,
     )
-    for hopeless in (rested, missing, short):
+    for hopeless in (rested, missing):
         found = estimate([hopeless], "lat")
         slopes = {n: x for n, x in found.derivatives.items() if not n.endswith("_0")}
         assert all(one.value is None and one.why for one in slopes.values())
+    with pytest.raises(FlightError, match="10 samples; at least 40"):
+        estimate([short], "lat")
     with pytest.raises(FlightError, match="no maneuver"):
         estimate([], "lat")
 

@@ -125,7 +125,9 @@ def _estimate_about_cg(
         held = {**{name: means[name].mean for name in rest if name in means}, **held}
     derivatives = tuple(name for name in free if name in axis_derivatives(axis))
     if settings.method == "ftr":
-        return ftr.estimate(maneuvers, axis, model=settings.model)
+        return ftr.estimate(
+            maneuvers, axis, model=settings.model, given=tuple(settings.likelihood.stand_ins)
+        )
     needed = lacking(maneuvers, known, settings.likelihood.stand_ins)
     if settings.method == "ee":
         constants = {name: one.value for name, one in needed.items()}

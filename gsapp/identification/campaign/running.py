@@ -18,6 +18,7 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.moment_reference import HERE
 from gsapp.identification.results import Estimate
 from gsapp.identification.stand_ins import StandIn, campaign_stand_ins, lacking
+from gsapp.identification.stuck import unseen_surfaces
 
 Step = Callable[[int, int, str], bool | None]
 """Called with fits done, fits in all, and what is next; returning False stops."""
@@ -50,7 +51,7 @@ def run_campaign(
     chosen = [(one, axis) for one, axis in jobs if axis is not None]
     remarks = [
         f"maneuver {one.id} moved {' and '.join(one.inputs) or 'nothing'} and is left out of "
-        f"axis {settings.axis}"
+        f"axis {settings.axis}" + "".join(f": {words}" for words in _unseen(one, settings.axis))
         for one, axis in jobs
         if axis is None
     ]
@@ -62,9 +63,10 @@ def run_campaign(
         remarks.append("moment derivatives are given about the aircraft file's CG")
     if not chosen:
         what = "" if settings.axis == "both" else f" for axis {settings.axis}"
+        why = "".join(f"; {remark}" for remark in remarks)
         raise FlightError(
-            f"there is no maneuver to estimate from{what}; name one with its start and stop, or "
-            "see what 'gsapp maneuvers' finds"
+            f"there is no maneuver to estimate from{what}{why}; name one with its start and stop, "
+            "or see what 'gsapp maneuvers' finds"
         )
     groups = _groups(chosen) if settings.joint else []
     total, done = len(chosen) + len(groups), 0
@@ -112,6 +114,11 @@ def _axis(maneuver: Maneuver, settings: CampaignSettings) -> Axis | None:
         return axis_of(maneuver.inputs) if maneuver.inputs else settings.axis
     moved = not set(SURFACES[settings.axis]).isdisjoint(maneuver.inputs)
     return settings.axis if moved else None
+
+
+def _unseen(maneuver: Maneuver, axis: Axis) -> tuple[str, ...]:
+    """Return the surfaces of an axis that nobody saw move, in words."""
+    return tuple(words for _, words in unseen_surfaces(maneuver, axis))
 
 
 def _round(

@@ -41,6 +41,7 @@ from gsapp.identification.instrument_effects import freed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
+from gsapp.identification.stuck import judged, sound
 
 
 def estimate(
@@ -94,9 +95,31 @@ def estimate(
     """
     if not maneuvers:
         raise FlightError("there is no maneuver to estimate from; name at least one")
-    if motions is None:
-        maneuvers, model = freed(maneuvers, model)
-        motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
+    if motions is not None:
+        return _from_motions(
+            maneuvers, axis, motions, free=free, held=held, model=model, cutoff=cutoff,
+            delays=delays,
+        )  # fmt: skip
+    whole, remarks = sound(maneuvers, axis)
+    records, left = freed(whole, model)
+    motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in records]
+    found = _from_motions(
+        records, axis, motions, free=free, held=held, model=left, cutoff=cutoff, delays=delays
+    )
+    return judged(found, whole, stand_ins or {}, remarks)
+
+
+def _from_motions(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    motions: Sequence[MeasuredMotion],
+    *,
+    free: Sequence[str] | None,
+    held: Mapping[str, float] | None,
+    model: Model | None,
+    cutoff: float | None,
+    delays: Mapping[str, float] | Literal["estimate"] | None,
+) -> Estimate:
     known = delays if isinstance(delays, Mapping) else {}
     found = coefficients_of(maneuvers, motions, model=model, cutoff=cutoff, delays=known)
     inputs = {name for maneuver in maneuvers for name in maneuver.inputs}

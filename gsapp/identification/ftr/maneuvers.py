@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from gsapp.dynamics.model import Model
@@ -25,6 +25,7 @@ from gsapp.identification.results import (
     ResponseHistory,
 )
 from gsapp.identification.statistics import response_fit
+from gsapp.identification.stuck import judged, sound
 from gsapp.quantities import Block
 
 _UPDATES = 2.0
@@ -37,6 +38,7 @@ def estimate(
     settings: FTRSettings | None = None,
     *,
     model: Model | None = None,
+    given: Collection[str] = (),
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several together.
 
@@ -53,6 +55,8 @@ def estimate(
     model : Model, optional
         Its effects are taken as known: those on instruments are undone in the record, those on
         the aircraft left out of the targets. Its derivatives have no part in this.
+    given : collection of str
+        Surfaces that the user knows to have rested, though their records do not change at all.
 
     Returns
     -------
@@ -68,6 +72,7 @@ def estimate(
     """
     if not maneuvers:
         raise FlightError("FTR was given no maneuver; name at least one")
+    maneuvers, remarks = sound(maneuvers, axis)
     chosen = settings or FTRSettings(
         spacing=_resolved(max(one.t_end - one.t_start for one in maneuvers))
     )
@@ -100,7 +105,7 @@ def estimate(
     }
     free = tuple(name for name in names if derivatives[name].status == "estimated")
     shown = _history(records[0], left, derivatives) if len(records) == 1 else None
-    return Estimate(
+    result = Estimate(
         method="ftr",
         axis=axis,
         maneuvers=tuple(one.id for one in maneuvers),
@@ -113,6 +118,7 @@ def estimate(
         warnings=tuple(dict.fromkeys(warnings)),
         message=("solved" if free else "nothing was excited enough for an estimate"),
     )
+    return judged(result, maneuvers, given, remarks)
 
 
 def _history(

@@ -11,12 +11,13 @@ from collections.abc import Sequence
 from gsapp.identification.axes import DEFAULT_BIASES
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.fitting import fit, simulate
+from gsapp.identification.maximum_likelihood.residuals import Part
 from gsapp.identification.maximum_likelihood.settings import (
     Callback,
     MLSettings,
     Progress,
 )
-from gsapp.identification.maximum_likelihood.solution import Part, Solution
+from gsapp.identification.maximum_likelihood.solution import Solution
 from gsapp.identification.results import Estimate
 
 __all__ = [

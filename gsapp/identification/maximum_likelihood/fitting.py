@@ -9,7 +9,6 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification import equation_error
-from gsapp.identification.equation_error import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.layout import known_values, lay_out
 from gsapp.identification.maximum_likelihood.problem import Problem
@@ -18,6 +17,8 @@ from gsapp.identification.maximum_likelihood.solution import Solution, conclude
 from gsapp.identification.maximum_likelihood.solver import DivergedError, Solved, Solver
 from gsapp.identification.memory import keep_memory
 from gsapp.identification.results import ResponseHistory
+from gsapp.identification.signs import suspicious_signs
+from gsapp.identification.stuck import unseen_surfaces
 from gsapp.quantities import FloatArray
 
 USUAL: Mapping[str, float] = {
@@ -58,7 +59,12 @@ def fit(
     solved = _solved(maneuvers, settings, problem, solver, quick)
     solution = conclude(problem, solver, solved, settings)
     signs = suspicious_signs(solution.estimate)
-    if solution.fits_badly:
+    unseen = any(
+        True
+        for maneuver in maneuvers
+        for _ in unseen_surfaces(maneuver, settings.axis, settings.stand_ins)
+    )
+    if solution.fits_badly and not unseen:
         # A reversed channel bends the whole fit; equation error shows where it sits.
         signs = _signs_by_equation_error(maneuvers, settings, problem) or signs
     warnings = tuple(dict.fromkeys((*signs, *solution.estimate.warnings)))

@@ -41,6 +41,7 @@ from gsapp.identification.maximum_likelihood.problem import (
 from gsapp.identification.maximum_likelihood.settings import MLSettings
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import runs, smoother
+from gsapp.identification.stuck import check_size
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -48,7 +49,6 @@ LONGEST_BRIDGE = 0.1
 """An input missing for longer than this (s) ends a segment: nobody knows where it went."""
 SHORTEST_SEGMENT = 0.5
 """Segments shorter than this (s) tell less than their initial states ask; they are left out."""
-FEWEST_SAMPLES = 40
 CUTOFF_FOR_SHIFTS = 3.0
 """Hz: airspeed of an aircraft cannot change faster."""
 _START_SAMPLES = 5
@@ -124,11 +124,7 @@ def _check(maneuver: Maneuver) -> None:
             f"{where} has a mass of {maneuver.mass:g} kg; write the take-off weight into "
             "flight.toml or the aircraft file"
         )
-    count = len(maneuver.block)
-    if count < FEWEST_SAMPLES:
-        raise FlightError(
-            f"{where} has {count} samples; at least {FEWEST_SAMPLES} are needed: widen the cut"
-        )
+    check_size(maneuver)
 
 
 def _wanted(maneuvers: Sequence[Maneuver], settings: MLSettings) -> tuple[str, ...]:

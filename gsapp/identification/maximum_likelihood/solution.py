@@ -8,7 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.identification.axes import axis_derivatives
-from gsapp.identification.maximum_likelihood.problem import ManeuverProblem, Problem
+from gsapp.identification.maximum_likelihood.problem import Problem
+from gsapp.identification.maximum_likelihood.residuals import (
+    Part,
+    color_warnings,
+    gusts_in,
+    moved_unseen,
+)
 from gsapp.identification.maximum_likelihood.settings import MLSettings
 from gsapp.identification.maximum_likelihood.solver import Solved, Solver, prior_warnings
 from gsapp.identification.results import (
@@ -19,63 +25,19 @@ from gsapp.identification.results import (
 )
 from gsapp.identification.statistics import (
     Identifiability,
-    Turbulence,
     Verdict,
-    Whiteness,
     identifiability,
     joint_covariance,
     response_fit,
-    turbulence,
     whiteness,
 )
 from gsapp.identification.statistics import Part as BoundsPart
 from gsapp.identification.statistics.bounds import inverse
+from gsapp.identification.stuck import withheld
 from gsapp.quantities import FloatArray
 
 BADLY_COLORED = 20.0
-COLORED = 4.0
-"""Power at low frequency over that of white noise from which on the crew is told."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
-    """One maneuver of a solution.
-
-    Attributes
-    ----------
-    maneuver : str
-    times : ndarray, shape (n,)
-        s; only samples of its segments.
-    responses : tuple of str
-    measured, computed : ndarray, shape (n, n_responses)
-        NaN in `measured` where a sample does not count.
-    weights : ndarray, shape (n_responses, n_responses)
-        W: the inverse of the noise covariance; where the user gave weights, those, scaled to the
-        noise there is.
-    segments : tuple of slice
-        Stretches of contiguous samples.
-    sensitivities : ndarray, shape (n, n_responses, n_columns)
-    columns : ndarray of int, shape (n_columns,)
-        Where each column stands among the solution's `names`.
-    whiteness : tuple of Whiteness
-        Of the residuals of each response.
-    """
-
-    maneuver: str
-    times: FloatArray
-    responses: tuple[str, ...]
-    measured: FloatArray
-    computed: FloatArray
-    weights: FloatArray
-    segments: tuple[slice, ...]
-    sensitivities: FloatArray
-    columns: np.ndarray[tuple[int], np.dtype[np.intp]]
-    whiteness: tuple[Whiteness, ...]
-
-    @property
-    def residuals(self) -> FloatArray:
-        """Return measured minus computed, NaN where a sample does not count."""
-        return self.measured - self.computed
+"""Power of residuals at low frequency over that of white noise from which on a fit is bad."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -252,13 +214,16 @@ def _estimate(
     warnings = [*problem.remarks, *prior_warnings(problem, settings.priors)]
     warnings += _correlation_warnings(verdicts, shared)
     gusty = []
+    unseen = ""
     for one, part in zip(problem.parts, parts, strict=True):
-        gusts = _gusts(one, part)
+        gusts = gusts_in(one, part)
         warnings += [f"maneuver {part.maneuver}: {gust.warning}" for gust in gusts]
-        warnings += _color_warnings(part)
+        warnings += color_warnings(part)
         if gusts:
             gusty.append(part.maneuver)
-    return replace(found, warnings=tuple(dict.fromkeys(warnings)), gusty=tuple(gusty))
+        unseen = unseen or moved_unseen(one, part, settings)
+    found = replace(found, warnings=tuple(dict.fromkeys(warnings)), gusty=tuple(gusty))
+    return withheld(found, unseen) if unseen else found
 
 
 def _correlation_warnings(verdicts: Identifiability, shared: Sequence[str]) -> list[str]:
@@ -307,32 +272,3 @@ def _fits(parts: Sequence[Part]) -> dict[str, ResponseFit]:
         )
         found[name] = response_fit(measured, computed)
     return found
-
-
-def _gusts(one: ManeuverProblem, part: Part) -> list[Turbulence]:
-    """Return the gusts that the residuals of a maneuver show."""
-    sensors = one.maneuver.aircraft.sensors
-    found = turbulence(
-        dict(zip(part.responses, part.residuals.T, strict=True)),
-        dt=one.dt,
-        V=float(one.motion.state("V").mean()),
-        alpha=float(one.motion.state("alpha").mean()),
-        arms=(sensors.alpha_vane.position[0], sensors.beta_vane.position[0]),
-        segments=None if len(part.segments) == 1 else part.segments,
-    )
-    return [gust for gust in found if gust.detected]
-
-
-def _color_warnings(part: Part) -> list[str]:
-    """Return which residuals of a maneuver are far from white, in a sentence."""
-    colored = [
-        f"{name} ({test.inflation:.0f} times)"
-        for name, test in zip(part.responses, part.whiteness, strict=True)
-        if not test.white and test.inflation > COLORED
-    ]
-    if not colored:
-        return []
-    return [
-        f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
-        "their power at low frequency exceeds that of white noise; the bounds allow for it"
-    ]

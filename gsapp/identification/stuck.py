@@ -1,0 +1,181 @@
+"""Channels that show one value through a whole maneuver, and surfaces that nobody saw move.
+
+A potentiometer, vane or gyro that lives is never the same to the last bit for seconds. What a
+stuck instrument did not see must not pass for a motion that was not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import SURFACES, Axis
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.identification.signs import suspicious_signs
+
+FEWEST_SAMPLES: Final = 40
+"""That a maneuver must hold: fewer than the unknowns can be told from."""
+_MOVING: Final[Mapping[Axis, tuple[str, ...]]] = {
+    "lon": ("alpha", "q"),
+    "lat": ("beta", "p", "r"),
+    "both": ("alpha", "q", "beta", "p", "r"),
+}
+"""What an input of each axis must move."""
+_WORDS: Final = {"de": "elevator", "da": "ailerons", "dr": "rudder"}
+
+
+def check_size(maneuver: Maneuver) -> None:
+    """Raise `FlightError` where a maneuver has too few samples for anything."""
+    count = len(maneuver.block)
+    if count < FEWEST_SAMPLES:
+        raise FlightError(
+            f"maneuver {maneuver.id} of '{maneuver.flight}' has {count} samples; at least "
+            f"{FEWEST_SAMPLES} are needed: widen the cut"
+        )
+
+
+def stands_still(maneuver: Maneuver, channel: str) -> bool:
+    """Return whether a channel was measured and is the same to the last bit in every sample."""
+    samples = maneuver.samples(channel)
+    samples = samples[np.isfinite(samples)]
+    return samples.size >= FEWEST_SAMPLES and not float(np.ptp(samples)) > 0.0
+
+
+def sound(maneuvers: Sequence[Maneuver], axis: Axis) -> tuple[list[Maneuver], list[str]]:
+    """Return maneuvers without the instruments that are stuck, and what to say of those.
+
+    For methods that take motion as it was measured.
+
+    Raises
+    ------
+    FlightError
+        If a maneuver has too few samples.
+    """
+    found: list[Maneuver] = []
+    said: list[str] = []
+    for maneuver in maneuvers:
+        check_size(maneuver)
+        whole, stuck = without_stuck(maneuver, axis)
+        found.append(whole)
+        said += [f"maneuver {maneuver.id}: {one}" for one in stuck]
+    return found, said
+
+
+def unseen_words(unseen: Mapping[str, str], evidence: str = "") -> str:
+    """Return in a sentence why nothing is earned where a surface was not seen.
+
+    Parameters
+    ----------
+    unseen : mapping of str to str
+        From `unseen_surfaces`; not empty.
+    evidence : str
+        That it moved.
+    """
+    name, words = next(iter(unseen.items()))
+    said = f"{words}, {evidence}" if evidence else words
+    return (
+        f"{said}: if it moved, every value is wrong; repair the record, or answer for its rest "
+        f"with a constant (--stand-in {name}=0)"
+    )
+
+
+def withheld(found: Estimate, why: str) -> Estimate:
+    """Return an estimate none of whose numbers is earned."""
+    return replace(
+        found,
+        derivatives={
+            name: DerivativeEstimate(value=None, status="unknown", why=why)
+            if one.status == "estimated"
+            else one
+            for name, one in found.derivatives.items()
+        },
+        free=(),
+        covariance=np.empty((0, 0)),
+        warnings=(why, *found.warnings),
+    )
+
+
+def judged(
+    found: Estimate, maneuvers: Sequence[Maneuver], given: Collection[str], remarks: Sequence[str]
+) -> Estimate:
+    """Return an estimate by a method that takes motion as measured, with what is to be said.
+
+    Where a surface is stuck nothing is earned: such a method has no residuals to tell whether it
+    moved. Where nothing is stuck, reversed signs are named.
+
+    Parameters
+    ----------
+    found : Estimate
+    maneuvers : sequence of Maneuver
+        That it is from.
+    given : collection of str
+        As for `unseen_surfaces`.
+    remarks : sequence of str
+        From `sound`.
+    """
+    unseen = {
+        name: words
+        for maneuver in maneuvers
+        for name, words in unseen_surfaces(maneuver, found.axis, given)
+        if maneuver.has(name)
+    }
+    signs = () if unseen or remarks else suspicious_signs(found)
+    found = replace(found, warnings=(*remarks, *signs, *found.warnings))
+    return withheld(found, unseen_words(unseen)) if unseen else found
+
+
+def without_stuck(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tuple[str, ...]]:
+    """Return a maneuver without the instruments that are stuck, and what to say of each.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    axis : {"lon", "lat", "both"}
+        Only what its surfaces must have moved can be told from what rests.
+    """
+    if set(SURFACES[axis]).isdisjoint(maneuver.inputs):
+        return maneuver, ()
+    stuck = [name for name in _MOVING[axis] if stands_still(maneuver, name)]
+    if not stuck:
+        return maneuver, ()
+    block = maneuver.block
+    kept = block.select([name for name in block.channels if name not in stuck])
+    said = tuple(
+        f"{name} stays at {_value(maneuver, name):g} throughout: its instrument is stuck and "
+        "counts as not there"
+        for name in stuck
+    )
+    return replace(maneuver, block=kept), said
+
+
+def unseen_surfaces(
+    maneuver: Maneuver, axis: Axis, given: Collection[str] = ()
+) -> Iterator[tuple[str, str]]:
+    """Yield each surface of an axis whose motion nobody saw, with that in words.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    axis : {"lon", "lat", "both"}
+    given : collection of str
+        Surfaces that the user gave a constant for, and so answers for.
+    """
+    controls = maneuver.aircraft.controls
+    kinds = {"de": controls.de.kind, "da": controls.da.kind, "dr": controls.dr.kind}
+    for name in SURFACES[axis]:
+        if name in given:
+            continue
+        if not maneuver.has(name):
+            yield name, f"the {_WORDS[name]} ({name}) was not measured"
+        elif stands_still(maneuver, name) and kinds[name] == "position":
+            # A command that nobody gave is known to rest.
+            yield name, f"{name} stays at {_value(maneuver, name):.4g} rad throughout (stuck?)"
+
+
+def _value(maneuver: Maneuver, channel: str) -> float:
+    return float(np.nanmax(maneuver.samples(channel)))
