@@ -38,6 +38,9 @@ _ALIKE: Final = 10.0
 """Successive samples that tell the same."""
 _GAIN_SPREAD: Final = 0.4
 """Of the gains about one: how far control derivatives are off."""
+_HELD: Final = 1.0 * DEGREE
+"""What a surface may stand away from the trim of level flight as an input begins, rad: a stick that
+is held makes a steady roll, which is no gust."""
 _OFFSET: Final = ("alpha",)
 """States that are not zero in level flight: the second before tells them."""
 _STATE_SPREADS: Final = {
@@ -174,11 +177,11 @@ class Explainer:
 
 
 def _responses(linear: LinearModel, driven: Mapping[str, FloatArray], dt: float) -> FloatArray:
-    """Return the outputs to each input, and to each state's beginning at one.
+    """Return the outputs to each input, to each held at one throughout, to each state's beginning.
 
     Returns
     -------
-    ndarray, shape (n, n_outputs, n_inputs + n_states)
+    ndarray, shape (n, n_outputs, 2 n_inputs + n_states)
     """
     size, count = len(linear.states), len(next(iter(driven.values())))
     columns = [linear.inputs.index(name) for name in driven]
@@ -189,15 +192,18 @@ def _responses(linear: LinearModel, driven: Mapping[str, FloatArray], dt: float)
     step, push = forward[:size, :size], forward[:size, size:]
     # Straight lines between the samples, to the first order: their means drive.
     means = 0.5 * (inputs[1:] + inputs[:-1])
-    state = np.hstack((np.zeros((size, len(columns))), np.eye(size)))
+    moved, held = slice(0, len(columns)), slice(len(columns), 2 * len(columns))
+    state = np.hstack((np.zeros((size, held.stop)), np.eye(size)))
     found = np.empty((count, size, state.shape[1]))
     found[0] = state
     for row in range(1, count):
         state = step @ state
-        state[:, : len(columns)] += push * means[row - 1]
+        state[:, moved] += push * means[row - 1]
+        state[:, held] += push
         found[row] = state
     outputs = np.einsum("os,nsb->nob", linear.C, found)
-    outputs[:, :, : len(columns)] += np.einsum("oi,ni->noi", linear.D[:, columns], inputs)
+    outputs[:, :, moved] += np.einsum("oi,ni->noi", linear.D[:, columns], inputs)
+    outputs[:, :, held] += linear.D[:, columns]
     return np.asarray(outputs)
 
 
@@ -216,7 +222,7 @@ def _fit(
     ----------
     linear : LinearModel
     measured : sequence of (str, ndarray of shape (n,))
-    columns : sequence of ndarray, shape (n, n_inputs + n_states)
+    columns : sequence of ndarray, shape (n, 2 n_inputs + n_states)
         Responses of each channel.
     trim : mapping of str to tuple of float
         Mean over the second before, and at the beginning, by channel.
@@ -244,7 +250,7 @@ def _fit(
         found = np.linalg.lstsq(matrix / scale, side, rcond=1e-9)[0] / scale
         # A channel counts for as much as it is explained.
         spreads = [float((y - m @ found).std()) for m, y in zip(own, samples, strict=True)]
-    inputs = size - len(linear.states)
+    inputs = (size - len(linear.states)) // 2
     return [
         (m @ found[:size] + found[size + place], m[:, :inputs] @ found[:inputs])
         for place, m in enumerate(columns)
@@ -268,8 +274,9 @@ def _known(
         rows.append(row)
         sides.append(value / spread)
 
-    for place in range(states):
+    for place in range(states // 2):
         known([place], 1.0, _GAIN_SPREAD)
+        known([states // 2 + place], 0.0, _HELD)
     seen = {name: size + place for place, (name, _) in enumerate(measured) if name in trim}
     for place, name in enumerate(linear.states):
         small, wide = _STATE_SPREADS[name]
