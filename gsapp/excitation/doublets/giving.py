@@ -105,7 +105,7 @@ def give_verdict(
         surfaces=measured.surfaces,
         kind=case.kind,
         amplitudes={one.surface: one.amplitude for one in measured.inputs},
-        halves={one.surface: tuple(length for _, length in one.runs) for one in measured.inputs},
+        halves=measured.steps,
         symmetry=measured.symmetry,
         left_over=measured.left_over,
         cross=measured.cross,

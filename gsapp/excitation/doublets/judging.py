@@ -246,7 +246,7 @@ def _width(case: Case) -> list[Finding]:
     for one in case.measured.inputs:
         if one.kind != wanted.kind:
             continue
-        width, band = step_width(one), wanted.width
+        width, band = step_width(case, one), wanted.width
         if band.low <= width <= band.high:
             continue
         result: Result = "too-fast" if width < band.low else "too-slow"
@@ -277,9 +277,9 @@ _JUDGES: Final[tuple[Callable[[Case], list[Finding]], ...]] = (
 _UNITS: Final[Mapping[str, float]] = {"doublet": 2.0, "3-2-1-1": 7.0, "pulse": 1.0}
 
 
-def step_width(one: SurfaceInput) -> float:
-    """Return the length of one step of an input, s: its excursions over their units."""
-    lengths = [length for _, length in one.runs]
+def step_width(case: Case, one: SurfaceInput) -> float:
+    """Return the length of one step of an input, s: its steps over their units."""
+    lengths = case.measured.steps[one.surface]
     return sum(lengths) / _UNITS.get(one.kind, float(len(lengths)))
 
 

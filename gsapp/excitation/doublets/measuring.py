@@ -15,6 +15,7 @@ from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.excitation.doublets.explaining import ANSWERS, Explainer
 from gsapp.excitation.doublets.history import History
+from gsapp.excitation.doublets.steps import step_lengths
 from gsapp.excitation.rows import TICK
 from gsapp.excitation.trim.bank import BankObserver
 from gsapp.flight.maneuvers.airborne import flying_speed
@@ -49,6 +50,8 @@ class Measured:
         The samples.
     inputs : tuple of SurfaceInput
         In the order in which they began.
+    steps : mapping of str to tuple of float
+        How long each step of each input lasted, s.
     symmetry : mapping of str to float
         Smaller over larger side of each input by area.
     left_over : mapping of str to float
@@ -75,6 +78,7 @@ class Measured:
 
     passage: Passage
     inputs: tuple[SurfaceInput, ...]
+    steps: Mapping[str, tuple[float, ...]]
     symmetry: Mapping[str, float]
     left_over: Mapping[str, float]
     cross: Mapping[str, float]
@@ -148,6 +152,7 @@ def measure_input(
     return Measured(
         passage=passage,
         inputs=ordered,
+        steps={one.surface: step_lengths(passage, one) for one in ordered},
         symmetry={one.surface: _symmetry(passage, one) for one in ordered},
         left_over={one.surface: _left_over(passage, one) for one in ordered},
         cross=cross,
