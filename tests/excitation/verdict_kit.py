@@ -144,6 +144,7 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
             recognized = now.time
         if now.phase == "hands-off" and math.isnan(countdown) and now.time > flown.t_input:
             countdown = now.time
+    watch.finish()
     return Heard(verdicts=watch.verdicts, recognized=recognized, countdown=countdown, begun=begun)
 
 

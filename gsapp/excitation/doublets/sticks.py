@@ -22,6 +22,7 @@ from gsapp.flight.maneuvers.moves import (
     CLOSED_AWAY,
     deliberate,
     moved_inputs,
+    outside,
     strong_moves,
     taken_over,
 )
@@ -51,12 +52,14 @@ _RESTED = (0.4, 0.1)
 """Seconds before the end of an input between which a surface is at rest that is no more part of
 it."""
 _STILL, _GONE = 0.3 * DEGREE, 0.6 * DEGREE
-"""What a surface at rest moves at most, and what it goes away by when a hand is put on."""
+"""What a surface at rest moves at most, and what it goes away by when a hand is put on, rad."""
 _AFTER_LAST_STEP = 0.8
 """Seconds after which an input that ends away from trim is over, once both sides were seen."""
-_CALM, _FAR = 0.15, 2.0
-"""Unrest before an input of another shape than expected, as a share of its amplitude, and its
-quickest move over the threshold, so that it is taken for the one expected."""
+_CALM = 0.15
+"""Unrest before an input of another shape than expected, as a share of its amplitude, so that it
+is taken for the one expected ..."""
+_FAR, _SURELY = 2.0, 1.3
+"""... and its quickest move over the threshold for that, to one side alone and to both."""
 
 
 @dataclass(slots=True)
@@ -178,17 +181,31 @@ class Sticks:
         # The last step of a small input may be no quick move.
         last = max(moving.last, moving.t_end - 0.1)
         times, rows = self._history.stretch(last - 0.1, now)
-        taken = taken_over(times, rows, last, self._around.setting, rate)
-        at_once = self._resting_moved(moving, now)
+        stood = self._stood(moving)
+        taken = taken_over(times, rows, last, self._around.setting, rate, stood=stood, least=_STILL)
+        at_once = self._resting_moved(moving, now, stood)
         if at_once is None:
             return taken
         at_once = max(at_once, moving.t_end)
         return at_once if taken is None else min(at_once, taken)
 
-    def _resting_moved(self, moving: Moving, now: float) -> float | None:
+    def _stood(self, moving: Moving) -> dict[str, float]:
+        """Return where each surface stood before the input, rad."""
+        begin = moving.first - LOOK_BACK
+        _, rows = self._history.stretch(begin - 0.5, begin)
+        return {
+            surface: float(np.nanmedian(samples))
+            for place, surface in enumerate(SURFACES)
+            if np.isfinite(samples := rows[:, place]).any()
+        }
+
+    def _resting_moved(
+        self, moving: Moving, now: float, stood: Mapping[str, float]
+    ) -> float | None:
         """Return when a surface that had been at rest moved after the sticks were let go, s.
 
         A hand that is put on at once moves other surfaces before the last one of the input rests.
+        A second stick that goes back to where it stood is let go late.
         """
         start, stop = (moving.t_end - wait for wait in _RESTED)
         times, rows = self._history.stretch(start, now)
@@ -205,7 +222,9 @@ class Sticks:
             noise = self._around.setting.noise.of(surface)
             if not np.isfinite(rest).all() or np.ptp(rest) > max(_STILL, 4.0 * noise):
                 continue
-            off = np.abs(samples - float(np.median(rest))) > max(_GONE, 6.0 * noise)
+            held = float(np.median(rest))
+            away = outside(samples, held, stood.get(surface, held))
+            off = away > max(_GONE, 6.0 * noise)
             gone = np.flatnonzero(off & after)
             if gone.size:
                 moved.append(float(times[gone[0]]))
@@ -219,12 +238,13 @@ class Sticks:
         if not clear and now - moving.last < _ODD_FREE:
             return False
         threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
-        if not clear and moving.kind and not _meant(moving, main, threshold):
+        both = self._both_sides(moving, main, now)
+        meant = _meant(moving, main, (_SURELY if both else _FAR) * threshold)
+        if not clear and moving.kind and not meant:
             return False
         if deliberate(main, math.inf, threshold):
             return True
-        left = not main.returned and (_steps(main, threshold) or _meant(moving, main, threshold))
-        return left and self._both_sides(moving, main, now)
+        return not main.returned and both and (meant or _steps(main, threshold))
 
     def _measured(self, moving: Moving, now: float) -> list[SurfaceInput]:
         """Return what each surface did, that of the input first."""
@@ -288,13 +308,13 @@ def _complete(main: SurfaceInput, idle: float) -> bool:
     return main.kind in CLEAR and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
 
 
-def _meant(moving: Moving, main: SurfaceInput, threshold: float) -> bool:
+def _meant(moving: Moving, main: SurfaceInput, least: float) -> bool:
     """Return whether another shape than the one expected was meant to be it, and went wrong.
 
     Steering makes such moves as well, but hardly out of complete calm.
     """
     calm = main.unrest < _CALM * main.amplitude
-    return main.surface in moving.expected and calm and main.quickest > _FAR * threshold
+    return main.surface in moving.expected and calm and main.quickest > least
 
 
 def _steps(main: SurfaceInput, threshold: float) -> bool:

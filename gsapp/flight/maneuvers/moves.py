@@ -8,7 +8,8 @@ whoever watches inputs while they happen.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -158,7 +159,14 @@ def _cluster(times: FloatArray, strongest: int) -> tuple[float, float]:
 
 
 def taken_over(
-    times: FloatArray, rows: FloatArray, last: float, setting: Setting, rate: float
+    times: FloatArray,
+    rows: FloatArray,
+    last: float,
+    setting: Setting,
+    rate: float,
+    *,
+    stood: Mapping[str, float] = MappingProxyType({}),
+    least: float = 0.0,
 ) -> float | None:
     """Return when the pilot took over after the last quick move, s; None if not yet.
 
@@ -171,6 +179,10 @@ def taken_over(
     setting : Setting
     rate : float
         Samples per second.
+    stood : mapping of str to float
+        Where surfaces stood before it all, rad: one that goes back there is let go, not taken.
+    least : float
+        What moves less is no hand, rad.
     """
     rest = last + 0.3
     calm = (times >= rest) & (times < rest + 0.4)
@@ -183,13 +195,22 @@ def taken_over(
         margin = max(
             0.3 * _LEAST_MOVE * setting.half_travel(SURFACES[place]),
             5.0 * setting.noise.of(surface),
+            least,
         )
-        off = np.abs(smoothed(samples, 1.0 / rate) - float(np.nanmedian(level))) > margin
+        held = float(np.nanmedian(level))
+        away = outside(smoothed(samples, 1.0 / rate), held, stood.get(surface, held))
+        off = away > margin
         gone = np.flatnonzero(off & (times > rest + 0.2))
         if gone.size:
             at = float(times[gone[0]])
             earliest = at if earliest is None else min(earliest, at)
     return earliest
+
+
+def outside(samples: FloatArray, one: float, other: float) -> FloatArray:
+    """Return how far samples lie outside of what is between two levels, 0 for those inside."""
+    low, high = min(one, other), max(one, other)
+    return np.asarray(np.maximum(np.maximum(low - samples, samples - high), 0.0))
 
 
 def deliberate(main: SurfaceInput, free: float, threshold: float) -> bool:
