@@ -495,6 +495,24 @@ def _same_result() -> Any:
     return replace(outcome().result)
 
 
+def test_histories_are_those_of_the_flight_that_was_looked_at_before_the_run(bench: Bench) -> None:
+    """What was chosen on another page counts when the first figures come."""
+    done = outcome()
+    last = done.result.results[-1].maneuver
+    assert last.flight != done.result.results[0].maneuver.flight
+    bench.page.show_outcome(None)
+    bench.selection.choose_maneuver(last.id)
+    bench.page.show_outcome(done)
+    bench.page.show_kind("online")
+    bench.asked.jobs[-1][1](
+        tuple(
+            Heard(flight=name) for name in {one.maneuver.flight: 0 for one in done.result.results}
+        )
+    )
+    assert bench.page.frame.choices["flight"].value == last.flight
+    bench.settle()
+
+
 def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: Path) -> None:
     """The clipboard holds a picture and a table; the CSV has a row for each point."""
     bench.commands.actions["review_figure_copy"].trigger()

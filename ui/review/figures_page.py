@@ -157,6 +157,7 @@ class FiguresPage(ReviewPage):
         self._exclusions = Exclusions()
         self._exclusions.show(outcome.summary.without)
         self._needs.forget(outcome)
+        self._follow_flight(outcome, self._selection.maneuver)
         self._take(
             Material(
                 outcome=outcome, others=others[:FORMER_RUNS], units=self.look.units,
@@ -266,14 +267,18 @@ class FiguresPage(ReviewPage):
         if material is None:
             return
         self._chosen.pop("maneuver", None)
-        result = result_of(material.outcome, maneuver)
-        if result is not None:
-            self._chosen["flight"] = result.maneuver.flight
+        self._follow_flight(material.outcome, maneuver)
         self._material = replace(material, maneuver=maneuver, chosen=dict(self._chosen))
         if self._follows(material):
             self._refresh()
         self._show_detail()
         self.changed.emit()
+
+    def _follow_flight(self, outcome: Outcome, maneuver: str) -> None:
+        """Show histories of the flight of the chosen maneuver."""
+        result = result_of(outcome, maneuver)
+        if result is not None:
+            self._chosen["flight"] = result.maneuver.flight
 
     def _follows(self, former: Material) -> bool:
         """Return whether the figure is another for another maneuver."""
