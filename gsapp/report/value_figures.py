@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter, Locator
 
 from gsapp.identification.summary import CampaignSummary, DerivativeSummary, Point
 from gsapp.quantities import channel
@@ -41,6 +41,8 @@ _OUTLIER, _BY_HAND, _UNFIT = "x", "+", "1"
 _SMALL, _LARGE = 3.2, 5.5
 """Markers in points: of small charts, and of one alone."""
 _FLIGHTS_A_ROW: Final = 6
+_NAMED: Final = 5
+"""Maneuvers that have room for their names below a chart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,7 +55,23 @@ class _Drawn:
     flights: Mapping[str, int]
     known: Mapping[str, float] = field(default_factory=dict)
     size: float = _SMALL
-    maneuvers: Mapping[int, str] = field(default_factory=dict)
+
+
+class _Places(Locator):
+    """Marks some of the places at which there are points, as many as have room in sight."""
+
+    def __init__(self, places: Sequence[float]) -> None:
+        self._places = np.array(places, dtype=np.float64)
+
+    def __call__(self) -> Sequence[float]:
+        """Return the places to mark."""
+        return [] if self.axis is None else self.tick_values(*sorted(self.axis.get_view_interval()))
+
+    def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+        """Return the places to mark between two ends."""
+        seen = self._places[(self._places >= vmin) & (self._places <= vmax)]
+        marked: list[float] = seen[:: max(1, -(-seen.size // _NAMED))].tolist()
+        return marked
 
 
 def values_pictures(
@@ -121,7 +139,7 @@ def values_picture(
     across = min(across, len(chosen))
     drawn = _Drawn(
         over=over, units=units, palette=palette, flights=_flights(summary), known=known or {},
-        size=_LARGE if len(chosen) == 1 else _SMALL, maneuvers=_maneuvers(summary),
+        size=_LARGE if len(chosen) == 1 else _SMALL,
     )  # fmt: skip
     label = "maneuver" if over == "number" else labeled(over, units)
 
@@ -176,15 +194,6 @@ def _flights(summary: CampaignSummary) -> dict[str, int]:
     return {name: place for place, name in enumerate(names)}
 
 
-def _maneuvers(summary: CampaignSummary) -> dict[int, str]:
-    """Return the id of each maneuver by its number in the campaign."""
-    return {
-        point.number: point.maneuver
-        for one in summary.derivatives.values()
-        for point in (*one.points, *one.unfit)
-    }
-
-
 def _place(point: Point, drawn: _Drawn) -> float:
     if drawn.over == "number":
         return float(point.number)
@@ -212,10 +221,9 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
         name_points(bars.lines[0], [point.maneuver for point in points])
     plain(chart, palette)
     if drawn.over == "number":
-        chart.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
-        chart.xaxis.set_major_formatter(
-            FuncFormatter(lambda place, _: drawn.maneuvers.get(round(place), ""))
-        )
+        names = {point.number: point.maneuver for point in (*one.points, *one.unfit)}
+        chart.xaxis.set_major_locator(_Places(sorted(names)))
+        chart.xaxis.set_major_formatter(FuncFormatter(lambda place, _: names.get(round(place), "")))
     chart.margins(x=0.08)
     _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
     _draw_left_out(chart, one.excluded, _BY_HAND, drawn)

@@ -70,6 +70,14 @@ def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) ->
     found = points_in(figure, "Cm_alpha")
     one = summary.derivatives["Cm_alpha"]
     assert set(found) == {point.maneuver for point in one.points}
+    if over == "number":
+        axis, numbers = figure.axes[0].xaxis, [point.number for point in one.points]
+        step = -(-len(numbers) // 5)
+        np.testing.assert_array_equal(axis.get_majorticklocs(), numbers[::step])
+        near = [number for number in numbers if abs(number - numbers[0]) <= 2]
+        np.testing.assert_array_equal(
+            axis.get_major_locator().tick_values(numbers[0], numbers[0] + 2), near
+        )
     for point in one.points:
         if over == "number":
             # The axis calls maneuvers by their ids, as every table does.

@@ -118,7 +118,7 @@ class SummaryPage(ReviewPage):
     def _derivatives(self) -> None:
         self.table = Lines(
             self.look, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK,
-            widths={0: 60, 1: 100, 2: 92, 3: 64, 4: 76, 5: 42, 6: 46, 7: 96},
+            widths={0: 84, 1: 96, 2: 90, 3: 60, 4: 74, 5: 40, 6: 44, 7: 92},
             right=frozenset(range(1, REMARK)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
