@@ -61,6 +61,8 @@ class CheckResult:
         As in `Drift`.
     largest : float
         Largest distance of a point from the certificate, its branch allowed for, in the unit.
+    off : tuple of float
+        How far each point lies off the certificate's curve, in its unit and in their order.
     passed : bool
         Whether the certificate still holds.
     sentence : str
@@ -72,6 +74,7 @@ class CheckResult:
     slope: float
     slope_uncertainty: float
     largest: float
+    off: tuple[float, ...]
     passed: bool
     sentence: str
 
@@ -138,7 +141,10 @@ def check(certificate: Certificate, points: Sequence[CalibrationPoint]) -> Check
     """
     shift = _shift(certificate, points)
     words = _words(shift, certificate)
+    shown = _shown(certificate, np.array([point.volts for point in points]))
+    values = np.array([point.value for point in points])
     return CheckResult(
+        off=tuple((values - shown).tolist()),
         zero=shift.zero,
         zero_uncertainty=shift.zero_uncertainty,
         slope=shift.slope,
@@ -173,7 +179,7 @@ def _shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _Shift
     curve = _branch_fit(reference)
     readings = _within(reference, points)
     volts, side = readings.volts, readings.side
-    shown = from_si(reference.evaluate(volts), reference.unit, channel(reference.channel).quantity)
+    shown = _shown(reference, volts)
     pivot = _pivot(shown)
     width = reference.hysteresis
     apart = readings.values - shown - 0.5 * side * width
@@ -203,6 +209,12 @@ def _shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _Shift
         largest=float(np.max(np.abs(apart))),
         significant=bool(fdtrc(2.0, freedom, 0.5 * square) < _CHANCE),
     )
+
+
+def _shown(certificate: Certificate, volts: FloatArray) -> FloatArray:
+    """Return what a certificate makes of volts, in its unit."""
+    quantity = channel(certificate.channel).quantity
+    return np.asarray(from_si(certificate.evaluate(volts), certificate.unit, quantity))
 
 
 def _scatter(

@@ -177,3 +177,15 @@ class WizardView:
     message: str = ""
     tone: Tone = ""
     event: int = 0
+
+    @property
+    def off_curve(self) -> tuple[float, ...]:
+        """Return how far each point lies off the curve: its own, or that of the one checked.
+
+        In the unit of the instrument; empty where there is no curve of these points yet.
+        """
+        if self.calibration is not None:
+            off = self.calibration.fit.residuals
+        else:
+            off = self.check.off if self.check is not None else ()
+        return off if len(off) == len(self.points) else ()

@@ -51,7 +51,9 @@ class FitCharts(QWidget):
 
     def show_view(self, view: WizardView) -> None:
         """Draw the points and the curve of a view, if they are others; move the line of now."""
-        state = (view.instrument, view.points, view.calibration, self._look.theme.name)
+        state = (
+            view.instrument, view.points, view.calibration, view.check, self._look.theme.name
+        )  # fmt: skip
         if state != self._drawn:
             self._drawn = state
             self._draw(view)
@@ -77,11 +79,12 @@ class FitCharts(QWidget):
             if x.size
         ]  # fmt: skip
         off: list[Curve] = []
-        if calibration is not None and len(calibration.fit.residuals) == len(view.points):
+        if view.off_curve:
             volts = np.array([point.volts for point in view.points])
             places = np.linspace(volts.min(), volts.max(), _PLACES)
-            line = polynomial(calibration.fit.coefficients, places)
-            curves.insert(0, Curve(x=places, y=line, color="ink", name="curve"))
+            if calibration is not None:
+                line = polynomial(calibration.fit.coefficients, places)
+                curves.insert(0, Curve(x=places, y=line, color="ink", name="curve"))
             off = self._residuals(view, places, ways)
         words = f"{len(view.points)} points"
         self.curve.draw(
@@ -96,17 +99,18 @@ class FitCharts(QWidget):
     ) -> list[Curve]:
         """Return each branch as a line through its points: their distance is the hysteresis."""
         calibration = view.calibration
-        if calibration is None:
-            return []
         made = [Curve(x=places[[0, -1]], y=np.zeros(2), color="muted")]
-        width = calibration.quality.half_width(places)
-        for sign in (-1.0, 1.0):
-            name = "95 % bound" if sign > 0 else ""
-            made.append(Curve(x=places, y=sign * width, color="previous", name=name, dashed=True))
+        if calibration is not None:
+            width = calibration.quality.half_width(places)
+            for sign in (-1.0, 1.0):
+                name = "95 % bound" if sign > 0 else ""
+                made.append(
+                    Curve(x=places, y=sign * width, color="previous", name=name, dashed=True)
+                )
         points = _by_way(
             [
                 (point.volts, residual, point.direction)
-                for point, residual in zip(view.points, calibration.fit.residuals, strict=True)
+                for point, residual in zip(view.points, view.off_curve, strict=True)
             ]
         )
         for (x, y), (way, color) in zip(points, _WAYS, strict=True):

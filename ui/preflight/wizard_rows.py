@@ -60,9 +60,7 @@ def point_rows(view: WizardView) -> tuple[PointRow, ...]:
     if instrument is None:
         return ()
     calibration = view.calibration
-    residuals = calibration.fit.residuals if calibration is not None else ()
-    if len(residuals) != len(view.points):
-        residuals = ()
+    residuals = view.off_curve
     largest = max((abs(residual) for residual in residuals), default=0.0) or 1.0
     odd = calibration.quality.outliers if calibration is not None else ()
     rows = [

@@ -228,6 +228,7 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     assert not view.check.passed
     shift = -0.06 / abs(field.bench.slope["elevator_right"])
     assert view.check.zero == pytest.approx(shift, abs=0.3)
+    assert view.off_curve == pytest.approx([shift] * 3, abs=0.5)
     assert field.bench.time - start < 35.0
     assert crew.keys == 0
     crew.press("accept")
