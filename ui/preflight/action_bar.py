@@ -140,3 +140,5 @@ class ActionBar(QWidget):
         for offer in self.offers[shown:]:
             self._menu.addAction(offer.words, lambda name=offer.id: self.pressed.emit(name))
         self.more.setVisible(shown < len(self.offers))
+        # At once: until the next round of events the new words would stand in the old widths.
+        self._row.activate()
