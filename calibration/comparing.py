@@ -62,7 +62,8 @@ class CheckResult:
     largest : float
         Largest distance of a point from the certificate, its branch allowed for, in the unit.
     off : tuple of float
-        How far each point lies off the certificate's curve, in its unit and in their order.
+        How far each point lies off the certificate, its branch allowed for, in the unit and in
+        their order.
     passed : bool
         Whether the certificate still holds.
     sentence : str
@@ -141,10 +142,8 @@ def check(certificate: Certificate, points: Sequence[CalibrationPoint]) -> Check
     """
     shift = _shift(certificate, points)
     words = _words(shift, certificate)
-    shown = _shown(certificate, np.array([point.volts for point in points]))
-    values = np.array([point.value for point in points])
     return CheckResult(
-        off=tuple((values - shown).tolist()),
+        off=tuple(_off(certificate, Readings.of(points)).tolist()),
         zero=shift.zero,
         zero_uncertainty=shift.zero_uncertainty,
         slope=shift.slope,
@@ -182,7 +181,7 @@ def _shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _Shift
     shown = _shown(reference, volts)
     pivot = _pivot(shown)
     width = reference.hysteresis
-    apart = readings.values - shown - 0.5 * side * width
+    apart = _off(reference, readings)
     columns = [np.ones(volts.size), shown - pivot]
     if readings.two_sided and len(readings) > 4:
         columns.append(0.5 * side)
@@ -215,6 +214,12 @@ def _shown(certificate: Certificate, volts: FloatArray) -> FloatArray:
     """Return what a certificate makes of volts, in its unit."""
     quantity = channel(certificate.channel).quantity
     return np.asarray(from_si(certificate.evaluate(volts), certificate.unit, quantity))
+
+
+def _off(certificate: Certificate, readings: Readings) -> FloatArray:
+    """Return how far readings lie off the branch of a certificate that each belongs to."""
+    branch = 0.5 * readings.side * certificate.hysteresis
+    return np.asarray(readings.values - _shown(certificate, readings.volts) - branch)
 
 
 def _scatter(

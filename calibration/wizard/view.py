@@ -180,7 +180,7 @@ class WizardView:
 
     @property
     def off_curve(self) -> tuple[float, ...]:
-        """Return how far each point lies off the curve: its own, or that of the one checked.
+        """Return how far each point lies off its curve, or off the branch of the one checked.
 
         In the unit of the instrument; empty where there is no curve of these points yet.
         """
