@@ -12,6 +12,7 @@ from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import (
+    ACCELEROMETER_OFFSET,
     COEFFICIENTS,
     SURFACES,
     Axis,
@@ -23,6 +24,7 @@ from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.equations import (
     DRIFT,
     DRIFT_DEGREE,
+    FORCES,
     WORDS,
     Cache,
     explain,
@@ -216,8 +218,9 @@ def _estimated(
         solution, weak = _solved(formed.equation)
         if weak:
             poor.append(coefficient)
-        blocks.append(solution)
         fits[coefficient] = explain(formed.equation, solution)
+        solution = _with_offset(solution, f"{coefficient}_0", maneuvers, found)
+        blocks.append(solution)
         fitted.update(zip(solution.names, solution.values.tolist(), strict=True))
         courses[coefficient] = -1
         if any(name.startswith(DRIFT) for name in solution.names):
@@ -286,6 +289,25 @@ def _solved(equation: Equation) -> tuple[Regression, bool]:
     if growth_by_instruments(equation) > _WEAK:
         return solve(equation.by_least_squares), True
     return solve(equation), False
+
+
+def _with_offset(
+    solution: Regression, bias: str, maneuvers: Sequence[Maneuver], found: Sequence[Coefficients]
+) -> Regression:
+    """Return a solution with the zero offset of its accelerometer in the bound of a constant."""
+    if bias.removesuffix("_0") not in FORCES or bias not in solution.names:
+        return solution
+    offsets = [
+        ACCELEROMETER_OFFSET
+        * one.mass
+        / (one.aircraft.geometry.wing_area * float(np.mean(own.variables["qbar"])))
+        for one, own in zip(maneuvers, found, strict=True)
+    ]
+    place = solution.names.index(bias)
+    covariance = solution.covariance.copy()
+    # The same instrument flew in all of them: a mean is no better.
+    covariance[place, place] += float(np.mean(offsets)) ** 2
+    return replace(solution, covariance=covariance)
 
 
 _WEAK = 1.7

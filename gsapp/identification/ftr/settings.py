@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Literal
 
 from gsapp.foundation import FlightError
-from gsapp.quantities.constants import GRAVITY
+from gsapp.identification.axes import ACCELEROMETER_OFFSET
 
 Gate = Literal["always", "maneuvers"]
 """Listen all the time, or only within the windows that are opened with `FTR.begin`."""
@@ -85,7 +85,7 @@ class FTRSettings:
     minimum_speed: float | None = None
     speed: float | None = None
     still: tuple[str, ...] = ()
-    accelerometer_offset: float = 0.02 * GRAVITY
+    accelerometer_offset: float = ACCELEROMETER_OFFSET
     signal_to_noise: float = 3.0
     uncertain_share: float = 0.3
     least_freedom: int = 8
