@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -146,3 +147,19 @@ def test_a_maneuver_left_out_says_why_where_nothing_else_is_left() -> None:
     maneuver = replace(edited(flown("lon"), de=at(0.02)), inputs=("da",))
     with pytest.raises(FlightError, match=r"moved da.*axis lon: de stays at 0\.02 rad throughout"):
         run_campaign([maneuver], CampaignSettings(axis="lon"))
+
+
+@pytest.mark.parametrize("method", ["ml", "ee", "ftr"])
+def test_rest_is_said_in_one_sentence(method: Literal["ml", "ee", "ftr"]) -> None:
+    """Whatever each method has against it: nothing was flown; what is left keeps its bound."""
+    virtual = fly(61, "lon", still=("de",), dt=0.02)
+    rest = replace(virtual.maneuver, inputs=())
+    (one,) = run_campaign([rest], CampaignSettings(method=method, axis="lon")).results
+    assert one.estimate is not None
+    assert one.estimate.warnings[0].startswith("no surface moved as an input here")
+    assert {"CN_q", "CN_de", "Cm_q", "Cm_de"}.isdisjoint(one.estimate.free)
+    for name in one.estimate.free:
+        found = one.estimate.derivatives[name]
+        assert found.value is not None
+        assert found.std is not None
+        assert abs(found.value - virtual.truth[name]) < 4.0 * found.std

@@ -26,6 +26,10 @@ from gsapp.identification.stand_ins import StandIn, fit_with, lacking
 
 _STIRRED = 0.01
 """Peak-to-peak deflection (rad) from which a surface counts as moved."""
+_NOTHING_MOVED = (
+    "no surface moved as an input here: nothing excites the aircraft, and hardly a derivative can "
+    "be earned; fly a doublet, or choose another stretch"
+)
 
 
 def fit_maneuver(
@@ -43,6 +47,8 @@ def fit_maneuver(
         estimate = fit_together((maneuver,), axis, settings, means, known)
     except FlightError as error:
         return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
+    if not maneuver.inputs:
+        estimate = replace(estimate, warnings=(_NOTHING_MOVED, *estimate.warnings))
     if not estimate.gusty:
         return ManeuverResult(maneuver=maneuver, estimate=estimate)
     by_equations = replace(settings, method="ee")
