@@ -12,6 +12,10 @@ from struct import pack
 
 from fastcrc.crc16 import mcrf4xx
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from command_kit import gsapp
+
 from calibration import load_certificates
 from gsapp.decoding.dialect import dialect
 
@@ -42,15 +46,13 @@ def refused(
     a file are one sentence per mistake, each on a line of its own under the name of the file.
     """
     there = everything_in(cwd)
-    done = subprocess.run(
-        [*GSAPP, *call],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        cwd=cwd,
-        env=environment,
-        preexec_fn=before,
-    )
+    if before is None and environment is None:
+        done = gsapp(*call, folder=cwd)
+    else:
+        done = subprocess.run(
+            [*GSAPP, *call], capture_output=True, text=True, timeout=60, cwd=cwd,
+            env=environment, preexec_fn=before,
+        )  # fmt: skip
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stdout + done.stderr
     assert done.stdout.strip() == ""

@@ -16,6 +16,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from bad_input_kit import GSAPP, Box, everything_in, refused, without_rights
+from command_kit import gsapp
 
 from calibration.reading import FOLDER as CERTIFICATES
 from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
@@ -100,10 +101,7 @@ def test_a_csv_without_a_column_that_the_map_needs(tmp_path: Path) -> None:
 def replayed(flight: Path) -> tuple[str, Summary]:
     """Return what a replay says of a flight, and what it writes for programs."""
     made = flight.parent / "summary.json"
-    done = subprocess.run(
-        [*GSAPP, "replay", str(flight), "--headless", "--json", str(made)],
-        capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+    done = gsapp("replay", flight, "--headless", "--json", made)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stdout + done.stderr
     return done.stdout, json.loads(made.read_text())
@@ -156,10 +154,7 @@ def test_a_lost_onboard_log_does_not_close_the_flight(flight: Path) -> None:
     FlightFolder.open(flight).keep_onboard_log(flight / "raw.tlog", "onboard.tlog")
     (flight / "onboard.tlog").unlink()
     out = flight.parent / "out.csv"
-    done = subprocess.run(
-        [*GSAPP, "export", str(flight), "--to", "csv", "--out", str(out)],
-        capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+    done = gsapp("export", flight, "--to", "csv", "--out", out)
     assert done.returncode == 0, done.stderr
     assert "names the on-board log 'onboard.tlog', but it is not in the folder" in done.stdout
     assert len(out.read_text().splitlines()) > FRAMES

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import re
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 from scipy.io import loadmat
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from command_kit import gsapp
+
 from gsapp.cli import report
-from gsapp.cli.main import main
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.pilot.flight import fly
 from gsapp.flight.catalog import Catalog, search_runs
@@ -39,29 +38,6 @@ def flights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for seed in (5, 6):
         write_block(folder / f"flight{seed}.csv", fly("short", seed=seed).measured, "csv")
     return folder
-
-
-@dataclass(frozen=True)
-class Done:
-    """What a command left."""
-
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-def gsapp(*arguments: object) -> Done:
-    """Run the command line here, as its process would: each start of one costs a second."""
-    code, out, err = 0, io.StringIO(), io.StringIO()
-    typed = patch.object(sys, "argv", ["gsapp", *map(str, arguments)])
-    with redirect_stdout(out), redirect_stderr(err), typed:
-        try:
-            main()
-        except SystemExit as end:
-            if isinstance(end.code, str):
-                err.write(end.code)
-            code = 1 if isinstance(end.code, str) else int(end.code or 0)
-    return Done(returncode=code, stdout=out.getvalue(), stderr=err.getvalue())
 
 
 def process(*arguments: object, seed: str = "0") -> subprocess.CompletedProcess[str]:
