@@ -96,7 +96,7 @@ class Field:
             self.recorder.stop()
 
 
-def wait_until(condition: Callable[[], object], seconds: float = 15.0) -> None:
+def wait_until(condition: Callable[[], object], seconds: float = 30.0) -> None:
     """Wait for something to come true; fail after a while."""
     deadline = time.monotonic() + seconds
     while not condition():

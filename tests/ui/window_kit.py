@@ -139,6 +139,6 @@ def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> Non
     QTimer.singleShot(0, look)
 
 
-def until(qtbot: object, condition: Callable[[], bool], milliseconds: int = 8000) -> None:
+def until(qtbot: object, condition: Callable[[], bool], milliseconds: int = 30_000) -> None:
     """Let the window work until something holds."""
     qtbot.waitUntil(condition, timeout=milliseconds)  # type: ignore[attr-defined]
