@@ -101,7 +101,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
     assert kept(page) == []
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: window.review.outcome is not None, 30000)
+    until(qtbot, lambda: window.review.outcome is not None, 120000)
     outcome = window.review.outcome
     assert outcome is not None
     assert kept(page) == [outcome.number]
