@@ -248,11 +248,13 @@ def test_the_fence_is_told_before_it_is_reached() -> None:
     assert keys_of(rows, fence=None) == []
 
 
-def test_the_ceiling_is_told_before_it_is_reached() -> None:
-    """Climbing at 5 m/s towards 120 m."""
+@pytest.mark.parametrize(("system", "ceiling"), [("US", "394 ft"), ("SI", "120 m")])
+def test_the_ceiling_is_told_before_it_is_reached(system: str, ceiling: str) -> None:
+    """Climbing at 5 m/s towards 120 m, said in the units of the crew."""
     height = 50.0 + 5.0 * np.maximum(np.arange(2500) / RATE - 5.0, 0.0)
-    watch = DangerWatch(_b777(), RATE)
+    watch = DangerWatch(_b777(), RATE, system=system)
     watch.take(steady({"height": height, "climb_rate": 5.0}, 25.0))
+    assert all(ceiling in danger.words for danger in watch.log)
     assert [(danger.key, danger.urgency) for danger in watch.log] == [
         ("fence.top", Urgency.CAUTION),
         ("fence.top", Urgency.WARNING),

@@ -11,8 +11,9 @@ from pydantic import Field, model_validator
 from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.frames import Frame
 from gsapp.excitation.dangers.standing import Finding
+from gsapp.excitation.dangers.wording import amount
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.quantities.constants import DEGREE, EARTH_RADIUS, FOOT
+from gsapp.quantities.constants import DEGREE, EARTH_RADIUS
 from gsapp.quantities.fields import Angle, Length, Time
 
 _CLIMBED: Final = 5.0
@@ -93,11 +94,11 @@ class FenceRoom:
         self._heights: list[tuple[float, float]] = []
         self._climbs: list[float] = []
 
-    def judge(self, frame: Frame) -> list[Finding]:
-        """Return what of the fence is left, or soon will be."""
-        return [*self._around(frame), *self._above(frame)]
+    def judge(self, frame: Frame, system: str = "US") -> list[Finding]:
+        """Return what of the fence is left, or soon will be, in units ``US`` or ``SI``."""
+        return [*self._around(frame, system), *self._above(frame, system)]
 
-    def _around(self, frame: Frame) -> list[Finding]:
+    def _around(self, frame: Frame, system: str) -> list[Finding]:
         place = self._place(frame)
         if place is None or not frame.airborne:
             return []  # a place is taken note of even so
@@ -114,8 +115,8 @@ class FenceRoom:
                 Finding(
                     key="fence.side",
                     urgency=Urgency.WARNING,
-                    words=f"Outside the fence: {distance:.0f} m away, {radius:.0f} m allowed; "
-                    "turn back",
+                    words=f"Outside the fence: {amount('north', distance, system)} away, "
+                    f"{amount('north', radius, system)} allowed; turn back",
                     spoken="outside the fence: turn back",
                 )
             ]
@@ -151,7 +152,7 @@ class FenceRoom:
             home = self._home
         return place[0] - home[0], place[1] - home[1]
 
-    def _above(self, frame: Frame) -> list[Finding]:
+    def _above(self, frame: Frame, system: str) -> list[Finding]:
         height, fence = frame.height, self._fence
         if not frame.airborne or math.isnan(height):
             self._heights, self._climbs = [], []
@@ -163,8 +164,8 @@ class FenceRoom:
                 Finding(
                     key="fence.top",
                     urgency=Urgency.WARNING,
-                    words=f"Too high: {height / FOOT:.0f} ft, {fence.ceiling / FOOT:.0f} ft "
-                    "allowed; descend",
+                    words=f"Too high: {amount('height', height, system)}, "
+                    f"{amount('height', fence.ceiling, system)} allowed; descend",
                     spoken="too high: descend",
                 )
             ]
@@ -173,14 +174,15 @@ class FenceRoom:
                 Finding(
                     key="fence.top",
                     urgency=Urgency.CAUTION,
-                    words=f"Through the ceiling of {fence.ceiling / FOOT:.0f} ft within "
-                    f"{fence.ahead:.0f} s; level off",
+                    words=f"Through the ceiling of {amount('height', fence.ceiling, system)} "
+                    f"within {fence.ahead:.0f} s; level off",
                     spoken="ceiling: level off",
                 )
             ]
-        return [] if frame.mean("flap") > _LANDING_FLAP else self._below(height, coming)
+        lands = frame.mean("flap") > _LANDING_FLAP
+        return [] if lands else self._below(height, coming, system)
 
-    def _below(self, height: float, coming: float) -> list[Finding]:
+    def _below(self, height: float, coming: float, system: str) -> list[Finding]:
         floor = self._fence.floor
         if floor is None:
             return []
@@ -193,7 +195,7 @@ class FenceRoom:
                 key="fence.floor",
                 urgency=Urgency.WARNING if low else Urgency.CAUTION,
                 words=f"{'Below' if low else 'About to sink below'} the floor of "
-                f"{floor / FOOT:.0f} ft; climb",
+                f"{amount('height', floor, system)}; climb",
                 spoken="too low: climb",
             )
         ]

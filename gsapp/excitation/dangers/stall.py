@@ -15,7 +15,8 @@ from gsapp.aircraft import Aircraft
 from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.frames import FRAME, Frame
 from gsapp.excitation.dangers.standing import Finding
-from gsapp.quantities.constants import FOOT, GRAVITY
+from gsapp.excitation.dangers.wording import amount
+from gsapp.quantities.constants import GRAVITY
 
 _AHEAD: Final = 0.5
 """Seconds ahead of which is spoken: what the pilot needs to hear and to push."""
@@ -59,7 +60,7 @@ class StallRoom:
         self._before: float | None = None
         self._slow = {Urgency.CAUTION: 0, Urgency.WARNING: 0}
 
-    def judge(self, frame: Frame, distrusted: frozenset[str]) -> list[Finding]:
+    def judge(self, frame: Frame, distrusted: frozenset[str], system: str = "US") -> list[Finding]:
         """Return how near the stall is.
 
         Parameters
@@ -67,6 +68,8 @@ class StallRoom:
         frame : Frame
         distrusted : frozenset of str
             Channels that are not believed.
+        system : {"US", "SI"}
+            Units of the words.
         """
         limits = self._limits
         if limits is None or frame.aloft < _SETTLED or frame.near_ground:
@@ -76,7 +79,7 @@ class StallRoom:
         nearness = [
             one
             for one in (
-                self._by_speed(frame, speed, least, self._calm(frame, distrusted)),
+                self._by_speed(frame, speed, least, self._calm(frame, distrusted), system),
                 # So fast for its load it cannot be near the stall, whatever a vane shows.
                 None
                 if speed > _FAR_FROM_STALL * least
@@ -116,7 +119,7 @@ class StallRoom:
         return _ALPHA_CALM if "alpha" not in distrusted and alpha < linear else 1.0
 
     def _by_speed(
-        self, frame: Frame, speed: float, least: float, calm: float
+        self, frame: Frame, speed: float, least: float, calm: float, system: str
     ) -> tuple[Urgency, str] | None:
         before, self._before = self._before, speed
         if math.isnan(speed):
@@ -126,8 +129,8 @@ class StallRoom:
         if min(speed, coming) >= _CAUTION * calm * least:
             return None
         urgency = Urgency.WARNING if speed < _WARNING * calm * least else Urgency.CAUTION
-        margin = (speed - least) / FOOT
-        said = f"{margin:.0f} ft/s above" if margin > 0.5 else f"{max(-margin, 0.0):.0f} ft/s below"
+        side = "above" if speed > least else "below"
+        said = f"{amount('V', abs(speed - least), system)} {side}"
         return urgency, f"{said} the stall speed at {frame.mean('an') / GRAVITY:.1f} g"
 
 

@@ -35,6 +35,8 @@ class DangerWatch:
     fence : Fence, optional
         The usual one by default; None for none.
     endurance : Endurance, optional
+    system : {"US", "SI"}
+        Units of the words; others may be set at any time.
     """
 
     def __init__(
@@ -44,7 +46,9 @@ class DangerWatch:
         *,
         fence: Fence | None = Fence(),  # noqa: B008  frozen
         endurance: Endurance = Endurance(),  # noqa: B008  frozen
+        system: str = "US",
     ) -> None:
+        self.system = system
         usual = _usual() if aircraft is None else aircraft
         self._frames = Frames(rate)
         self._instruments = InstrumentRoom(aircraft, usual, rate)
@@ -92,9 +96,9 @@ class DangerWatch:
         frame, doubted, findings = self._instruments.judge(rows)
         doubted |= frozenset(self.distrusted)
         findings += self._clips.judge(frame, doubted)
-        findings += self._stall.judge(frame, doubted)
+        findings += self._stall.judge(frame, doubted, self.system)
         if self._fence is not None:
-            findings += self._fence.judge(frame)
+            findings += self._fence.judge(frame, self.system)
         findings += self._endurance.judge(frame)
         self._standing.note(frame.time, findings)
 
