@@ -123,6 +123,8 @@ class CueSnapshot:
         By what is judged, in words.
     missing : tuple of str
         What cannot be judged and why, in words.
+    unseen : tuple of str
+        Surfaces that nothing shows: an input on them gets no verdict.
     good, wanted : int
         Repeats that count, and those that all cards ask for.
     events : int
@@ -141,6 +143,7 @@ class CueSnapshot:
     guidance: str = ""
     judged: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
     good: int = 0
     wanted: int = 0
     events: int = 0

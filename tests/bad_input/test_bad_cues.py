@@ -99,6 +99,7 @@ def test_surfaces_uncalibrated() -> None:
     """Inputs cannot be seen: trim is judged all the same."""
     cues = judged(without(flown(), *SURFACES))
     assert "go" in states(cues)
+    assert cues.snapshot().unseen == ("de", "da", "dr")
     assert cues.verdicts == ()
     assert not any(event.kind == "input" for event in cues.log)
 
@@ -127,7 +128,7 @@ def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
 
 
 def test_nose_sensors_missing() -> None:
-    """Flight B: no alpha, beta, airspeed. No GO at a speed that nobody knows; it is said."""
+    """Flight B: no alpha, beta, airspeed. What is left is judged, and what is not is said."""
     cues = judged(without(flown(), *FLOW))
     assert "blind" not in {event.state for event in cues.log if event.time > 3.0}
     assert "speed" in said(cues)

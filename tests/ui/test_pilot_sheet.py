@@ -290,3 +290,12 @@ def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
     assert told.hints[-1].words == "speed by eye: nothing measures it"
     seen = sheet_of(Reading(cues=STATES["go"], open=True))
     assert len(seen.hints) == 1
+
+
+def test_go_for_a_surface_that_nobody_sees_says_that_no_verdict_follows() -> None:
+    """The aileron of the next card gives no signal: told beside GO; an elevator does not matter."""
+    go = STATES["go"]
+    told = sheet_of(Reading(cues=replace(go, unseen=("da",)), open=True))
+    assert told.word == "GO"
+    assert told.hints[1].words == "no verdict: aileron not measured"
+    assert len(sheet_of(Reading(cues=replace(go, unseen=("de",)), open=True)).hints) == 1

@@ -12,6 +12,7 @@ from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.points.wanted import WantedInput
 from gsapp.excitation.trim.cue import TrimCue
 from gsapp.flight.cards import TestCard
+from gsapp.flight.cards.card import SURFACES
 from ui.pilot.gauges import input_gauges, point_gauges
 from ui.pilot.sheet import CardLines, Gauge, Hint, Sheet, SignName, Tone
 from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_text
@@ -216,6 +217,10 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
         hints = (Hint(words="keep it there"),)
     elif trim.state == "go":
         hints = (Hint(words=wanted or "make the input"),)
+        unseen = [name for name in _asked_for(cues) if name in cues.unseen]
+        if unseen:
+            words = f"no verdict: {surfaces_text(unseen)} not measured"
+            hints += (Hint(words=words, sign="unknown", tone="caution"),)
         if cues.card is not None and cues.speed is None and cues.alpha is None:
             hints += (Hint(words="speed by eye: nothing measures it"),)
     elif trim.state == "gusty":
@@ -225,6 +230,11 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
         sign = turning.sign if turning is not None else sign
         hints = (Hint(words=f"then {wanted}" if wanted else "next leg"),)
     return _Head(word=word, sign=sign, tone=tone, ring=ring, hints=hints)
+
+
+def _asked_for(cues: CueSnapshot) -> tuple[str, ...]:
+    """Return the surfaces of the next input; all of them where no card says."""
+    return tuple(SURFACES) if cues.card is None else cues.card.card.surfaces
 
 
 def _is_far_slower(cues: CueSnapshot) -> bool:

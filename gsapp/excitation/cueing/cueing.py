@@ -83,7 +83,7 @@ class Cueing:
         self._stream = RowStream(rate)
         self._desk = CardDesk(aircraft, model, cards, system)
         self._trim = TrimWatch(aircraft, rate)
-        self._dangers = DangerWatch(aircraft, rate, fence=fence or Fence())
+        self._dangers = DangerWatch(aircraft, rate, fence=fence or Fence(), system=system)
         self._doublets = DoubletWatch(
             aircraft, rate, model=model, wanted_for=self._desk.wanted_for, system=system
         )
@@ -192,7 +192,8 @@ class Cueing:
 
     def use_units(self, system: str) -> None:
         """Say everything from now on in these units, ``US`` or ``SI``; the log stays as it is."""
-        self._changes.system = self._announcer.system = self._doublets.system = system
+        self._changes.system = self._announcer.system = system
+        self._doublets.system = self._dangers.system = system
         self._desk.use_units(system)
         self._lessons.use_units(system)
         if self._doublets.under_way is None and self._desk.look(self._lessons.outlook, stay=True):
@@ -246,6 +247,7 @@ class Cueing:
                 outlook=outlook,
                 unseen=self._doublets.unseen,
             ),
+            unseen=self._doublets.unseen,
             good=sum(min(one.good, one.card.repeats) for one in progress),
             wanted=sum(one.card.repeats for one in progress),
             events=len(self._changes.events),

@@ -10,6 +10,7 @@ from gsapp.excitation.dangers.danger import Danger
 from gsapp.excitation.information.prospect import Outlook
 from gsapp.excitation.trim.cue import TrimCue
 from gsapp.flight.cards.card import SURFACES
+from gsapp.identification.compatibility.wording import listed
 from gsapp.quantities import channel
 
 NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
@@ -49,7 +50,7 @@ def missing(
     if doubted:
         found.append(f"not believed: {', '.join(channel(name).title for name in doubted)}")
     if unseen:
-        words = " and ".join(SURFACES[name] for name in unseen)
+        words = listed([SURFACES[name] for name in unseen])
         found.append(f"inputs of {words}: the surface is not measured")
     found += [] if trim is None else trim.missing
     found += [NO_AIRCRAFT] if aircraft is None else []
