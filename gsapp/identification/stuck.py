@@ -26,6 +26,8 @@ _MOVING: Final[Mapping[Axis, tuple[str, ...]]] = {
     "both": ("alpha", "q", "beta", "p", "r"),
 }
 """What an input of each axis must move."""
+_SAME: Final = 1e-9
+"""Share of its size that a value may change by, brought to another time, and still be the same."""
 _WORDS: Final = {"de": "elevator", "da": "ailerons", "dr": "rudder"}
 
 
@@ -43,7 +45,9 @@ def stands_still(maneuver: Maneuver, channel: str) -> bool:
     """Return whether a channel was measured and is the same to the last bit in every sample."""
     samples = maneuver.samples(channel)
     samples = samples[np.isfinite(samples)]
-    return samples.size >= FEWEST_SAMPLES and not float(np.ptp(samples)) > 0.0
+    if samples.size < FEWEST_SAMPLES:
+        return False
+    return bool(np.ptp(samples) <= _SAME * np.abs(samples).max())
 
 
 def sound(maneuvers: Sequence[Maneuver], axis: Axis) -> tuple[list[Maneuver], list[str]]:

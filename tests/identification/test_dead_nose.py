@@ -55,13 +55,27 @@ def test_dead_instruments_are_left_out_and_told() -> None:
     assert not {"alpha", "beta", *AIRSPEED} & set(lost.block.channels)
     assert {"p", "q", "r", "ay", "da", "dr"} <= set(lost.block.channels)
     assert lost.remarks == (
-        "alpha, beta and airspeed were dead, at the end of the range or beyond it throughout: "
-        "taken as not measured",
+        "alpha, beta and airspeed were dead, at the end of the range, beyond it or the same "
+        "throughout: taken as not measured",
     )
     half = np.where(np.arange(100) < 80, 30.0 * DEGREE, 0.0)
     assert not dead_instruments(
         lambda name: half if name == "beta" else np.full(100, np.nan), AIRCRAFT
     )
+
+
+def test_a_blocked_pitot_is_no_airspeed() -> None:
+    """One dynamic pressure to the last bit: every coefficient would go with its inverse."""
+    block = fly(2, "lat", model=MODEL).maneuver.block
+    kept = [name for name in block.channels if name not in AIRSPEED]
+    blocked = Block(
+        channels=(*kept, "dynamic_pressure"),
+        times=block.times,
+        values=np.column_stack((block.select(kept).values, np.full(len(block), 400.0))),
+    )
+    found = cut(blocked)
+    assert not set(AIRSPEED) & set(found.block.channels)
+    assert found.remarks[0].startswith("airspeed was dead")
 
 
 def test_means_of_the_others_stand_in_and_the_bounds_hold_their_error() -> None:

@@ -1,4 +1,4 @@
-"""Instruments that showed nothing but the end of their range: not measured, whatever they say.
+"""Instruments that showed nothing but the end of their range, or nothing new: not measured.
 
 A vane with a broken wire stands at one end for the whole maneuver. What the others measured is
 worth as much as if it had never been mounted.
@@ -26,6 +26,8 @@ _BEYOND_TRAVEL: Final = 0.5
 _NO_SPEED: Final = 0.3
 """An aircraft that answers to its surfaces flies faster than this share of its stall speed."""
 _FEWEST: Final = 20
+_SAME: Final = 1e-9
+"""Share of its size that a value may change by, brought to another time, and still be the same."""
 
 
 def dead_instruments(
@@ -59,6 +61,10 @@ def dead_instruments(
     speed = _present(samples("V"))
     if speed.size >= _FEWEST and float(speed.max()) < _NO_SPEED * aircraft.limits.stall_speed:
         found["airspeed"] = AIRSPEED
+    pressure = _present(samples("dynamic_pressure"))
+    if pressure.size >= _FEWEST and np.ptp(pressure) <= _SAME * np.abs(pressure).max():
+        # No maneuver is flown at one speed to the last bit: the tube is blocked, the sensor stuck.
+        found["airspeed"] = AIRSPEED
     return found
 
 
@@ -74,8 +80,8 @@ def dead_words(instruments: dict[str, tuple[str, ...]]) -> str:
     *first, last = instruments
     listed = f"{', '.join(first)} and {last}" if first else last
     return (
-        f"{listed} {'were' if first else 'was'} dead, at the end of the range or beyond it "
-        "throughout: taken as not measured"
+        f"{listed} {'were' if first else 'was'} dead, at the end of the range, beyond it or the "
+        "same throughout: taken as not measured"
     )
 
 
