@@ -27,6 +27,7 @@ from gsapp.flight import load_flight
 from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.folder import FlightFolder
 from ui.dialogs.certificates import CertificatesDialog
+from ui.flight.picture import Origin
 from ui.flight.values import value_lines
 from ui.look import Look
 from ui.window import MainWindow
@@ -160,11 +161,15 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     assert (reading.uncalibrated, reading.stale) == (True, True)
     assert not charts.readings(order.index("alpha"))[0].uncalibrated
     assert "uncalibrated" in window.view.channels._notes["flap"]
-    lines = value_lines(
-        window.desk.history, ["de", "alpha"], {"cursor": 11.0}, "US", frozenset(),
-        picture.uncalibrated,
-    )  # fmt: skip
+    history = window.desk.history
+    at = {"cursor": history.last("alpha")[0]}
+    lines = value_lines(history, ["de", "alpha"], at, "US", picture.sources)
     assert [line.cells[0].endswith("uncal") for line in lines] == [True, False]
+    far = {"alpha": Origin("measured", True, {"alpha": (1.0, 2.0)})}
+    (line,) = value_lines(history, ["alpha"], at, "US", far)
+    assert line.cells[0].endswith("beyond cal")
+    assert line.cells[1] == f"*{lines[1].cells[1]}"
+    assert line.cells[2] == lines[1].cells[2], "no cursor, nothing to mark"
 
 
 def test_the_dialog_refuses_a_folder_without_certificates(qtbot: QtBot, tmp_path: Path) -> None:

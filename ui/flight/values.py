@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Protocol
 
 from gsapp.quantities import FloatArray, channel
 from ui.flight.tables import Line
-from ui.strips.furniture import Display
+from ui.strips.charts import BEYOND, BEYOND_WORDS, beyond_calibration
+from ui.strips.furniture import Display, Source
 from ui.words import DASH, clock_text, number_text, symbol_text, unit_text
 
 
@@ -47,30 +49,44 @@ def value_lines(
     channels: Iterable[str],
     cursors: Mapping[str, float],
     units: str,
-    estimated: frozenset[str] = frozenset(),
-    uncalibrated: frozenset[str] = frozenset(),
+    sources: Mapping[str, Source] = MappingProxyType({}),
 ) -> tuple[Line, ...]:
-    """Return one line for each channel: at the cursor, at A, at B, and B minus A."""
+    """Return one line for each channel: at the cursor, at A, at B, and B minus A.
+
+    Values of an instrument beyond what it was calibrated for carry a mark, and the line says it.
+    """
     lines = []
     for name in channels:
         spec = channel(name)
         display = Display.of(spec, units)
         values = {key: value_at(history, name, cursors.get(key)) for key in ("cursor", "a", "b")}
-        shown = [number_text(display.shown(value), display.decimals) for value in values.values()]
+        source = sources.get(name)
+        beyond = {key: _beyond(history, source, cursors.get(key)) for key in values}
+        shown = [
+            (BEYOND if beyond[key] else "") + number_text(display.shown(value), display.decimals)
+            for key, value in values.items()
+        ]
         difference = (values["b"] - values["a"]) * display.factor
         unit = unit_text(display.unit)
-        said = " uncal" if name in uncalibrated else ""
+        uncalibrated = source is not None and not source.calibrated
+        said = " uncal" if uncalibrated else ""
+        said += f" {BEYOND_WORDS}" if any(beyond.values()) else ""
         title = f"{symbol_text(spec.symbol)} {unit}".rstrip() + said
         lines.append(
             Line(
                 key=name,
                 cells=(title, *shown, number_text(difference, display.decimals)),
-                italic=name in estimated,
+                italic=source is not None and source.kind == "estimated",
                 detail=f"{spec.title}{f' in {unit}' if unit else ''}"
-                + (", uncalibrated" if said else ""),
+                + (", uncalibrated" if uncalibrated else "")
+                + (", * beyond the range that was calibrated" if any(beyond.values()) else ""),
             )
         )
     return tuple(lines)
+
+
+def _beyond(history: Samples, source: Source | None, time: float | None) -> bool:
+    return beyond_calibration(source, lambda name: value_at(history, name, time))
 
 
 def times_text(cursors: Mapping[str, float]) -> str:

@@ -350,13 +350,9 @@ class FlightView(QWidget):
         if self._history is None or not self.values.isVisible():
             return
         cursors = self.charts.view.cursors
-        estimated = frozenset(
-            name for name, source in self._picture.sources.items() if source.kind == "estimated"
-        )
         names = self.charts.strip_layout.channels if cursors else ()
-        lacking = self._picture.uncalibrated
         self.values.show_lines(
-            value_lines(self._history, names, cursors, self._look.units, estimated, lacking)
+            value_lines(self._history, names, cursors, self._look.units, self._picture.sources)
         )
         self.values.show_columns(cursors)
         self.values.show_times(times_text(cursors) if cursors else "")
