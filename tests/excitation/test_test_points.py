@@ -301,15 +301,13 @@ def test_flying_through_a_point_captures_nothing() -> None:
     assert set(_captured(_rows(np.linspace(20.0, 36.0, 1600)), (SLOW, USUAL))) == {""}
 
 
-def test_the_nearest_is_captured_and_all_that_are_held_are_known() -> None:
-    """30.8 m/s holds two points; the nearer one is captured, the other one is known as well."""
+def test_the_nearest_is_captured_and_forgotten_once_it_is_not_wanted() -> None:
+    """30.8 m/s holds two points; the nearer one is captured."""
     capture = Capture((USUAL, NEXT))
     capture.take(_rows(np.full(300, 30.8)))
     assert capture.captured == NEXT
-    assert capture.held == (NEXT, USUAL)
     capture.aim((USUAL,))
     assert capture.captured is None
-    assert capture.held == (USUAL,)
 
 
 def test_missing_speed_holds_nothing_and_alpha_serves_where_it_is_asked_for() -> None:
@@ -343,6 +341,5 @@ def test_cutting_the_rows_changes_nothing(cuts: list[int], seed: int) -> None:
         fresh = Capture(points)
         fresh.take(rows.part(0, last))
         assert pieces.captured == fresh.captured
-        assert pieces.held == fresh.held
         captured.append(pieces.captured)
     assert set(levels[-2:]) <= {24.0} or captured[-1] is not None

@@ -41,24 +41,17 @@ class Capture:
         self._times = np.empty(0)
         self._kept = np.empty((0, 2))
         self._captured: int | None = None
-        self._held: tuple[int, ...] = ()
 
     def aim(self, points: Sequence[TestPoint]) -> None:
         """Watch other points; one that was captured and is still among them stays so."""
         known = {point: place for place, point in enumerate(points)}
         self._captured = known.get(self.captured) if self.captured is not None else None
-        self._held = tuple(known[point] for point in self.held if point in known)
         self._points = tuple(points)
 
     @property
     def captured(self) -> TestPoint | None:
         """Return the point captured last, until the aircraft has left it; None for none."""
         return None if self._captured is None else self._points[self._captured]
-
-    @property
-    def held(self) -> tuple[TestPoint, ...]:
-        """Return all points held at the newest row, the nearest first: cards share points."""
-        return tuple(self._points[place] for place in self._held)
 
     def take(self, rows: FlightRows) -> None:
         """Take in the next rows."""
@@ -97,18 +90,13 @@ class Capture:
             since = int(anywhere[-1])
             self._captured = min(
                 np.flatnonzero(held[:, since]).tolist(),
-                key=lambda place: self._distance(place, misses, since),
+                key=lambda place: abs(misses[place][since]) / _tolerance(self._points[place]),
             )
         if self._captured is not None:
             point = self._points[self._captured]
             after = np.abs(misses[self._captured][since:])
             if bool((after > _LEFT * _tolerance(point)).any()):
                 self._captured = None
-        now = np.flatnonzero(held[:, -1]).tolist() if held.size else []
-        self._held = tuple(sorted(now, key=lambda place: self._distance(place, misses, -1)))
-
-    def _distance(self, place: int, misses: Sequence[FloatArray], row: int) -> float:
-        return float(abs(misses[place][row]) / _tolerance(self._points[place]))
 
 
 def _tolerance(point: TestPoint) -> float:
