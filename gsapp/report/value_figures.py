@@ -163,11 +163,14 @@ def values_picture(
     rows = -(-len(chosen) // across)
     told = "maneuver by maneuver" if over == "number" else f"over {label}"
     subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
+    there = any(name in drawn.known for name in names)
+    dotted = ", the dotted line what was known before" if there else ""
+    out = any(one.outliers or one.excluded or one.unfit for one in chosen)
+    gray = " Gray marks were left out of the mean." if out else ""
     return Picture(
         name=f"values-{over}-{number}",
         caption=f"{subject} {told}: bars are 95 % of its own bound, the band is "
-        "the mean over all with 95 % of its error, the dotted line what was known before. Gray "
-        f"marks were left out of the mean.{_not_drawn(chosen, over)}",
+        f"the mean over all with 95 % of its error{dotted}.{gray}{_not_drawn(chosen, over)}",
         height=0.9 + 1.65 * rows if len(chosen) > 1 else 3.6,
         draw=draw,
         numbers=lambda: _numbers(chosen, units),
