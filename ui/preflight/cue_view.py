@@ -117,7 +117,7 @@ class CueView(QWidget):
         painter.setPen(look.color("text"))
         painter.setFont(fitted(self.cue.title, room, px(22), px(12), bold=True))
         painter.drawText(room, _ALIGN.AlignVCenter, self.cue.title)
-        track = QRectF(box.left(), box.bottom() + px(3), box.width(), px(5))
+        track = QRectF(box.left(), box.bottom() + px(1), box.width(), px(4))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(look.color("chosen"))
         painter.drawRoundedRect(track, px(2), px(2))
