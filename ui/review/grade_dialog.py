@@ -15,14 +15,18 @@ class GradeDialog(FormDialog):
     Parameters
     ----------
     look : Look
+    name : str
+        Id of the maneuver among all flights under review.
     maneuver : FoundManeuver
         That is to be graded.
     """
 
-    def __init__(self, look: Look, maneuver: FoundManeuver, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, look: Look, name: str, maneuver: FoundManeuver, parent: QWidget | None = None
+    ) -> None:
         super().__init__(
             "Grade by hand",
-            f"Maneuver {maneuver.id} has grade {maneuver.grade}. A grade given by hand stays when "
+            f"Maneuver {name} has grade {maneuver.grade}. A grade given by hand stays when "
             "edges are moved; unfit (D) keeps it out of every estimate.",
             "Grade",
             look,

@@ -281,7 +281,7 @@ class ManeuversPage(ReviewPage):
         row = self.editing.row
         if row is None:
             return
-        dialog = GradeDialog(self.look, row.maneuver, self)
+        dialog = GradeDialog(self.look, row.id, row.maneuver, self)
         if dialog.exec():
             self.editing.regrade(dialog.grade, dialog.reason.text())
 
