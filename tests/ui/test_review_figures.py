@@ -191,6 +191,13 @@ def test_equation_error_shows_coefficients_and_says_why_it_has_no_residuals() ->
     said = kinds["residuals"].make(material, PAPER, room)
     assert isinstance(said, str)
     assert said.startswith("Equation error compares smoothed coefficients")
+    still = equation_error.estimate([first.maneuver], "lon", free=())
+    nothing = replace(first, estimate=replace(still, histories=(), free=()))
+    empty = replace(done, result=replace(done.result, results=(nothing,)))
+    said = kinds["fit"].make(replace(material, outcome=empty), PAPER, room)
+    assert said == (
+        f"Equation error earned no derivative in maneuver {first.maneuver.id}: it was not set free."
+    )
 
 
 def test_a_point_lies_at_its_value_and_a_click_on_it_chooses_its_maneuver(bench: Bench) -> None:

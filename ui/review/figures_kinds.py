@@ -44,7 +44,13 @@ _CHART = 2.3
 """Inches that a small chart of a value takes at least."""
 _HISTORY = 3.2
 """Inches of a history over a flight."""
-_NOTHING_COMPUTED = "{method} earned nothing in maneuver {maneuver} that could be computed: {why}."
+_NOTHING_EARNED = "{method} earned no derivative in maneuver {maneuver}: {why}."
+_WHYS = 3
+"""Reasons that a sentence holds."""
+_NO_COEFFICIENTS = (
+    "Maneuver {maneuver} has no force and moment coefficients to compare: they take airspeed and "
+    "rates that were measured."
+)
 _NO_RESIDUALS = (
     "{method} compares smoothed coefficients, and what smoothing leaves over is never white. The "
     "figure Fit shows how well they are followed; maximum likelihood has residuals to look at."
@@ -124,10 +130,13 @@ def _no_fit(material: Material) -> str:
     if looked_at.estimate is None:
         return f"Maneuver {looked_at.maneuver.id} could not be fitted: {looked_at.failure}."
     estimate = looked_at.estimate
-    return _NOTHING_COMPUTED.format(
+    if estimate.free:
+        return _NO_COEFFICIENTS.format(maneuver=looked_at.maneuver.id)
+    whys = dict.fromkeys(one.why for one in estimate.derivatives.values() if one.why)
+    return _NOTHING_EARNED.format(
         method=_METHODS[estimate.method],
         maneuver=looked_at.maneuver.id,
-        why="; ".join(estimate.warnings) or estimate.message,
+        why=", ".join([*whys][:_WHYS]) or estimate.message,
     )
 
 
