@@ -185,6 +185,6 @@ def _apart(one: ManeuverResult) -> tuple[str, ...]:
     if not names:
         return (f"{_BY_EQUATIONS} agrees within {FAR:.0f} joint bounds in every derivative",)
     return (
-        f"{_BY_EQUATIONS} lies more than {FAR:.0f} joint bounds apart in {', '.join(names)}; in "
-        "gusts believe it",
+        f"{_BY_EQUATIONS} lies more than {FAR:.0f} joint bounds apart in {', '.join(names)}; "
+        "believe the smaller bound",
     )

@@ -30,7 +30,7 @@ def gust_words(result: CampaignResult) -> tuple[str, ...]:
         f"The residuals of {len(ids)} maneuver{'' if len(ids) == 1 else 's'} ({', '.join(ids)}) "
         "show gusts, which values and bounds of maximum likelihood suffer from. Equation error "
         "takes the air as the vanes felt it and stands beside: where the two lie more than "
-        f"{FAR:.0f} joint bounds apart, believe equation error.",
+        f"{FAR:.0f} joint bounds apart, believe the one with the smaller bound.",
     )
 
 

@@ -3,8 +3,8 @@
 Virtual maneuvers with known derivatives (varied, as are speed, inputs and seeds), 12-bit converter,
 white and colored noise (first-order recursion, 0.9 from sample to sample). A bound is honest where
 the rms of error over bound is 1; 0.8 to 1.3 is asked for, derivative by derivative. Besides:
-how often gusts are reported in calm and in gusty air, and how far the fast engine and the plain one
-are apart on whole maneuvers.
+how often gusts are reported in calm and in gusty air, what equation error makes of those maneuvers,
+and how far the fast engine and the plain one are apart on whole maneuvers.
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.identification.axes import RESPONSES, STATES, axis_derivatives
+from gsapp.identification import equation_error
+from gsapp.identification.axes import RESPONSES, STATES, Axis, axis_derivatives
 from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, fit
+from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
 
 from reference_ml import Reference
-from virtual_maneuvers import AXES, fly
+from virtual_maneuvers import AXES, Virtual, fly
 
 ASKED = (0.8, 1.3)
 COLORS = {"white": 0.0, "colored": 0.9}
@@ -34,12 +36,14 @@ GUST_SEED = 4000
 
 
 class Tally:
-    """Errors over bounds by derivative, honest and Cramer-Rao."""
+    """Errors over bounds by derivative, honest and Cramer-Rao; in gusts of equation error, too."""
 
     def __init__(self) -> None:
         self.honest: dict[str, list[float]] = {}
         self.plain: dict[str, list[float]] = {}
         self.missing: dict[str, int] = {}
+        self.errors: dict[str, dict[str, list[float]]] = {"ml": {}, "ee": {}}
+        self.beside: dict[str, list[float]] = {}
         self.unconverged = self.alarms = self.count = 0
         self.cpu = 0.0
 
@@ -69,6 +73,8 @@ def tally(kind: str, color: float, seeds: Iterable[int], *, gust: float = 0.0) -
         found.count += 1
         found.unconverged += not estimate.converged
         found.alarms += any("turbulence" in warning for warning in estimate.warnings)
+        if gust:
+            _add_beside(found, estimate, virtual, AXES[kind])
         for name, true in virtual.truth.items():
             one = estimate.derivatives[name]
             if one.value is None or one.std is None or one.cramer_rao is None:
@@ -77,6 +83,19 @@ def tally(kind: str, color: float, seeds: Iterable[int], *, gust: float = 0.0) -
             found.honest.setdefault(name, []).append((one.value - true) / one.std)
             found.plain.setdefault(name, []).append((one.value - true) / one.cramer_rao)
     return found
+
+
+def _add_beside(found: Tally, estimate: Estimate, virtual: Virtual, axis: Axis) -> None:
+    """Add the errors of both methods, those of equation error over their bounds, too."""
+    beside = equation_error.estimate([virtual.maneuver], axis)
+    for name, true in virtual.truth.items():
+        one, other = estimate.derivatives[name], beside.derivatives[name]
+        # Levels hold the zero offsets of the accelerometers.
+        if name.endswith("_0") or one.value is None or other.value is None or not other.std:
+            continue
+        found.errors["ml"].setdefault(name, []).append(one.value - true)
+        found.errors["ee"].setdefault(name, []).append(other.value - true)
+        found.beside.setdefault(name, []).append((other.value - true) / other.std)
 
 
 def print_tallies(tallies: dict[str, Tally]) -> None:
@@ -111,10 +130,17 @@ def print_gusts(count: int) -> None:
                 seeds = range(GUST_SEED, GUST_SEED + count)
                 found = tally(kind, color, seeds, gust=gust)
                 ratios = [found.rms(name) for name in found.honest]
+                beside = [_rms(errors) for errors in found.beside.values()]
+                smaller = [
+                    _rms(errors) / _rms(found.errors["ee"][name])
+                    for name, errors in found.errors["ml"].items()
+                ]
                 print(
                     f"{kind}, gusts of {gust:4.2f} m/s, {title:7} noise: reported in "
                     f"{found.alarms} of {found.count}; error over bound {min(ratios):.1f} to "
-                    f"{max(ratios):.1f}, median {np.median(ratios):.1f}"
+                    f"{max(ratios):.1f}, median {np.median(ratios):.1f}; of equation error "
+                    f"{min(beside):.1f} to {max(beside):.1f}, its errors {min(smaller):.1f} to "
+                    f"{max(smaller):.1f} times smaller, median {np.median(smaller):.1f}"
                 )
 
 

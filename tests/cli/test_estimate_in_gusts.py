@@ -44,6 +44,6 @@ def test_equation_error_stands_beside_in_gusts(
         > 2.0 * math.hypot(one["std"], both[1][name]["std"])
     ]
     if apart:
-        assert f"2 joint bounds apart in {', '.join(apart)}; in gusts believe it" in said
+        assert f"2 joint bounds apart in {', '.join(apart)}; believe the smaller bound" in said
     else:
         assert "equation error agrees within 2 joint bounds in every derivative" in said

@@ -238,7 +238,7 @@ def _gust_lines(outcome: Outcome) -> list[Line]:
                 cells=(
                     one.maneuver.id,
                     "flown in gusts",
-                    f"equation error lies apart in {apart}: believe it"
+                    f"equation error lies apart in {apart}: believe the smaller bound"
                     if apart
                     else "equation error agrees",
                 ),

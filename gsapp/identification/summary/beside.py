@@ -1,8 +1,9 @@
 """What maximum likelihood made of maneuvers in gusts, and what equation error makes of them.
 
 Output error flies in calm air: what gusts did to the motion stays in its residuals and bends its
-values. Equation error takes the air as the vanes felt it. On virtual maneuvers in gusts of
-0.3 m/s its errors were up to ten times smaller, in gusts of 1 m/s three to fifty times.
+values. Equation error takes the air as the vanes felt it: the stronger the gusts, the smaller its
+errors are beside those of maximum likelihood (`bench truth` shows by how much); in light gusts
+and colored noise they are not. Bounds tell which of two values is the better one.
 
 The constants (``_0``) are left out: those of forces hold the zero offsets of the accelerometers,
 which maximum likelihood estimates beside them and equation error cannot.
