@@ -197,7 +197,7 @@ def test_killed_in_the_midst_the_flight_stands(flight):
     )
     incoming = folder.cache_folder / "incoming"
     child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), str(log)])
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + 60.0
     while not incoming.exists() and child.poll() is None and time.monotonic() < deadline:
         time.sleep(0.002)
     time.sleep(0.05)
