@@ -66,7 +66,7 @@ def test_rows_in_words() -> None:
     assert spoken_row(UNKNOWN) == "Cl_da unknown: the aileron hardly moved"
     # The bound in percent stands above the value that it is of.
     assert value_words(KNOWN) == (
-        "ML −0.3350 ± 0.0040", "FTR −0.3300 ± 0.0066  9→2.0 %",
+        "ML −0.3350 ± 0.0040", "FTR −0.3300  9→2.0 %",
     )  # fmt: skip
     assert value_words(replace(KNOWN, mean=None, changed="")) == (
         "FTR −0.3300 ± 0.0066", "",

@@ -46,6 +46,9 @@ _SIGMAS: Final = 2.0
 _REACH: Final = 5.0
 """Half the height of a history, in bounds as they stand now."""
 
+_ARROW: Final = "→"
+"""Between the bounds in percent before and after the last maneuver."""
+
 Index = QModelIndex | QPersistentModelIndex
 
 
@@ -97,11 +100,14 @@ def spoken_row(row: EstimateRow) -> str:
 
 def value_words(row: EstimateRow) -> tuple[str, str]:
     """Return the value to go by, whose bound in percent stands above it, and what is beside it."""
-    change = row.changed.replace(" % to ", "→")
+    change = row.changed.replace(" % to ", _ARROW)
     live = "" if row.value is None else f"FTR {value_text(row.value, row.std or 0.0)}"
     if row.mean is None:
         return live or "unknown", change
     best = f"ML {value_text(row.mean.mean, row.mean.std)}"
+    if _ARROW in change:
+        # It ends with the bound in percent; both have no room.
+        live = live.partition(" ±")[0]
     return best, "  ".join(part for part in (live, change) if part)
 
 
