@@ -72,7 +72,7 @@ def _clean(hands_off: float = 5.5) -> FlownInput:
 
 
 def test_verdicts_agree_with_the_truth_of_the_simulator() -> None:
-    """Of a tenth of the benchmark's inputs all clear ones but one at most are judged right.
+    """Of a tenth as many inputs as the benchmark flies all clear ones but one are judged right.
 
     To be quick, the aircraft stands for no longer than the noise takes to be known, and the pilot
     corrects for the shortest time that is drawn.
