@@ -12,7 +12,7 @@ from struct import pack
 
 from fastcrc.crc16 import mcrf4xx
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 
 from command_kit import gsapp
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from scipy.io import loadmat
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
 
 from command_kit import gsapp
 
