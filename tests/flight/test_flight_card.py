@@ -262,7 +262,7 @@ def test_the_card_reaches_every_analysis(tmp_path) -> None:
 
     (plain,) = cut().maneuvers
     assert plain.cg_shift == (0.0, 0.0, 0.0)
-    assert not plain.remarks
+    assert not any("CG" in remark for remark in plain.remarks)
     folder.update_info(
         weighing={"loads": {"nose": "4.9 lb", "main": "41.2 lb"}}, fuel="2.7 lb", fuel_end="2.3 lb"
     )
@@ -275,5 +275,6 @@ def test_the_card_reaches_every_analysis(tmp_path) -> None:
     assert weighed.cg_shift == flown.cg_shift
     places = [one.aircraft.sensors.alpha_vane.position[0] for one in (plain, weighed)]
     assert places[0] - places[1] == pytest.approx(shift)
-    assert set(weighed.remarks) <= set(flown.remarks)
+    # What the instruments lack (the airspeed of this box never moves) no card changes.
+    assert set(weighed.remarks) - set(plain.remarks) <= set(flown.remarks)
     assert any("CG by weighing" in remark for remark in flown.remarks)
