@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.model import Model, load_model
+from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.terms import make_term
 from gsapp.identification import equation_error
 from gsapp.identification.campaign import CampaignSettings, run_campaign
@@ -161,9 +162,8 @@ def test_a_misplaced_accelerometer_is_put_right(clean) -> None:
 def test_a_control_path_is_walked_forward(clean, effect, given, channel) -> None:
     term = make_term(effect, clean.maneuver.aircraft)
     found = as_it_acted(clean.maneuver, BASE.with_effect(effect, given)).samples(channel)
-    expected = term.respond(
-        clean.maneuver.samples(channel), clean.maneuver.dt, tuple(given.values())
-    )
+    path = ((term, tuple(given.values())),)
+    expected = acted(path, clean.maneuver.samples(channel), clean.maneuver.dt)
     assert np.allclose(found, expected.values, atol=1e-14)
 
 

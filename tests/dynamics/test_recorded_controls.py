@@ -1,0 +1,61 @@
+"""Proves that play in a linkage follows hands, not the noise of the record."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.recorded_controls import acted
+from gsapp.dynamics.signals import Path, SignalTerm
+from gsapp.dynamics.terms import make_term
+
+DT = 0.01
+TIMES = np.arange(1000) * DT
+HANDS = 0.02 * np.sin(2.0 * TIMES) * np.exp(-0.2 * TIMES)
+WIDTH = 0.001
+
+
+def path(effect: str, value: float) -> Path:
+    term = make_term(effect, load_aircraft("b777"))
+    assert isinstance(term, SignalTerm)
+    return ((term, (value,)),)
+
+
+def test_noise_as_large_as_the_play_does_not_turn_it_over() -> None:
+    """What the play takes is found to a third of its width; from the plain record, to no half."""
+    play = path("control.elevator.backlash", WIDTH)
+    ((term, values),) = play
+    true = term.respond(HANDS, DT, values).values - HANDS
+    record = HANDS + WIDTH * np.random.default_rng(0).standard_normal(HANDS.size)
+    found = acted(play, record, DT).values - record
+    plain = term.respond(record, DT, values).values - record
+    assert np.std(found - true) < WIDTH / 3.0
+    assert np.std(plain - true) > WIDTH / 2.0
+
+
+def test_without_noise_it_is_the_play_itself() -> None:
+    """But for where hands turn, which the average rounds."""
+    play = path("control.elevator.backlash", WIDTH)
+    ((term, values),) = play
+    expected = term.respond(HANDS, DT, values).values
+    assert np.mean(np.abs(acted(play, HANDS, DT).values - expected)) < 0.05 * WIDTH
+
+
+def test_the_tangent_is_the_change_of_the_answer() -> None:
+    """By differences, where no side changes."""
+    play = path("control.elevator.backlash", WIDTH)
+    change = 1e-9 * np.cos(3.0 * TIMES)
+    here = acted(play, HANDS, DT)
+    there = acted(play, HANDS + change, DT).values
+    assert here.tangent(change[:, None])[:, 0] == pytest.approx(there - here.values, abs=1e-12)
+
+
+def test_other_paths_are_walked_as_they_are() -> None:
+    """A lag follows the record sample by sample."""
+    lag = path("control.elevator.lag", 0.08)
+    ((term, values),) = lag
+    expected = term.respond(HANDS, DT, values)
+    found = acted(lag, HANDS, DT)
+    assert np.array_equal(found.values, expected.values)
+    assert np.array_equal(found.parameters, expected.parameters)
