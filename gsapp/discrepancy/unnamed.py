@@ -11,7 +11,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from scipy.signal import lfilter
 
-from gsapp.discrepancy.candidates import MEMORY, Competitor
+from gsapp.discrepancy.candidates import MEMORY, Competitor, Maker
 from gsapp.discrepancy.filtering.columns import Column, Entry
 from gsapp.discrepancy.filtering.linearizing import Linearization
 from gsapp.dynamics.signals import lagged
@@ -101,6 +101,19 @@ def _read(found: Linearization, factor: str) -> FloatArray:
     return found.variables[factor]
 
 
+def _nameless(place: str, words: str, make: Maker) -> Competitor:
+    """Return the competitor for what the catalog does not hold."""
+    return Competitor(
+        id=f"unnamed.{place}",
+        title=f"{words}; no effect of the catalog does that",
+        named=False,
+        parameter="",
+        plausible=1.0,
+        neutral=0.0,
+        make=make,
+    )
+
+
 def _unnamed(target: str, name: str, factors: tuple[str, ...]) -> Competitor:
     def make(found: Linearization) -> Column:
         history = np.ones(len(found.record))
@@ -109,15 +122,7 @@ def _unnamed(target: str, name: str, factors: tuple[str, ...]) -> Competitor:
         return (Entry(place=target, history=history),)
 
     words = " * ".join(factor.replace("_hat", "") for factor in factors)
-    return Competitor(
-        id=f"unnamed.{target}.{name}",
-        title=f"{target} needs {words}; no effect of the catalog does that",
-        named=False,
-        parameter="",
-        plausible=1.0,
-        neutral=0.0,
-        make=make,
-    )
+    return _nameless(f"{target}.{name}", f"{target} needs {words}", make)
 
 
 def _memory(target: str, variable: str) -> Competitor:
@@ -126,15 +131,7 @@ def _memory(target: str, variable: str) -> Competitor:
         late = signal - lagged(signal, MEMORY, found.record.dt)
         return (Entry(place=target, history=late),)
 
-    return Competitor(
-        id=f"unnamed.{target}.late_{variable}",
-        title=f"{target} follows {variable} late; no effect of the catalog does that",
-        named=False,
-        parameter="",
-        plausible=1.0,
-        neutral=0.0,
-        make=make,
-    )
+    return _nameless(f"{target}.late_{variable}", f"{target} follows {variable} late", make)
 
 
 def _shaken(channel: str, frequency: float) -> Competitor:
@@ -145,16 +142,8 @@ def _shaken(channel: str, frequency: float) -> Competitor:
         history = _rung(felt - felt[0], frequency, found.record.dt)
         return (Entry(place=f"channel.{channel}", history=history),)
 
-    return Competitor(
-        id=f"unnamed.{channel}.mode{frequency:g}",
-        title=f"{channel} rings at about {frequency:g} Hz, as on a structure that bends; no effect "
-        "of the catalog does that",
-        named=False,
-        parameter="",
-        plausible=1.0,
-        neutral=0.0,
-        make=make,
-    )
+    words = f"{channel} rings at about {frequency:g} Hz, as on a structure that bends"
+    return _nameless(f"{channel}.mode{frequency:g}", words, make)
 
 
 def _rung(signal: FloatArray, frequency: float, dt: float) -> FloatArray:
