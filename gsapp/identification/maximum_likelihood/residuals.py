@@ -74,15 +74,12 @@ def gusts_in(one: ManeuverProblem, part: Part) -> list[Turbulence]:
 
 def color_warnings(part: Part) -> list[str]:
     """Return which residuals of a maneuver are far from white, in a sentence."""
-    colored = [
-        f"{name} ({test.inflation:.0f} times)"
-        for name, test in zip(part.responses, part.whiteness, strict=True)
-        if not test.white and test.inflation > COLORED
-    ]
+    colored = _colored(part)
     if not colored:
         return []
+    told = ", ".join(f"{name} ({inflation:.0f} times)" for name, inflation in colored.items())
     return [
-        f"the residuals of {', '.join(colored)} in maneuver {part.maneuver} are colored: "
+        f"the residuals of {told} in maneuver {part.maneuver} are colored: "
         "their power at low frequency exceeds that of white noise; the bounds allow for it"
     ]
 
@@ -93,14 +90,19 @@ def moved_unseen(one: ManeuverProblem, part: Part, settings: MLSettings) -> str:
     A surface without a record, or with a stuck one, is taken as still. Where it was not, its
     share goes into the derivatives of all others, with bounds that know nothing of it.
     """
-    colored = [
-        name
-        for name, test in zip(part.responses, part.whiteness, strict=True)
-        if not test.white and test.inflation > COLORED
-    ]
+    colored = _colored(part)
     unseen = dict(unseen_surfaces(one.maneuver, settings.axis, settings.stand_ins))
     if not colored or not unseen:
         return ""
     return unseen_words(
         unseen, f"and the residuals of {', '.join(colored)} hold motion that no record explains"
     )
+
+
+def _colored(part: Part) -> dict[str, float]:
+    """Return the responses with residuals far from white, with the inflation of each."""
+    return {
+        name: test.inflation
+        for name, test in zip(part.responses, part.whiteness, strict=True)
+        if not test.white and test.inflation > COLORED
+    }
