@@ -323,8 +323,9 @@ class Recorder:
             # Whatever goes wrong in telling, the flushing below goes on.
             with contextlib.suppress(Exception):
                 status = self.status("recording")
-                write_status(self._status_path, status)
+                # The file in the folder comes last: who sees it finds the recorder everywhere.
                 self._on_status(status)
+                write_status(self._status_path, status)
             if self._ended.wait(_STATUS_SECONDS):
                 return
             if time.monotonic() >= next_sync:

@@ -154,6 +154,15 @@ def test_stamps_of_batches_rise(tmp_path, frames, patience) -> None:
     assert stamps == sorted(set(stamps))
 
 
+def test_who_sees_the_state_in_the_folder_finds_the_recorder(tmp_path, patience) -> None:
+    """The note for everyone comes first: whoever starts a recorder waits for the folder's."""
+    before: list[bool] = []
+    file = tmp_path / STATUS_FILE
+    with Running(Script(), tmp_path, on_status=lambda _: before.append(file.exists())):
+        patience(file.exists)
+    assert before[0] is False
+
+
 def test_the_sign_of_life_is_sent_when_asked_for(tmp_path, patience) -> None:
     source = Script()
     with Running(source, tmp_path, heartbeat=True):
