@@ -36,7 +36,7 @@ def free_port(kind: socket.SocketKind) -> int:
         return probe.getsockname()[1]
 
 
-def wait_until(condition: Callable[[], object], seconds: float = 10.0) -> object:
+def wait_until(condition: Callable[[], object], seconds: float = 30.0) -> object:
     """Return the first truth that a condition gives; fail after a while."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:

@@ -285,7 +285,7 @@ def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, pati
     child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), autopilot.link])
     scratch = folder.cache_folder / "download"
     note = scratch / f"onboard-{NUMBER}.json"
-    assert patience(note.exists, 20.0)
+    assert patience(note.exists, 60.0)
     os.kill(child.pid, signal.SIGKILL)
     child.wait()
     autopilot.kill()
