@@ -158,6 +158,14 @@ def check(certificate: Certificate, points: Sequence[CalibrationPoint]) -> Check
     )
 
 
+def tells_branches(certificate: Certificate) -> bool:
+    """Return whether a certificate tells how far the way up and the way down are apart.
+
+    Then it does not matter from which side a setting is come to, as long as that is known.
+    """
+    return certificate.hysteresis > 0.0 or Readings.of(certificate.points).two_sided
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Shift:
     """Zero and slope of values against a curve, with 95 % half widths."""

@@ -84,14 +84,26 @@ class VoltsWatch:
     ----------
     window : float
         Seconds at rest that a reading is averaged over.
+    shortest : float, optional
+        Seconds that tell rest from movement, where they are fewer than those averaged over. The
+        mean then grows with the rest, from `shortest` up to `window`, and leaves out how the rest
+        began. By default it is judged over all that is averaged.
     full_scale : float
         Of the converter, V.
     bits : int
         Of the converter.
     """
 
-    def __init__(self, *, window: float = 0.7, full_scale: float = 5.0, bits: int = 12) -> None:
+    def __init__(
+        self,
+        *,
+        window: float = 0.7,
+        shortest: float | None = None,
+        full_scale: float = 5.0,
+        bits: int = 12,
+    ) -> None:
         self._window = window
+        self._shortest = window if shortest is None else shortest
         self._step = full_scale / 2**bits
         self._full_scale = full_scale
         self._rows = np.empty((3, 0))
@@ -156,15 +168,12 @@ class VoltsWatch:
             rows = rows[:, gaps[-1] + 1 :]
             if self._rest_began is not None and self._rest_began <= forgotten:
                 self._rest_began = None
-        count = rows.shape[1] - int(np.searchsorted(rows[0], now - self._window))
         if rows.shape[1] < FEWEST:
             self._rest_began = None
             self._reading = WatchReading(state="absent", moved=self._moved, time=now)
             return
-        at, volts, supply = rows[:, -max(count, FEWEST) :]
-        mean = float(volts.sum()) / volts.size
-        deviation = volts - mean
-        std = float(np.sqrt(deviation @ deviation / (volts.size - 1)))
+        at, volts, supply = _latest(rows, now - self._shortest)
+        mean, std = _mean_and_std(volts)
         state = self._state(volts, std)
         if state == "moving" or abs(mean - self._left) > 2.0 * STILL_COUNTS * self._step:
             self._moved = True
@@ -173,13 +182,18 @@ class VoltsWatch:
             self._rest_began = None
         elif self._rest_began is None and self._moved:
             self._rest_began = float(at[0])
+        steady_for = 0.0 if self._rest_began is None else now - self._rest_began
+        length = min(steady_for - self._shortest, self._window)
+        if rested and length > self._shortest:
+            _, volts, supply = _latest(rows, now - length)
+            mean, std = _mean_and_std(volts)
         known = supply[np.isfinite(supply)]
         self._reading = WatchReading(
             state=state,
             volts=mean,
             std=std,
-            uncertainty=mean_uncertainty(deviation, self._step) if rested else std,
-            steady_for=0.0 if self._rest_began is None else now - self._rest_began,
+            uncertainty=mean_uncertainty(volts - mean, self._step) if rested else std,
+            steady_for=steady_for,
             moved=self._moved,
             excitation=float(known.sum()) / known.size if known.size else None,
             time=now,
@@ -202,6 +216,18 @@ class VoltsWatch:
         if float(medians.max() - medians.min()) > allowed:
             return "moving"
         return "noisy" if std > NOISY_COUNTS * self._step else "steady"
+
+
+def _latest(rows: FloatArray, since: float) -> FloatArray:
+    """Return the samples since a time, shape (3, n); the last few where those are too few."""
+    count = rows.shape[1] - int(np.searchsorted(rows[0], since))
+    return rows[:, -max(count, FEWEST) :]
+
+
+def _mean_and_std(volts: FloatArray) -> tuple[float, float]:
+    mean = float(volts.sum()) / volts.size
+    deviation = volts - mean
+    return mean, float(np.sqrt(deviation @ deviation / (volts.size - 1)))
 
 
 def mean_uncertainty(deviation: FloatArray, step: float) -> float:

@@ -148,6 +148,9 @@ class HandStation(Station):
         if slot is not None:
             prompt = words.point_prompt(self._instrument, slot, self._look)
             spoken = words.point_spoken(self._instrument, slot, self._look)
+            if self._header.mode == "check" and not hand.points:
+                # No page before it has said which one is meant.
+                spoken = f"{self._instrument.title}: {spoken[0].lower()}{spoken[1:]}"
         elif phase == "sign":
             prompt = words.sign_prompt(self._instrument, self._look.hint, ask=self._ask)
             spoken = words.sign_spoken(self._instrument, self._look.hint)

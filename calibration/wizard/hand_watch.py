@@ -35,6 +35,11 @@ _HOLD, _UNSURE_HOLD = 1.1, 1.5
 """Seconds that a rest must last before it is taken by itself: longer than the mean that is taken,
 for a hand creeps up to its mark, and up and down that would look like slop. Longer still where
 nothing tells whether it is the setting asked for."""
+_SHORTEST, _QUICK_HOLD = 0.3, 0.6
+"""Seconds of rest that are averaged at least, and that it must last at least, where it is where the
+certificate in force says: what is left to find out is only whether that holds."""
+_ENOUGH = 0.05
+"""Of the certificate's 95 % bound: a mean known as well as that adds nothing to it that shows."""
 _NEAR, _NEAR_ONE, _AT = 0.3, 0.45, 0.1
 """Of the distance between settings: a rest nearer than that to the setting is meant to be it, by
 two points or more, or by one and the reference; one farther than that beyond it has passed it."""
@@ -83,7 +88,7 @@ class HandWatch:
         self._instrument = instrument
         self._reference = reference
         self._trusted = trusted
-        self._watch = VoltsWatch()
+        self._watch = VoltsWatch(shortest=_SHORTEST if trusted else None)
         self._arrival = Arrival()
 
     @property
@@ -204,8 +209,30 @@ class HandWatch:
             return "elsewhere"
         if wrong_side:
             return "wrong_side"
+        return "wait" if reading.steady_for < self._hold(slot, value, reading, work) else ""
+
+    def _hold(
+        self, slot: Slot, value: float | None, reading: WatchReading, work: HandWork
+    ) -> float:
+        """Return how long a rest must last before it is taken by itself, s."""
+        if self._holds(slot, reading):
+            return _QUICK_HOLD
         sure = value is not None or self._as_expected(slot, reading, work)
-        return "wait" if reading.steady_for < (_HOLD if sure else _UNSURE_HOLD) else ""
+        return _HOLD if sure else _UNSURE_HOLD
+
+    def _holds(self, slot: Slot, reading: WatchReading) -> bool:
+        """Return whether it is where the certificate that is checked says, and known well enough.
+
+        A hand that is still looking for its mark rests beside it; a noisy one takes longer.
+        """
+        certificate = self._reference
+        if not self._trusted or certificate is None:
+            return False
+        volts = np.array([reading.volts, reading.volts + reading.uncertainty])
+        supply = None if reading.excitation is None else np.array([reading.excitation])
+        here, beside = self._in_unit(certificate.evaluate(volts, supply)).tolist()
+        bound = float(self._in_unit(certificate.uncertainty(volts[:1], supply))[0])
+        return bool(abs(here - slot.value) <= bound and abs(beside - here) <= _ENOUGH * bound)
 
     def _side(self, reading: WatchReading) -> Side | None:
         apart = max(_APART, _APART_STDS * reading.std)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.certificate import Certificate
-from calibration.comparing import CheckResult
+from calibration.comparing import CheckResult, tells_branches
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
 from calibration.reading import load_certificates
@@ -93,7 +93,7 @@ class Ledger:
         self.header = header
         self._store = store
         self._journal = journal
-        self._track = Track(State.beginning(header.plan, header.mode, header.rising))
+        self._track = Track(_beginning(header))
         self._pending: Step | None = None
         self._checked: tuple[object, dict[str, CheckResult]] | None = None
         nominal = load_certificates(header.plan.nominal) if header.plan.nominal else {}
@@ -123,11 +123,19 @@ class Ledger:
         """
         former = store.in_force()
         rising: dict[str, bool] = {}
+        any_side: list[str] = []
         if mode == "check":
             plan = _checkable(plan, former, store.aircraft)
             rising = {name: sum(former[name].end_slopes) > 0.0 for name in plan.channels}
+            any_side = [name for name in plan.channels if tells_branches(former[name])]
         header = Header(
-            plan=plan, mode=mode, who=who, temperature=temperature, auto=auto, rising=rising
+            plan=plan,
+            mode=mode,
+            who=who,
+            temperature=temperature,
+            auto=auto,
+            rising=rising,
+            any_side=any_side,
         )
         known = {name: one for name, one in former.items() if name in plan.channels}
         ledger = cls(header, known, store, Journal(path))
@@ -273,12 +281,16 @@ def unfinished(journal: Path) -> bool:
     steps = Journal(journal).read()
     try:
         header = _header_of(steps, journal)
-        track = Track(State.beginning(header.plan, header.mode, header.rising))
+        track = Track(_beginning(header))
         for step in steps[1:]:
             track.follow(step)
     except CalibrationError:
         return False
     return not track.state.ended
+
+
+def _beginning(header: Header) -> State:
+    return State.beginning(header.plan, header.mode, rising=header.rising, any_side=header.any_side)
 
 
 def _checkable(

@@ -30,8 +30,21 @@ class Slot:
     turns: bool = False
 
 
-def schedule(instrument: InstrumentPlan, mode: Mode) -> tuple[Slot, ...]:
-    """Return the settings of an instrument: all of them up and down, or the check's three up."""
+def schedule(instrument: InstrumentPlan, mode: Mode, *, any_side: bool = False) -> tuple[Slot, ...]:
+    """Return the settings of an instrument: all of them up and down, or the check's three.
+
+    Parameters
+    ----------
+    instrument : InstrumentPlan
+        Which.
+    mode : {"full", "check"}
+        What for.
+    any_side : bool
+        Whether a check may come to a setting from either side: where the certificate tells how
+        far the branches are apart, none has to be passed first.
+    """
+    if mode == "check" and any_side:
+        return tuple(Slot(value=value, direction="single") for value in instrument.check_settings)
     if mode == "check":
         return _leg(instrument.check_settings, "up")
     return _leg(instrument.settings, "up") + _leg(instrument.settings[::-1], "down")

@@ -6,7 +6,7 @@ go on at the same point, and what makes undo a matter of the state before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -93,7 +93,11 @@ class State:
 
     @classmethod
     def beginning(
-        cls, plan: CalibrationPlan, mode: Mode, rising: Mapping[str, bool] = MappingProxyType({})
+        cls,
+        plan: CalibrationPlan,
+        mode: Mode,
+        rising: Mapping[str, bool] = MappingProxyType({}),
+        any_side: Collection[str] = (),
     ) -> State:
         """Return the state before anything was done.
 
@@ -105,9 +109,14 @@ class State:
             All settings, or three.
         rising : mapping of str to bool
             Signs that are known beforehand, by channel.
+        any_side : collection of str
+            Channels whose settings may be come to from either side in a check.
         """
         groups = groups_of(plan)
-        work = {group.key: _work_of(group, mode, rising) for group in groups}
+        work = {
+            group.key: _work_of(group, mode, rising, any_side=group.key in any_side)
+            for group in groups
+        }
         return cls(groups=groups, work=work)
 
     @property
@@ -174,7 +183,7 @@ class State:
         return replace(self, key=following)
 
 
-def _work_of(group: Group, mode: Mode, rising: Mapping[str, bool]) -> Work:
+def _work_of(group: Group, mode: Mode, rising: Mapping[str, bool], *, any_side: bool) -> Work:
     first = group.instruments[0]
     if first.kind == "gyro":
         asked = tuple(
@@ -188,7 +197,8 @@ def _work_of(group: Group, mode: Mode, rising: Mapping[str, bool]) -> Work:
         return AccelerometerWork()
     if first.kind == "pressure":
         return PressureWork()
-    return HandWork(slots=schedule(first, mode), rising=rising.get(first.channel))
+    slots = schedule(first, mode, any_side=any_side)
+    return HandWork(slots=slots, rising=rising.get(first.channel))
 
 
 def _begin(state: State, _step: Step) -> State:

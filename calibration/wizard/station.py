@@ -8,7 +8,7 @@ follows from the journal.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
@@ -46,6 +46,8 @@ class Header:
         Whether points are taken by themselves.
     rising : mapping of str to bool
         Signs known beforehand, by channel.
+    any_side : collection of str
+        Channels whose settings may be come to from either side in a check.
     """
 
     plan: CalibrationPlan
@@ -54,6 +56,7 @@ class Header:
     temperature: float | None
     auto: bool
     rising: Mapping[str, bool]
+    any_side: Collection[str] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

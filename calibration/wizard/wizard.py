@@ -27,7 +27,7 @@ from gsapp.quantities import Block
 
 _BEGIN = 2.0
 """Seconds of samples that are looked at before the first instrument is asked for."""
-_SHOWN: Mapping[Mode, float] = {"full": 3.0, "check": 1.5}
+_SHOWN: Mapping[Mode, float] = {"full": 3.0, "check": 0.5}
 """Seconds for which a good result is shown before it is accepted by itself."""
 _MENDING = ("repeat", "delete", "add", "choose_degree")
 """Actions of a crew that looks into a result: it is not accepted under its hands."""

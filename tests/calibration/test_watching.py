@@ -187,3 +187,26 @@ def test_a_hand_at_the_virtual_aircraft() -> None:
     reading = rest(bench, "rudder", watch)
     later = bench.step(2.0)["rudder_volts"]
     assert reading.volts == pytest.approx(later.mean(), abs=0.003)
+
+
+def test_a_short_mean_leaves_out_how_the_rest_began_and_grows() -> None:
+    """Judged over less than is averaged, a surface is sooner known to rest.
+
+    It creeps up the last 50 mV. The first mean is free of them, when that of 0.7 s is not; it
+    becomes surer as the rest goes on, and from a second on it is that of 0.7 s.
+    """
+    creep = 2.4 - 0.05 * np.exp(-np.arange(100) / 12.0)
+    volts = converted(np.concatenate([np.full(200, 2.0), creep, np.full(200, 2.4)]))
+    quick, usual = VoltsWatch(shortest=0.3), VoltsWatch()
+    times = times_of(volts)
+    readings = []
+    for at in range(0, times.size, 10):
+        for watch in (quick, usual):
+            watch.feed(times[at : at + 10], volts[at : at + 10])
+        readings.append((quick.reading, usual.reading))
+    first, meanwhile = next(pair for pair in readings if pair[0].steady_for >= 0.6)
+    assert first.volts == pytest.approx(2.4, abs=0.001)
+    assert meanwhile.volts < 2.4 - 0.0015
+    late = [pair for pair in readings if pair[0].steady_for >= 1.0]
+    assert [one.volts for one, _ in late] == [other.volts for _, other in late]
+    assert np.mean([one.uncertainty for one, _ in late]) < 0.8 * first.uncertainty

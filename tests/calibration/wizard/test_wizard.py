@@ -211,64 +211,6 @@ def test_skip_back_open_and_abort(tmp_path: Path) -> None:
     assert {name: one.stamp for name, one in field.store.in_force().items()} == before
 
 
-def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
-    """Before the second flight: what holds passes without a key, a moved horn is found and told."""
-    field = Field(tmp_path)
-    field.begin().until(lambda now: now.phase == "done")
-    stamps = {name: one.stamp for name, one in field.store.in_force().items()}
-    field.bench.zero["elevator_right"] += 0.06 * np.sign(field.bench.slope["elevator_right"])
-    crew = field.begin(mode="check")
-    start = field.bench.time
-    view = crew.until(lambda now: now.phase == "fit" and now.accepted != ())
-    assert not crew.wait(4.0, lambda now: now.phase != "fit")
-    view = crew.wizard.view
-    assert view.accepted == ("elevator_left",)
-    assert view.instrument is SMALL.instruments[1]
-    assert view.check is not None
-    assert not view.check.passed
-    shift = -0.06 / abs(field.bench.slope["elevator_right"])
-    assert view.check.zero == pytest.approx(shift, abs=0.3)
-    assert view.off_curve == pytest.approx([shift] * 3, abs=0.5)
-    assert field.bench.time - start < 35.0
-    assert crew.keys == 0
-    crew.press("accept")
-    assert crew.wizard.view.phase == "done"
-    assert {name: one.stamp for name, one in field.store.in_force().items()} == stamps
-    assert len(field.store.checks("elevator_left")) == 1
-    assert {name: one.passed for name, one in crew.wizard.view.checks.items()} == {
-        "elevator_left": True,
-        "elevator_right": False,
-    }
-    assert "passed = false" in field.store.checks("elevator_right")[0].read_text(encoding="utf-8")
-
-
-def test_a_pause_beside_the_setting_is_no_point_of_a_check(tmp_path: Path) -> None:
-    """The certificate tells that it rests where it was to be passed; a key takes it all the same.
-
-    Taken for the setting, such a rest is a shift of the zero that never was.
-    """
-    field = Field(tmp_path)
-    field.begin().until(lambda now: now.phase == "done")
-    crew = field.begin(mode="check")
-    view = crew.until(lambda now: now.phase == "points")
-    assert view.target == -10.0
-    for beside, words in (
-        (-14.0, "at about 14 deg"),
-        (-6.0, "at about 6 deg"),
-        (-14.0, "Past it"),
-    ):
-        crew.see(field.bench.move("elevator_left", beside))
-        crew.wait(4.0)
-        assert crew.wizard.view.points == ()
-        assert words in crew.wizard.view.prompt
-    crew.see(field.bench.move("elevator_left", -10.0))
-    assert crew.wait(4.0, lambda now: len(now.points) == 1)
-    crew.press("repeat", index=0)
-    crew.see(field.bench.move("elevator_left", -14.0))
-    crew.wait(2.0)
-    assert len(crew.press("take").points) == 1
-
-
 def test_what_it_does_by_itself_does_not_depend_on_the_pieces(tmp_path: Path) -> None:
     """The same samples in single rows and in great blocks make the same journal."""
     field = Field(tmp_path / "a")
