@@ -155,19 +155,25 @@ def _paint_pitot(painter: QPainter, box: QRectF, look: Look, *, breath: bool) ->
     painter.setPen(QPen(look.color("target"), px(3)))
     if breath:
         painter.setBrush(look.color("target"))
-        for row in (-0.9, 0.0, 0.9):
-            tip = QPointF(-3.0 * unit, row * unit * (0.3 if row else 0.0))
-            start = QPointF(-6.4 * unit, row * unit)
-            painter.drawLine(start, tip)
-            painter.drawPolygon(
-                QPolygonF([tip, tip + QPointF(-0.5 * unit, -0.25 * unit),
-                           tip + QPointF(-0.5 * unit, 0.25 * unit)])
-            )  # fmt: skip
+        for row in (-1.0, 0.0, 1.0):
+            start = QPointF(-6.4 * unit, 1.1 * row * unit)
+            tip = QPointF((-3.1 - 0.4 * abs(row)) * unit, 0.6 * row * unit)
+            _paint_arrow(painter, start, tip, 0.2 * unit)
     else:
         painter.setBrush(Qt.BrushStyle.NoBrush)
         cover = QRectF(-3.2 * unit, -0.55 * unit, 2.6 * unit, 1.1 * unit)
         painter.drawRoundedRect(cover, 0.4 * unit, 0.4 * unit)
     painter.restore()
+
+
+def _paint_arrow(painter: QPainter, start: QPointF, tip: QPointF, half: float) -> None:
+    """Draw an arrow whose head is twice as long as its `half` width at either side."""
+    along = tip - start
+    along /= math.hypot(along.x(), along.y())
+    across = QPointF(-along.y(), along.x()) * half
+    neck = tip - along * (2.0 * half)
+    painter.drawLine(start, neck)
+    painter.drawPolygon(QPolygonF([tip, neck + across, neck - across]))
 
 
 def polygon(points: Points) -> QPolygonF:
