@@ -269,7 +269,8 @@ class WizardPage(QWidget):
             return
         self.practice.follow(view)
         self.pages.setCurrentWidget(self.work)
-        self.work.show_view(view, self._choice)
+        catching_up = self.run is not None and self.run.catching_up
+        self.work.show_view(view, self._choice, catching_up=catching_up)
         helping = (Offer(id="help", text="Helper: set it", key="H"),)
         self.actions_bar.show_offers(
             (

@@ -125,6 +125,12 @@ class WizardRun(QObject):
         """Return whether no volts have come for a while: what they were is not what they are."""
         return time.monotonic() - self._heard > _SILENT
 
+    @property
+    def catching_up(self) -> bool:
+        """Return whether none come because the flight is still being read, as after a change."""
+        session = self._desk.session
+        return session is not None and not session.feed.caught_up
+
     def _show(self, view: WizardView) -> None:
         if self.silent:
             view = replace(view, reading=None, value_now=None, amount=None)

@@ -140,12 +140,22 @@ def watch_words(reading: WatchReading | None) -> tuple[State, str]:
     return _WATCH[reading.state]
 
 
-def cue_of(view: WizardView) -> Cue:
-    """Return the large part of the page for a view."""
+def cue_of(view: WizardView, *, catching_up: bool = False) -> Cue:
+    """Return the large part of the page for a view.
+
+    Parameters
+    ----------
+    view : WizardView
+        Of the wizard.
+    catching_up : bool
+        Whether the flight is still being read: no volts are no fault then.
+    """
     instrument = view.instrument
     if instrument is None:
         return Cue(title="Calibration", prompt=view.prompt, message=view.message)
     state, words = _state(view)
+    if view.reading is None and instrument.by_hand and catching_up:
+        state, words = "unknown", "Catching up"
     lead, big, beside, wanted = _big(view, instrument)
     now = volts = ""
     if view.reading is not None:

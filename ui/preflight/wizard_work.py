@@ -101,9 +101,9 @@ class WorkPanel(QWidget):
         look.changed.connect(self._fit)
         self._fit()
 
-    def show_view(self, view: WizardView, choice: int | None) -> None:
-        """Show a view, one of its points being chosen."""
-        self.cue.show_cue(cue_of(view))
+    def show_view(self, view: WizardView, choice: int | None, *, catching_up: bool) -> None:
+        """Show a view, one of its points being chosen, perhaps while the flight is being read."""
+        self.cue.show_cue(cue_of(view, catching_up=catching_up))
         figure = figure_of(view)
         self.picture.show_figure(figure)
         self.remarks.show_remarks(remarks_of(view))
