@@ -14,7 +14,7 @@ from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
 from calibration.watching import WatchReading
-from calibration.wizard.schedule import Slot
+from calibration.wizard.schedule import Mode, Slot
 
 ActionKind = Literal[
     "take",
@@ -88,6 +88,8 @@ class WizardView:
         as one each.
     phase : str
         Which page it is.
+    mode : {"full", "check"}
+        Whether certificates are made, or those in force checked.
     prompt : str
         What to do now, one sentence.
     spoken : str
@@ -134,7 +136,7 @@ class WizardView:
     accepted : tuple of str
         Channels that are done.
     skipped : mapping of str to str
-        Channels left uncalibrated, and why.
+        Channels left uncalibrated, or unchecked, and why.
     certificates : mapping of str to Certificate
         Made so far, by channel.
     message : str
@@ -150,6 +152,7 @@ class WizardView:
     count: int
     phase: Phase
     prompt: str
+    mode: Mode = "full"
     spoken: str = ""
     target: float | None = None
     direction: Direction = "single"

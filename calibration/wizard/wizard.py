@@ -15,6 +15,7 @@ from typing import Any
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
 from calibration.store import CertificateStore
+from calibration.wizard import words
 from calibration.wizard.journal import Step
 from calibration.wizard.ledger import Ledger
 from calibration.wizard.schedule import Mode
@@ -259,8 +260,8 @@ class Wizard:
         data = {"certified": certified, "uncalibrated": dict(outcome.uncalibrated)}
         self._step("accept", group.key, data)
         self._held = False
-        words = "certificate in force" if outcome.check is None else "checked"
-        self._say(f"{group.title}: {words}", "taken")
+        done = "certificate in force" if outcome.check is None else "checked"
+        self._say(f"{group.title}: {done}", "taken")
 
     def _undo(self) -> None:
         undone = self._ledger.last
@@ -298,18 +299,22 @@ class Wizard:
         parts = {one.name: getattr(showing, one.name) for one in fields(showing)} if showing else {}
         warnings = parts.pop("warnings", ())
         faults = parts.get("faults", ())
-        today = self._ledger.reference.today
+        today, checks = self._ledger.reference.today, self._ledger.checks()
+        place = _PLACE.get(phase, {})
+        if phase == "done" and checks:
+            place = words.checked_words(self._ledger.header.plan, checks)
         return WizardView(
-            **{"instrument": None, **_PLACE.get(phase, {}), **parts},
+            **{"instrument": None, **place, **parts},
             index=self._index(),
             count=len(state.groups),
             phase=phase,
+            mode=self._ledger.header.mode,
             calibration=outcome.calibration,
             drift=outcome.drift,
             check=outcome.check,
             sentences=(*(one.sentence for one in faults), *warnings, *outcome.doubts),
             remarks=outcome.remarks,
-            checks=self._ledger.checks(),
+            checks=checks,
             can=self._can(),
             progress=self._progress(),
             accepted=state.accepted,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from calibration.plan import InstrumentPlan
+from calibration.comparing import CheckResult
+from calibration.plan import CalibrationPlan, InstrumentPlan
 from calibration.wizard.hand_watch import Hint, Look
 from calibration.wizard.schedule import Slot
 from calibration.wizard.station import Outcome
@@ -100,6 +101,21 @@ def fit_words(instrument: InstrumentPlan, outcome: Outcome) -> tuple[str, str]:
     if outcome.check is not None:
         return f"{title} is as it was; go on to the next.", f"{title} holds"
     return f"{title} is good; go on to the next.", f"{title} good"
+
+
+def checked_words(plan: CalibrationPlan, checks: Mapping[str, CheckResult]) -> dict[str, str]:
+    """Return what the checks of an aircraft come to, as prompt and as it is spoken."""
+    moved = [plan[name].title for name, one in checks.items() if not one.passed]
+    if not moved:
+        every = "All" if len(checks) == len(plan.instruments) else f"The {len(checks)} checked"
+        prompt = f"{every} certificates hold."
+        return {"prompt": prompt, "spoken": prompt.rstrip(".")}
+    names = ", ".join([moved[0], *(title.lower() for title in moved[1:])])
+    have = "has" if len(moved) == 1 else "have"
+    return {
+        "prompt": f"{names} {have} moved: calibrate anew before the flight.",
+        "spoken": f"Done. {names} {have} moved",
+    }
 
 
 def _ways(instrument: InstrumentPlan, slot: Slot) -> tuple[str, str]:

@@ -125,6 +125,15 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert window.view.phase == "aborted"
     window.press(KEY.Key_Space)
     assert window.page.pages.currentWidget() is window.page.start
+    # Left out of a check is not out of force, and nothing says so.
+    begin(window, KEY.Key_C)
+    assert "Skip: not checked" in [offer.text for offer in window.page.actions_bar.offers]
+    window.press(KEY.Key_X)
+    assert "unchecked" in window.page.ask.question.text()
+    window.type("no time")
+    window.press(KEY.Key_Return)
+    assert window.page.summary.title.text() == "Check done"
+    assert [one.words for one in window.page.summary.outcomes] == ["not checked: no time"]
     kept = load_certificates(window.store.current.calibration)
     assert kept["elevator_left"].points == certificate.points
 

@@ -43,12 +43,13 @@ class Questions:
         self._asking[name](run)
 
     def _skip(self, run: WizardRun) -> None:
+        full = run.view.mode == "full"
         self._bar.ask(
-            "Leave this instrument uncalibrated? Say why.",
+            f"Leave this instrument {'uncalibrated' if full else 'unchecked'}? Say why.",
             lambda reason: run.act(Action(kind="skip", reason=reason)),
             typed=True,
             yes="Skip it",
-            text="not calibrated today",
+            text="not calibrated today" if full else "not today",
         )
 
     def _add(self, run: WizardRun) -> None:
@@ -65,8 +66,11 @@ class Questions:
         self._bar.ask(question, add, typed=True, yes="Add it")
 
     def _abort(self, run: WizardRun) -> None:
+        full = run.view.mode == "full"
         self._bar.ask(
-            "Break the calibration off? What was accepted stays in force.",
+            "Break the calibration off? What was accepted stays in force."
+            if full
+            else "Break the check off? The certificates stay in force.",
             lambda _: run.act(Action(kind="abort")),
             typed=False,
             yes="Break off",

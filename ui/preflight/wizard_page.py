@@ -259,7 +259,8 @@ class WizardPage(QWidget):
         if view.instrument is None and view.phase in ("done", "aborted"):
             self._in_force.read_anew()
             plan = self.shelf.plan()
-            title = "Calibration done" if view.phase == "done" else "Calibration broken off"
+            what = "Calibration" if view.mode == "full" else "Check"
+            title = f"{what} done" if view.phase == "done" else f"{what} broken off"
             self.summary.show_outcomes(title, view.prompt, outcomes_of(view, plan))
             self.pages.setCurrentWidget(self.summary)
             closing = Offer(id="leave", text="Done", key="Space", first=True)

@@ -144,7 +144,8 @@ def outcomes_of(view: WizardView, plan: CalibrationPlan) -> tuple[Outcome, ...]:
             words = f"{verdict}: zero {signed_text(check.zero, instrument)}"
             found.append(Outcome(title=instrument.title, words=words, good=check.passed))
         elif name in view.skipped:
-            words = f"uncalibrated: {view.skipped[name]}"
+            left = "uncalibrated" if view.mode == "full" else "not checked"
+            words = f"{left}: {view.skipped[name]}"
             found.append(Outcome(title=instrument.title, words=words, good=False))
         elif certificate is not None:
             quality = certificate.quality

@@ -66,8 +66,7 @@ class SummaryPanel(CenteredPage):
 
     def __init__(self, look: Look) -> None:
         super().__init__(look, 860)
-        self.setAccessibleName("Calibration done")
-        self.title = label("Calibration done", "title")
+        self.title = label("", "title")
         self.column.addWidget(self.title)
         self.sentence = label("", wrap=True)
         self.column.addWidget(self.sentence)
@@ -82,6 +81,7 @@ class SummaryPanel(CenteredPage):
     def show_outcomes(self, title: str, sentence: str, outcomes: Sequence[Outcome]) -> None:
         """Show what came of the instruments."""
         self.outcomes = tuple(outcomes)
+        self.setAccessibleName(title)
         self.title.setText(title)
         self.sentence.setText(sentence)
         self._outcomes.show_rows(

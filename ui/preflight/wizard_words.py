@@ -264,6 +264,9 @@ _OTHERWISE: Mapping[tuple[str, str], str] = {
 }
 """Words of an action in a phase where they are others."""
 
+_CHECKED: Mapping[str, str] = {"skip": "Skip: not checked"}
+"""Words of an action where certificates are only checked."""
+
 
 def offers_of(view: WizardView) -> tuple[Offer, ...]:
     """Return what can be done now, the wanted one first."""
@@ -274,7 +277,8 @@ def offers_of(view: WizardView) -> tuple[Offer, ...]:
         if name not in view.can or (key == "Space" and wanted):
             continue
         wanted = wanted or key == "Space"
-        text = _OTHERWISE.get((view.phase, name), usual).format(what=what)
+        words = _CHECKED.get(name, usual) if view.mode == "check" else usual
+        text = _OTHERWISE.get((view.phase, name), words).format(what=what)
         found.append(Offer(id=name, text=text, key=key, first=key == "Space"))
         if name == "confirm_sign":
             found.append(Offer(id="deny_sign", text="It moved otherwise", key="N"))
