@@ -196,8 +196,10 @@ def set_up(with_tests: bool) -> None:
 
 def environment() -> dict[str, str]:
     """Return the environment for what is run: BLAS on one thread, the venv's commands first."""
+    # Else each of the program's processes, hundreds in the tests, would compile it anew.
+    kept = {key: text for key, text in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
     return dict(
-        os.environ,
+        kept,
         PATH=f"{venv_python().parent}{os.pathsep}{os.environ.get('PATH', '')}",
         OPENBLAS_NUM_THREADS="1",
         OMP_NUM_THREADS="1",

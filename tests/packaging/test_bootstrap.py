@@ -72,6 +72,15 @@ def test_no_foreign_package_can_stand_in_for_the_program() -> None:
     assert "gsapp" not in {*locked("run.lock"), *locked("test.lock")}
 
 
+def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
+    """Wherever the machine forbids it: each process would compile the whole program."""
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    look = "import sys; raise SystemExit(sys.dont_write_bytecode)"
+    assert subprocess.run([sys.executable, "-c", look]).returncode == 1
+    environment = bootstrap.environment()
+    assert subprocess.run([sys.executable, "-c", look], env=environment).returncode == 0
+
+
 def test_without_root_the_one_command_is_named(
     bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
