@@ -204,6 +204,7 @@ class Toy:
             transition=np.broadcast_to(self.transition, (n - 1, 8, 8)).copy(),
             stepped=steady[:, 1:],
             exposed=np.zeros((n, n_channels)),
+            exposed_rates=np.zeros((n, n_channels)),
             computed=np.zeros((n, n_channels)),
             by_state=np.broadcast_to(self.slopes[:, :8], (n, n_channels, 8)).copy(),
             output_by_coefficient=np.zeros((n, n_channels, 6)),

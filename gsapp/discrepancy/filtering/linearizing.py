@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gsapp.discrepancy.filtering.lateness import looking_back, shown
 from gsapp.discrepancy.filtering.outputs import exposures
 from gsapp.discrepancy.filtering.record import STATES, Record
 from gsapp.discrepancy.filtering.slopes import (
@@ -22,7 +23,7 @@ from gsapp.discrepancy.filtering.slopes import (
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.signals import SURFACES, SignalTerm, Straight, respond, undo
+from gsapp.dynamics.signals import SURFACES, Path, SignalTerm, Straight, respond, undo
 from gsapp.dynamics.terms import VARIABLES
 from gsapp.quantities import FloatArray
 
@@ -57,8 +58,10 @@ class Linearization:
     transition : ndarray, shape (n - 1, n_states, n_states)
     stepped : ndarray, shape (n_states, n - 1)
         Where the model goes in one step from each sample.
-    exposed, computed : ndarray, shape (n, n_channels)
-        Before and after the instruments' effects; without free biases.
+    exposed, exposed_rates : ndarray, shape (n, n_channels)
+        What the instruments are exposed to, and its time derivatives.
+    computed : ndarray, shape (n, n_channels)
+        What they make of it; without free biases.
     by_state : ndarray, shape (n, n_channels, n_states)
     output_by_coefficient, rate_by_coefficient : ndarray, shape (n, ..., 6)
         Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn.
@@ -80,6 +83,7 @@ class Linearization:
     transition: FloatArray
     stepped: FloatArray
     exposed: FloatArray
+    exposed_rates: FloatArray
     computed: FloatArray
     by_state: FloatArray
     output_by_coefficient: FloatArray
@@ -92,10 +96,6 @@ class Linearization:
     free: tuple[str, ...]
     rate_by_free: FloatArray
     output_by_free: FloatArray
-
-    def shown_before(self, channel: str) -> FloatArray:
-        """Return what an instrument is exposed to, shape (n,)."""
-        return self.exposed[:, self.record.channels.index(channel)]
 
 
 def first_motion(record: Record, model: FlightModel) -> Motion:
@@ -125,28 +125,39 @@ def linearize(
     outputs = np.stack([np.broadcast_to(value, (count,)) for value, _ in seen], axis=-1)
     # What an instrument scales, it scales all through.
     rows = [slopes for _, slopes in seen]
+    moved = np.gradient(inputs[[INPUTS.index(name) for name in CONTROLS]], dt, axis=1)
+    exposed_rates = _output_rates(rows, (*found.rates, *moved), count)
+    output_rates = exposed_rates.copy()
     for column, scale in _scales(record, model, outputs).items():
         rows[column] = combined((scale, rows[column]))
+        output_rates[:, column] *= scale
     states = slice(0, layout.n_states)
     jacobian = np.ascontiguousarray(layout.stacked(found.rate_slopes, states, count))
     step = 0.5 * dt * (jacobian[1:] + jacobian[:-1])
     square = step @ step
     transition = np.eye(layout.n_states) + step + 0.5 * square + (square @ step) / 6.0
-    moved = np.gradient(inputs[[INPUTS.index(name) for name in CONTROLS]], dt, axis=1)
+    by_state = np.ascontiguousarray(layout.stacked(rows, states, count))
+    computed = outputs.copy()
+    for column, path in _instrument_paths(record, model).items():
+        computed[:, column] = shown(path, outputs[:, column], exposed_rates[:, column], dt)
+        back = looking_back(path, jacobian)
+        if back is not None:
+            by_state[:, column] = (by_state[:, column, None] @ back)[:, 0]
     return Linearization(
         record=record,
         states=x,
         transition=transition,
         stepped=_stepped(model, x, heading, inputs, found.rates, dt, parameters),
         exposed=outputs,
-        computed=_shown(record, model, outputs),
-        by_state=np.ascontiguousarray(layout.stacked(rows, states, count)),
+        exposed_rates=exposed_rates,
+        computed=computed,
+        by_state=by_state,
         output_by_coefficient=layout.stacked(rows, layout.coefficients, count),
         rate_by_coefficient=layout.stacked(found.rate_slopes, layout.coefficients, count),
         output_by_control=layout.stacked(rows, layout.controls, count),
         rate_by_control=layout.stacked(found.rate_slopes, layout.controls, count),
         variables=_variables(record, model, found, x[0]),
-        output_rates=_output_rates(rows, (*found.rates, *moved), count),
+        output_rates=output_rates,
         inputs=inputs,
         free=free,
         rate_by_free=layout.stacked(found.rate_slopes, layout.parameters, count),
@@ -157,13 +168,15 @@ def linearize(
 def shown_along(record: Record, model: FlightModel, motion: Motion) -> FloatArray:
     """Return the computed channels of a model with its own values along a motion, (n, n_channels).
 
-    What `linearize` computes, and nothing else.
+    As simulators compute them, all samples at hand.
     """
     inputs = _driven(record, model)
     x, heading = motion.states, record.motion.states.T[len(STATES)]
     values = OutputModel(model, record.channels).values((*x[:8], heading, *x[8:]), tuple(inputs))
     outputs = np.stack([np.broadcast_to(one, (len(record),)) for one in values], axis=-1)
-    return _shown(record, model, outputs)
+    for column, path in _instrument_paths(record, model).items():
+        outputs[:, column] = respond(path, outputs[:, column], record.dt).values
+    return outputs
 
 
 def _stepped(
@@ -213,9 +226,7 @@ def _variables(
     return table
 
 
-def _signal_path(
-    terms: tuple[tuple[object, tuple[float, ...]], ...],
-) -> tuple[tuple[SignalTerm, tuple[float, ...]], ...]:
+def _signal_path(terms: tuple[tuple[object, tuple[float, ...]], ...]) -> Path:
     return tuple((term, values) for term, values in terms if isinstance(term, SignalTerm))
 
 
@@ -232,24 +243,21 @@ def _driven(record: Record, model: FlightModel) -> FloatArray:
     return inputs
 
 
-def _shown(record: Record, model: FlightModel, outputs: FloatArray) -> FloatArray:
-    """Return computed channels after the model's instrument effects, (n, n_channels)."""
-    shown = np.array(outputs)
-    for name, terms in model.sensor_terms.items():
-        if name in record.channels:
-            column = record.channels.index(name)
-            shown[:, column] = respond(_signal_path(terms), shown[:, column], record.dt).values
-    return shown
+def _instrument_paths(record: Record, model: FlightModel) -> dict[int, Path]:
+    """Return the model's effects on the paths of channels, by the channel's place."""
+    return {
+        record.channels.index(name): _signal_path(terms)
+        for name, terms in model.sensor_terms.items()
+        if name in record.channels
+    }
 
 
 def _scales(record: Record, model: FlightModel, outputs: FloatArray) -> dict[int, FloatArray]:
     """Return by how much instruments without memory multiply changes, by channel's place."""
     scales: dict[int, FloatArray] = {}
-    for name, terms in model.sensor_terms.items():
-        if name in record.channels:
-            column = record.channels.index(name)
-            for term, values in _signal_path(terms):
-                if isinstance(term, Straight):
-                    slope = term.jacobian((outputs[:, column],), (), values).reads[0]
-                    scales[column] = scales.get(column, np.ones(len(outputs))) * slope
+    for column, path in _instrument_paths(record, model).items():
+        for term, values in path:
+            if isinstance(term, Straight):
+                slope = term.jacobian((outputs[:, column],), (), values).reads[0]
+                scales[column] = scales.get(column, np.ones(len(outputs))) * slope
     return scales

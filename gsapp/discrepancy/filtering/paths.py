@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from gsapp.discrepancy.filtering.columns import Column, Entry
+from gsapp.discrepancy.filtering.lateness import shown
 from gsapp.discrepancy.filtering.linearizing import CONTROLS, Linearization
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import acted
-from gsapp.dynamics.signals import SURFACES, Response, SignalTerm, respond, undo
+from gsapp.dynamics.signals import SURFACES, Path, Response, SignalTerm, undo
 from gsapp.quantities import FloatArray
 
 _SHARE = 1e-3
@@ -18,37 +19,51 @@ _STEPS = {"s": 1e-4, "rad": 1e-5, "rad/s": 1e-4}
 """Steps of differences by parameters of these units; else a share of the value."""
 
 
+_Walk = Callable[[Path], FloatArray]
+"""What comes through a path, for any values of its effects."""
+
+
 def path_columns(model: FlightModel, found: Linearization) -> dict[str, Column]:
     """Return the columns of all parameters on the paths of a model, by name."""
     columns: dict[str, Column] = {}
     record = found.record
+    dt = record.dt
     for surface, terms in model.control_terms.items():
         name = SURFACES[surface]
         signal = record.motion.inputs.T[INPUTS.index(name)]
-        for key, slope in _slopes(terms, signal, record.dt, acted).items():
+        for key, slope in _slopes(terms, _through(acted, signal, dt)):
             columns[key] = (Entry(place=name, history=slope),)
     for channel, terms in model.sensor_terms.items():
         if channel in CONTROLS:
             signal = record.motion.inputs.T[INPUTS.index(channel)]
-            for key, slope in _slopes(terms, signal, record.dt, undo).items():
+            for key, slope in _slopes(terms, _through(undo, signal, dt)):
                 columns[key] = (*columns.get(key, ()), Entry(place=channel, history=slope))
         if channel in record.channels:
-            signal = found.shown_before(channel)
-            for key, slope in _slopes(terms, signal, record.dt, respond).items():
+            column = record.channels.index(channel)
+            signal, rate = found.exposed[:, column], found.exposed_rates[:, column]
+            for key, slope in _slopes(terms, _shown(signal, rate, dt)):
                 old = columns.get(key, ())
                 columns[key] = (*old, Entry(place=f"channel.{channel}", history=slope))
     return columns
 
 
+def _through(
+    way: Callable[[Path, FloatArray, float], Response], signal: FloatArray, dt: float
+) -> _Walk:
+    """Return how a signal comes through a path of controls, or back through one."""
+    return lambda path: way(path, signal, dt).values
+
+
+def _shown(signal: FloatArray, rate: FloatArray, dt: float) -> _Walk:
+    """Return what instruments make of what they are exposed to."""
+    return lambda path: shown(path, signal, rate, dt)
+
+
 def _slopes(
-    terms: Sequence[tuple[object, tuple[float, ...]]],
-    signal: FloatArray,
-    dt: float,
-    through: Callable[..., Response],
-) -> dict[str, FloatArray]:
-    """Return the derivatives of a signal after its path by the parameters, by differences."""
+    terms: Sequence[tuple[object, tuple[float, ...]]], through: _Walk
+) -> Iterator[tuple[str, FloatArray]]:
+    """Yield the derivatives of what comes through a path by its parameters, by differences."""
     path = [(term, values) for term, values in terms if isinstance(term, SignalTerm)]
-    slopes = {}
     for place, (term, values) in enumerate(path):
         for index, item in enumerate(term.parameters):
             step = _STEPS.get(item.unit, _SHARE * max(abs(values[index]), 1.0))
@@ -61,11 +76,11 @@ def _slopes(
                     )
                     for k, (one, own) in enumerate(path)
                 ]
-                return through(tuple(changed), signal, dt).values
+                return through(tuple(changed))
 
-            slopes[f"{term.id}.{item.name}"] = np.asarray(
+            slope = (
                 (moved(step) - moved(-step)) / (2.0 * step)
                 if values[index] - step >= item.bounds[0]
                 else (moved(step) - moved(0.0)) / step
             )
-    return slopes
+            yield f"{term.id}.{item.name}", np.asarray(slope)
