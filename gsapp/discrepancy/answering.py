@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -37,6 +38,8 @@ from gsapp.quantities import FloatArray
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 _STRONG = 3.0
 """Over the threshold, times: a gain that chance does not explain."""
+_CONTRADICTED = 4.0
+"""So many deviations below what is to be expected, maneuvers kept out contradict an effect."""
 _TOLD = 12
 """Candidates of a ranking that are told."""
 _ENOUGH = 0.1
@@ -65,14 +68,40 @@ def borne_out(
     """
     kept = list(stages)
     held = against(kept)
-    while len(kept) > 1 + forced and held.gain(len(kept) - 2, len(kept) - 1) <= 0.0:
-        # What makes maneuvers worse that it was not fitted to is no effect.
+    while len(kept) > 1 + forced:
         before = kept[-2]
-        strong = _STRONG * threshold(false_alarm, before.screening.competitors)
-        kind: Kind = "unexplained" if float(before.decision.gain.max()) > strong else "nothing"
+        least = threshold(false_alarm, before.screening.competitors)
+        found = float(before.decision.gain.max())
+        share = held.samples / before.screening.left.samples
+        if not contradicted(held.gain(len(kept) - 2, len(kept) - 1), found, share, least):
+            break
+        kind: Kind = "unexplained" if found > _STRONG * least else "nothing"
         kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
         held = against(kept)
     return kept, held
+
+
+def contradicted(gain: float, found: float, share: float, least: float) -> bool:
+    """Return whether maneuvers kept out speak against an effect.
+
+    Parameters
+    ----------
+    gain : float
+        Of the log-likelihood on the maneuvers kept out.
+    found : float
+        Gain in the sum of squares on the maneuvers that named it.
+    share : float
+        Samples kept out, for each of those that named it.
+    least : float
+        Gain below which nothing is named.
+    """
+    if gain > 0.0:
+        return False
+    # As many maneuvers of this kind as named it would leave too little,
+    undone = found + 2.0 * gain / share < least
+    # or an effect of its size would have shown: its gain there has this mean and this deviation.
+    expected = found * share
+    return undone or gain < 0.5 * expected - _CONTRADICTED * math.sqrt(expected)
 
 
 def answer_of(
@@ -106,6 +135,8 @@ def answer_of(
         for number, (before, after) in enumerate(pairwise(stages))
     )
     last = stages[-1]
+    open_ = [before.decision for before, after in pairwise(stages) if after.among]
+    open_.append(last.decision)
     values = changed_values(model, last.fit)
     seen = observability(stages[0].screening, aircraft, {one.effect for one in effects})
     verdict = _verdict(last.decision.kind, effects, values, seen)
@@ -133,7 +164,7 @@ def answer_of(
         steps=steps,
         effects=effects,
         values=values,
-        alternatives=alternatives_of(verdict, last.decision, values, model),
+        alternatives=alternatives_of(verdict, open_, values, model),
         disturbance=_disturbance(last.fit),
         gap=gap_of(held, len(effects)),
         maneuvers=shown,
@@ -152,6 +183,7 @@ def _model_of(stage: Stage, effects: Sequence[FoundEffect]) -> Model:
     words = "; ".join(
         f"{one.effect} ({one.title}): "
         + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")
+        + (f", or another of {', '.join(one.one_of)}" if one.one_of else "")
         for one in effects
     )
     return model.model_copy(update={"evidence": words})
@@ -197,6 +229,7 @@ def _found(
         margin=margin,
         held_out=held.gain(number, number + 1),
         forced=after.forced,
+        one_of=after.among,
     )
 
 
@@ -228,8 +261,10 @@ def _verdict(
     values: Mapping[str, ChangedValue],
     seen: Sequence[Observability],
 ) -> Verdict:
-    if effects and not all(one.forced for one in effects):
+    if any(not one.forced and not one.one_of for one in effects):
         return "effects-found"
+    if any(one.one_of for one in effects):
+        return "ambiguous"
     if last == "ambiguous":
         return "ambiguous"
     if last == "unexplained":

@@ -21,8 +21,10 @@ from gsapp.quantities import FloatArray
 
 UNNAMED_PRIOR = 0.03
 """Prior of each product without a name, over that of an effect of the catalog."""
-NAMED_ENOUGH = 0.8
-"""Probability from which a name is said."""
+IN_CATALOG = 0.8
+"""Probability of the catalog as a whole from which something of it is said."""
+NAMED_ENOUGH = 0.95
+"""Share of that probability from which one name is said, not a set."""
 SET_MASS = 0.95
 """Probability that the set of alternatives holds together."""
 
@@ -99,14 +101,14 @@ def decide(screening: Screening, gain: FloatArray, *, least: float, temper: floa
     named = sum(float(p) for one, p in zip(competitors, evidence, strict=True) if one.named)
     if named < 0.5:
         kind: Kind = "unexplained"
-    elif best.named and evidence[order[0]] >= NAMED_ENOUGH:
+    elif named < IN_CATALOG:
+        kind = "unexplained"
+    elif best.named and evidence[order[0]] >= NAMED_ENOUGH * named:
         kind = "name"
-    elif named >= NAMED_ENOUGH:
+    else:
         kind = "ambiguous"
         alternatives = tuple(one for one in alternatives if one.named)
         best = alternatives[0]
-    else:
-        kind = "unexplained"
     return Decision(kind=kind, best=best, alternatives=alternatives, evidence=evidence, gain=gain)
 
 

@@ -76,6 +76,7 @@ def _effect(one: FoundEffect) -> dict[str, Any]:
         "margin": one.margin,
         "held_out": one.held_out,
         "forced": one.forced,
+        "one_of": one.one_of,
     }
 
 

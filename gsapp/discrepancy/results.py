@@ -147,6 +147,8 @@ class FoundEffect:
         Gain of the log-likelihood on the maneuvers kept out.
     forced : bool
         Whether the user put it in.
+    one_of : tuple of str
+        Effects that it stands for, itself with them, where these flights cannot tell which it is.
     """
 
     effect: str
@@ -158,6 +160,7 @@ class FoundEffect:
     margin: float = 0.0
     held_out: float = 0.0
     forced: bool = False
+    one_of: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

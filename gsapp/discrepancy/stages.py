@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gsapp.discrepancy.filtering.fitting import Fit
 from gsapp.discrepancy.naming import Decision
 from gsapp.discrepancy.screening import Screening
 
 _MUCH = 0.15
 """Share of its own gain that a name may leave to structure without one."""
+_ALIKE = 0.95
+"""Cosine from which two effects explain the same, so that either can stand for both."""
 _CROWD = 3
 """So many names for one coefficient are none."""
 
@@ -30,6 +34,8 @@ class Stage:
         Whether the effect was put in by hand.
     proven : bool
         Whether kinematics alone prove it.
+    among : tuple of str
+        The set that the effect stands for, itself with it, where these flights cannot tell which.
     """
 
     fit: Fit
@@ -38,10 +44,26 @@ class Stage:
     decision: Decision
     forced: bool = False
     proven: bool = False
+    among: tuple[str, ...] = ()
 
     def left_unexplained(self) -> Stage:
         """Return the stage with the answer that its best explanation is none."""
         return replace(self, decision=replace(self.decision, kind="unexplained"))
+
+
+def standing_for_all(stage: Stage) -> tuple[str, ...]:
+    """Return the set that the best of a stage's decision can stand for; empty where it cannot.
+
+    What cannot be told apart because it looks the same leaves the same behind, and the search can
+    go on; a set of different things leaves its rests to be misnamed.
+    """
+    decision = stage.decision
+    if decision.kind != "ambiguous" or decision.best is None:
+        return ()
+    cosines = np.abs(stage.screening.cosines(decision.best.id))
+    ids = tuple(one.id for one in decision.alternatives)
+    alike = all(cosines[stage.screening.place(one)] >= _ALIKE for one in ids)
+    return ids if alike else ()
 
 
 def without_misnomers(stages: Sequence[Stage], forced: int) -> list[Stage]:

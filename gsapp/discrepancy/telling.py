@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from gsapp.discrepancy.catalog import record
 from gsapp.discrepancy.naming import Decision
@@ -12,13 +12,15 @@ from gsapp.dynamics.model import Model
 
 def alternatives_of(
     verdict: Verdict,
-    decision: Decision,
+    decisions: Sequence[Decision],
     values: Mapping[str, ChangedValue],
     model: Model | None,
 ) -> tuple[Alternative, ...]:
-    """Return what these flights cannot tell from the answer."""
+    """Return what these flights cannot tell from the answer, for decisions that named nothing."""
     found = []
-    if decision.kind in ("ambiguous", "unexplained"):
+    for decision in decisions:
+        if decision.kind not in ("ambiguous", "unexplained"):
+            continue
         found += [
             Alternative(
                 effects=(one.id,),
@@ -88,6 +90,12 @@ def why(found: Discrepancy, decision: Decision) -> str:
         if one.forced:
             sentences.append(f"{one.title}: put into the model by hand.")
             continue
+        if one.one_of:
+            sentences.append(
+                f"These flights cannot tell apart: {', '.join(one.one_of)}. The model goes on with "
+                f"the first ({one.title}), which explains as much as any."
+            )
+            continue
         sentences.append(
             f"{one.title}: {one.confidence:.0%} sure"
             + (
@@ -97,7 +105,7 @@ def why(found: Discrepancy, decision: Decision) -> str:
                 else "."
             )
         )
-    if found.verdict == "ambiguous" or (found.effects and decision.kind == "ambiguous"):
+    if decision.kind == "ambiguous":
         names = ", ".join(one.id for one in decision.alternatives)
         sentences.append(f"These flights cannot tell apart: {names}.")
     if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):

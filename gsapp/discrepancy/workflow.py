@@ -31,7 +31,7 @@ from gsapp.discrepancy.settings import (
     SearchStoppedError,
 )
 from gsapp.discrepancy.showing import HeldOut
-from gsapp.discrepancy.stages import Stage, without_misnomers
+from gsapp.discrepancy.stages import Stage, standing_for_all, without_misnomers
 from gsapp.discrepancy.unnamed import unnamed_competitors
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import make_term
@@ -208,10 +208,12 @@ class _Search:
             stages.append(self._with(stages[-1], effect, competitor, forced=True))
         while len(stages) <= self._settings.most_effects + len(self._settings.forced):
             last = stages[-1]
-            if last.decision.kind != "name" or last.decision.best is None:
+            among = standing_for_all(last)
+            if last.decision.best is None or not (last.decision.kind == "name" or among):
                 break
             try:
-                stages.append(self._with(last, last.decision.best.id, last.decision.best))
+                new = self._with(last, last.decision.best.id, last.decision.best)
+                stages.append(replace(new, among=among))
             except FlightError:
                 # A fit that runs away is no explanation; the others go on competing.
                 self._failed.add(last.decision.best.id)
@@ -267,11 +269,12 @@ class _Search:
                 continue
             self._trials[one.id] = trial
             costs[place] = trial.cost()
-        if near[0] not in costs:
+        if not costs:
             return decide(screening, gain, least=least, temper=temper)
-        # The best by columns keeps its gain; the others differ from it as their fits do.
+        # The best fit keeps its gain by columns; the others differ from it as their fits do.
+        best_fit = min(costs, key=lambda place: costs[place])
         for place, cost in costs.items():
-            gain[place] = screening.gain[near[0]] - (cost - costs[near[0]])
+            gain[place] = screening.gain[best_fit] - (cost - costs[best_fit])
         return decide(screening, np.maximum(gain, 0.0), least=least, temper=temper)
 
     # --- adding ---------------------------------------------------------------------------------

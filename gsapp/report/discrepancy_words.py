@@ -109,11 +109,16 @@ def effect_words(one: FoundEffect) -> str:
     return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
 
 
+def _others(one: FoundEffect) -> list[str]:
+    return [name for name in one.one_of if name != one.effect]
+
+
 def sure_words(one: FoundEffect) -> str:
     """Return the confidence in an effect, in percent; never a certainty."""
     if one.forced:
         return "put in by hand"
-    return f"{100.0 * one.confidence:.0f} %"
+    alone = f"{100.0 * one.confidence:.0f} %"
+    return f"{alone}; cannot be told from {', '.join(_others(one))}" if one.one_of else alone
 
 
 def gain_words(gain: float) -> str:

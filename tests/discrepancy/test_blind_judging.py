@@ -85,7 +85,7 @@ def test_not_to_be_told_apart_is_right_with_the_truth_in_the_set() -> None:
     """A lag of some milliseconds and a delay are alike; a curved moment and damping are not."""
     late = hidden("sensor.alpha.lag", 0.003)
     answer = Outcome(
-        id="x", verdict="ambiguous", alternatives=(("sensor.alpha.delay",), ("sensor.alpha.lag",))
+        id="x", verdict="ambiguous", open=(("sensor.alpha.delay", "sensor.alpha.lag"),)
     )
     marks = judge(late, answer)
     assert (marks.first, marks.ambiguity, marks.deserved) == (False, True, True)
@@ -126,6 +126,10 @@ def test_two_effects_need_both_names_and_a_missing_derivative_may_be_a_value() -
     two = Named(effect="aero.Cm.flap", confidence=0.9)
     assert not judge(pair, Outcome(id="x", verdict="effects-found", named=(one,))).first
     assert judge(pair, Outcome(id="x", verdict="effects-found", named=(one, two))).first
+    # The other half may be in a set that these flights cannot tell apart.
+    open_ = Outcome(id="x", verdict="effects-found", named=(one,), open=(("aero.Cm.flap", "b"),))
+    assert judge(pair, open_).first_or_ambiguous
+    assert not judge(pair, replace(open_, open=(("a", "b"),))).first_or_ambiguous
     lacking = replace(hidden("aero.Cl.dr", 0.01), verdicts=("effects-found", "values-wrong"))
     assert judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_dr",))).first
     assert not judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_da",))).first
@@ -139,7 +143,7 @@ def test_answers_are_kept_and_taken_up_again(
 
     def answer(case: Case) -> Outcome:
         asked.append(case.id)
-        return told("aero.Cm.alpha2", ranking=("a", "b"), alternatives=(("a",), ("b", "c")))
+        return told("aero.Cm.alpha2", ranking=("a", "b"), open=(("a",), ("b", "c")))
 
     monkeypatch.setattr(answering, "answer", answer)
     first = answering.kept(CURVED, tmp_path)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction
 from ui.flight.controls import ActionButton
 from ui.gap.chapters import ChapterView
 from ui.gap.parts import Lines, Pair, Table, button_row
-from ui.gap.phrases import confidence_text, number_text, signed
+from ui.gap.phrases import number_text, signed, sure_text
 from ui.gap.pictures import (
     effect_states,
     parameter_lines,
@@ -127,7 +127,7 @@ class AddView(ChapterView):
         if found is None:
             self.sentences.setText("Refused: the search leaves it out." if effect else "")
             return
-        said = ["Forced by the crew." if found.forced else f"{confidence_text(found.confidence)}."]
+        said = ["Forced by the crew." if found.forced else f"{sure_text(found)}."]
         said[0] = said[0][:1].upper() + said[0][1:]
         said.append(runner_up_text(answer, found))
         said.append(

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 
-from gsapp.discrepancy.results import Discrepancy, ManeuverView, Region
+from gsapp.discrepancy.results import Discrepancy, FoundEffect, ManeuverView, Region
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import ChannelSpec, FloatArray, channel, from_si
 from ui.gap.request import Answer
@@ -94,6 +94,14 @@ def confidence_text(probability: float) -> str:
     # Never a certainty: no number of flights earns it.
     share = min(max(round(100 * probability), 1), 99)
     return f"{words}: right in {share} of 100 such cases"
+
+
+def sure_text(effect: FoundEffect) -> str:
+    """Return how sure an effect is, or what it cannot be told from."""
+    others = [name for name in effect.one_of if name != effect.effect]
+    if others:
+        return f"these flights cannot tell it from {', '.join(others)}"
+    return confidence_text(effect.confidence)
 
 
 def seen_text(sigma: float) -> str:

@@ -21,7 +21,6 @@ from ui.gap.phrases import (
     chance_text,
     channel_text,
     coefficient_text,
-    confidence_text,
     joined,
     maneuver_text,
     number_text,
@@ -32,6 +31,7 @@ from ui.gap.phrases import (
     shown,
     sigma_text,
     signed,
+    sure_text,
     symbol,
     times_floor_text,
 )
@@ -407,7 +407,7 @@ def competition_text(answer: Answer, step: int) -> str:
             f"Nothing more is proven. The best of the rest is “{best.title}” with "
             f"{percent_text(best.evidence)} of the evidence."
         )
-    return f"“{effect.title}” – {confidence_text(effect.confidence)}."
+    return f"“{effect.title}” – {sure_text(effect)}."
 
 
 def runner_up_text(answer: Answer, effect: FoundEffect) -> str:

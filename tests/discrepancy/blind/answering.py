@@ -56,7 +56,7 @@ def read(path: Path) -> Outcome:
     content["named"] = tuple(Named(**one) for one in content["named"])
     for name in ("ranking", "values"):
         content[name] = tuple(content[name])
-    content["alternatives"] = tuple(tuple(one) for one in content["alternatives"])
+    content["open"] = tuple(tuple(one) for one in content["open"])
     return Outcome(**content)
 
 

@@ -42,9 +42,10 @@ class Outcome:
     verdict : str
         ``failed`` where the program raised.
     named : tuple of Named
+    open : tuple of tuple of str
+        Sets that it said it cannot tell apart.
     ranking : tuple of str
         Of the competition that the baseline faced.
-    alternatives : tuple of tuple of str
     values : tuple of str
         Derivatives said to be wrong.
     gust : float
@@ -64,7 +65,7 @@ class Outcome:
     verdict: str
     named: tuple[Named, ...] = ()
     ranking: tuple[str, ...] = ()
-    alternatives: tuple[tuple[str, ...], ...] = ()
+    open: tuple[tuple[str, ...], ...] = ()
     values: tuple[str, ...] = ()
     gust: float = 0.0
     told_closed: float | None = None
@@ -81,6 +82,8 @@ def outcome_of(case: Case, answer: Discrepancy, *, closed: float | None, cpu: fl
     worst = answer.disagreements[0] if answer.disagreements else None
     named = []
     for one in answer.effects:
+        if one.one_of:
+            continue
         size, std = next(iter(one.parameters.values()), (None, None))
         named.append(
             Named(
@@ -92,7 +95,7 @@ def outcome_of(case: Case, answer: Discrepancy, *, closed: float | None, cpu: fl
         verdict=answer.verdict,
         named=tuple(named),
         ranking=tuple(one.effect for one in answer.ranking[:6]),
-        alternatives=tuple(one.effects for one in answer.alternatives),
+        open=_open(answer),
         values=tuple(answer.values),
         gust=float(answer.disturbance.get("gust", 0.0)),
         told_closed=answer.gap.closed,
@@ -102,6 +105,13 @@ def outcome_of(case: Case, answer: Discrepancy, *, closed: float | None, cpu: fl
         maneuver=worst.maneuver if worst else "",
         cpu=cpu,
     )
+
+
+def _open(answer: Discrepancy) -> tuple[tuple[str, ...], ...]:
+    sets = tuple(one.one_of for one in answer.effects if one.one_of)
+    if answer.verdict == "ambiguous" and not sets:
+        sets = (tuple(name for one in answer.alternatives for name in one.effects),)
+    return sets
 
 
 def _number(value: float | None) -> float | None:
@@ -168,7 +178,7 @@ def judge(case: Case, outcome: Outcome) -> Marks:
     confidences = tuple(
         (one.confidence, one.effect in right) for one in outcome.named if is_named(one.effect)
     )
-    listed = {name for group in outcome.alternatives for name in group}
+    listed = {name for group in outcome.open for name in group}
     common = {
         "false_name": bool(wrong),
         "confidences": confidences,
@@ -185,15 +195,17 @@ def judge(case: Case, outcome: Outcome) -> Marks:
     if "values-wrong" in case.verdicts and outcome.verdict == "values-wrong":
         first = lacks <= set(outcome.values)
     three = first or bool(right & {*names, *outcome.ranking[:3]})
-    ambiguous = outcome.verdict == "ambiguous"
+    told = all(
+        one or bool(listed & set(group)) for one, group in zip(found, case.accepted, strict=True)
+    )
     near = {name for name, apart in distances(case).items() if apart < APART}
     size_error, covered = _size(case, outcome)
     return Marks(
         **common,  # type: ignore[arg-type]
         first=first,
         three=three,
-        ambiguity=bool(right & listed) if ambiguous else None,
-        deserved=bool(near) if ambiguous else None,
+        ambiguity=told if outcome.open else None,
+        deserved=bool(near) if outcome.open else None,
         coefficient=_coefficient(case, outcome),
         maneuver=_maneuver(case, outcome),
         closed=outcome.closed,
