@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from test_maneuver_fits import TRUTH, measured, numbers
 
 from gsapp.flight.writers import write_block
 from gsapp.session import Session
+from gsapp.session.estimating.picture import EstimateRow
 from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
 from gsapp.session.running import run_through
 
@@ -23,19 +27,47 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_block(tmp_path_factory.mktemp("estimates") / "flight.csv", measured()[0], "csv")
 
 
-def watched(path: Path, workers: Workers) -> Session:
-    return Session.replay(path, aircraft="b777", model="b777", speed=np.inf, workers=workers)
+@dataclass
+class Watched:
+    """A flight watched to its end, and what was known of it when 30 s had gone by."""
+
+    session: Session
+    early: dict[str, EstimateRow]
+
+    @classmethod
+    def of(cls, path: Path, workers: Workers) -> Self:
+        session = Session.replay(path, aircraft="b777", model="b777", speed=np.inf, workers=workers)
+        early: dict[str, EstimateRow] = {}
+
+        def look(_share: float) -> None:
+            if not early and (session.now or 0.0) >= 30.0:
+                early.update(rows_of(session))
+
+        run_through(session, look)
+        return cls(session, early)
 
 
-def test_a_replay_gives_the_same_numbers_wherever_fits_run(path: Path) -> None:
+def rows_of(session: Session) -> dict[str, EstimateRow]:
+    assert session.estimates is not None
+    return {row.name: row for row in session.estimates.rows()}
+
+
+@pytest.fixture(scope="module")
+def at_once(path: Path) -> Iterator[Watched]:
+    """Return what the tests look at in turn; the last one takes it back to the beginning."""
+    watched = Watched.of(path, AtOnce())
+    yield watched
+    watched.session.close()
+
+
+def test_a_replay_gives_the_same_numbers_wherever_fits_run(at_once: Watched, path: Path) -> None:
     """FTR's values and the fits, to the last bit; near the truth; each maneuver's own."""
     found = []
-    for workers in (AtOnce(), OtherProcess()):
-        session = watched(path, workers)
-        run_through(session)
+    elsewhere = Watched.of(path, OtherProcess())
+    for session in (at_once.session, elsewhere.session):
         estimates = session.estimates
         assert estimates is not None
-        rows = {row.name: row for row in estimates.rows()}
+        rows = rows_of(session)
         found.append((numbers(estimates.result), [(row.value, row.std) for row in rows.values()]))
         assert len(estimates.result.results) == 2
         for name in ("Cl_da", "Cn_dr", "Cm_de"):
@@ -45,26 +77,18 @@ def test_a_replay_gives_the_same_numbers_wherever_fits_run(path: Path) -> None:
             assert rows[name].known == true
         assert len(rows["Cm_de"].points) == 1
         assert "Cm_0" not in rows
-        session.close()
     assert found[0] == found[1]
+    elsewhere.session.close()
 
 
-def test_unknown_until_earned_and_what_changed_is_said(path: Path) -> None:
+def test_unknown_until_earned_and_what_changed_is_said(at_once: Watched) -> None:
     """Before the first maneuver nothing is known; after the last a row says what it brought."""
-    session = watched(path, AtOnce())
+    session = at_once.session
     estimates = session.estimates
     assert estimates is not None
-    while (session.now or 0.0) < 30.0:
-        session.update()
-        feed = session.replaying
-        assert feed is not None
-        if feed.complete and (session.now or 0.0) > 60.0:
-            break
-    early = {row.name: row for row in estimates.rows()}
-    if early:
-        assert all(row.best is None or row.points for row in early.values())
-    run_through(session)
-    late = {row.name: row for row in estimates.rows()}
+    assert at_once.early
+    assert all(row.best is None or row.points for row in at_once.early.values())
+    late = rows_of(session)
     assert late["Cn_dr"].changed
     assert late["Cn_dr"].percent is not None
     assert late["Cn_dr"].percent < 10.0
@@ -73,7 +97,6 @@ def test_unknown_until_earned_and_what_changed_is_said(path: Path) -> None:
     feed.seek(feed.start or 0.0)
     session.update()
     assert estimates.result.results == ()
-    session.close()
 
 
 def test_without_workers_or_aircraft_nothing_is_estimated(path: Path) -> None:
