@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -195,7 +196,7 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         aircraft=snapshot.aircraft,
         calibration=_count(len(stamps)),
         other_calibration=Path(session.calibration.given).name,
-        calibrated_on="" if oldest is None else f"sensors, {oldest.day} {oldest:%b}",
+        calibrated_on="" if oldest is None else f"sensors, {_day(oldest)}",
         uncalibrated=len(snapshot.uncalibrated),
         alarms=AlarmFacts(
             sentences=tuple(alarm_sentence(alarm, units) for alarm in waiting),
@@ -204,6 +205,12 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         ),
         muted=muted,
     )
+
+
+def _day(stamp: datetime) -> str:
+    """Return a day without its year, or a month with it where it is not of this year."""
+    this_year = stamp.year == datetime.now().astimezone().year
+    return f"{stamp.day} {stamp:%b}" if this_year else f"{stamp:%b %Y}"
 
 
 def _count(number: int) -> str:
