@@ -114,9 +114,11 @@ def _surfaces(crew: Photographer, page: WizardPage) -> Iterator[Path]:
 
 
 def _check(crew: Photographer, page: WizardPage) -> Iterator[Path]:
-    """Check the left elevator against the certificate just made."""
+    """Check the left elevator against the certificate just made, and go back to look at it."""
     crew.press("C")
-    _obey(crew, page, lambda view: view.phase == "fit")
+    _obey(crew, page, lambda view: _channel(view) == "elevator_right")
+    crew.press("PgUp")
+    crew.wait(lambda: page.run.view.phase == "fit", "the check")
     yield crew.take("check")
     _break_off(crew)
 
