@@ -65,6 +65,30 @@ def choose_colors(fit: Fit, rounds: int) -> None:
     for _ in range(_RECOLORINGS):
         _recolor(fit)
         tune(fit, 1)
+    _try_one_color(fit, rounds)
+
+
+def _try_one_color(fit: Fit, rounds: int) -> None:
+    """Give all colored channels the same correlation, in place, unless their own explain more.
+
+    One recorder's filter colors them all. In turbulence the smoother takes some of the flow's own
+    changes for color, and a color that is too slow takes what an effect would show.
+    """
+    own, cost = fit.noise, fit.cost()
+    colored = {name: noise.correlations for name, noise in own.items() if noise.correlations}
+    if not colored:
+        return
+    fit.noise = dict(own)
+    for flight, correlations in colored.items():
+        steady = [value for name, value in correlations.items() if name in _STEADY]
+        usual = float(np.median(steady or [*correlations.values()]))
+        same = dict.fromkeys(correlations, usual)
+        fit.noise[flight] = replace(own[flight], correlations=same)
+    tune(fit, rounds)
+    saved = sum(len(correlations) - 1 for correlations in colored.values())
+    if fit.cost() > cost + _WORTH * saved:
+        fit.noise = own
+        fit.refilter()
 
 
 def _near(
@@ -104,6 +128,8 @@ _STEADY = ("p", "q", "r", "phi", "theta")
 _SHAPES = (_as_they_look, _like_the_others, _steady_only, _white)
 _RECOLORINGS = 4
 _SAME = 0.12
+_WORTH = 2.0
+"""Fall of the cost that one more number of a noise model must bring (Akaike)."""
 _LEAST_COLOR, _MOST_COLOR = 0.05, 0.97
 
 
