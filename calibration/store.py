@@ -18,14 +18,14 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from calibration.certificate import Certificate
+from calibration.checked import Checked, read_checked, write_checked
 from calibration.fit import CalibrationError
 from calibration.reading import certificate_content, load_certificate, write_certificate
 from gsapp.foundation import StrictModel, read_toml, toml_text, write_atomically, write_toml
@@ -193,20 +193,24 @@ class CertificateStore:
                 newest.rename(newest.with_name(f"{newest.name}{_WITHDRAWN}"))
             self._put_right(channel_id)
 
-    def record_check(self, channel_id: str, stamp: datetime, content: Mapping[str, Any]) -> Path:
-        """Keep what a three-point check found, as TOML; it changes nothing in force.
+    def record_check(self, checked: Checked) -> Path:
+        """Keep what a three-point check found, as TOML; it changes nothing in force."""
+        folder = self._root / "checks" / checked.channel
+        return write_checked(checked, folder / f"{checked.stamp.strftime(_STAMP)}.toml")
 
-        Parameters
-        ----------
-        channel_id : str
-            Channel id.
-        stamp : datetime
-            When it was made.
-        content : mapping
-            Tables, texts and numbers.
+    def last_check(self, channel_id: str) -> Checked | None:
+        """Return the newest check of the certificate in force; None where it was not checked.
+
+        Raises
+        ------
+        FileProblemsError
+            If the file of that check was changed by hand and cannot be read.
         """
-        folder = self._root / "checks" / channel_id
-        return write_toml(folder / f"{stamp.strftime(_STAMP)}.toml", content)
+        newest, files = self._newest(channel_id), self.checks(channel_id)
+        if newest is None or _is_skip(newest) or not files:
+            return None
+        checked = read_checked(files[-1])
+        return checked if checked.certificate == self._load(newest).stamp else None
 
     def checks(self, channel_id: str) -> tuple[Path, ...]:
         """Return the files of the checks of a channel, newest last."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.certificate import Certificate
+from calibration.checked import Checked
 from calibration.comparing import CheckResult, tells_branches
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
@@ -241,15 +242,15 @@ class Ledger:
         outcome = self.outcome(step.channel, step.stamp)
         if outcome.check is not None:
             certificate = self.reference.former[step.channel]
-            content = {
-                "channel": step.channel,
-                "who": self.header.who,
-                "stamp": step.stamp,
-                "certificate": certificate.stamp,
-                "unit": certificate.unit,
-                "check": content_of(outcome.check),
-            }
-            self._store.record_check(step.channel, step.stamp, content)
+            checked = Checked(
+                channel=step.channel,
+                who=self.header.who,
+                stamp=step.stamp,
+                certificate=certificate.stamp,
+                unit=certificate.unit,
+                result=outcome.check,
+            )
+            self._store.record_check(checked)
             return
         for certificate in outcome.certificates:
             self._store.put(certificate)

@@ -36,6 +36,10 @@ from preflight_kit import (
 )
 from window_kit import Aircraft, free_port, until, write_flight
 
+from calibration import load_certificates
+from calibration.checked import Checked
+from calibration.comparing import CheckResult
+from calibration.store import CertificateStore
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
@@ -44,7 +48,10 @@ from gsapp.flight.maneuvers import FoundManeuver
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.telemetry.recorder_control import find_recorders
 from ui.dialogs.requests import ConnectRequest
+from ui.preflight.books import Books
+from ui.preflight.shelf import calibrations_path
 from ui.preflight.steps import STEPS
+from ui.settings import SettingsStore
 from ui.window import MainWindow
 
 _PATIENCE_MS = 30_000
@@ -99,6 +106,34 @@ def test_no_two_commands_of_one_place_share_a_key(window: MainWindow, qtbot: QtB
             for key in command.keys
         ]
         assert len(keys) == len(set(keys)), STEPS[number - 1].id
+
+
+def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
+    """An instrument that moved is in red at the step, as long as that certificate is in force."""
+    store = SettingsStore(tmp_path / "window.toml")
+    rudder = load_certificates(store.current.calibration)["rudder"]
+    calibrations = CertificateStore(calibrations_path(store.path), "B777")
+    calibrations.put(rudder)
+    books = Books(store)
+    books.read_calibration()
+    assert "moved" not in books.states()["calibration"].words
+    result = CheckResult(
+        zero=1.5, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=1.6,
+        off=(1.4, 1.5, 1.6), passed=False, sentence="the zero moved",
+    )  # fmt: skip
+    checked = Checked(
+        channel="rudder", who="", stamp=rudder.stamp, certificate=rudder.stamp, unit="deg",
+        result=result,
+    )  # fmt: skip
+    calibrations.record_check(checked)
+    books.read_calibration()
+    state = books.states()["calibration"]
+    assert (state.state, state.words) == ("warning", "1 moved")
+    assert "Rudder" in state.detail
+    # Somebody wrote into the file: then nothing is known, and nothing breaks.
+    calibrations.checks("rudder")[-1].write_text("passed = maybe", encoding="utf-8")
+    books.read_calibration()
+    assert "moved" not in books.states()["calibration"].words
 
 
 def check_states(window: MainWindow) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +135,20 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     window.press(KEY.Key_Return)
     assert window.page.summary.title.text() == "Check done"
     assert [one.words for one in window.page.summary.outcomes] == ["not checked: no time"]
+
+    # A horn that moved is remembered on the first page, until it is calibrated anew.
+    bench = window.bench
+    center = potentiometer.center + 2.0 * potentiometer.slope
+    bench.potentiometers["elevator_left"] = replace(potentiometer, center=center)
+    window.press(KEY.Key_Space)
+    begin(window, KEY.Key_C)
+    work_through(window, "fit")
+    window.press(KEY.Key_Space)
+    assert window.view.prompt == "Left elevator has moved: calibrate anew before the flight."
+    window.press(KEY.Key_Space)
+    (standing,) = (one for one in window.page.start.standings if one.title == "Left elevator")
+    assert not standing.good
+    assert "has moved: zero −2.0" in standing.words or "has moved: zero −1.9" in standing.words
     kept = load_certificates(window.store.current.calibration)
     assert kept["elevator_left"].points == certificate.points
 

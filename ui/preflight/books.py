@@ -151,6 +151,13 @@ class Books:
             certificates,
             local_now().date(),
             unfinished=unfinished(shelf.journal),
+            moved=[
+                name
+                for name, one in shelf.checks().items()
+                if not one.result.passed
+                and name in certificates
+                and certificates[name].stamp == one.certificate
+            ],
         )
 
     def _card_state(self) -> StepState:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from datetime import date
 
 from calibration import Certificate
@@ -15,6 +15,7 @@ def calibration_state(
     today: date,
     *,
     unfinished: bool = False,
+    moved: Collection[str] = (),
 ) -> StepState:
     """Return how the calibration stands.
 
@@ -28,6 +29,8 @@ def calibration_state(
         A calibration counts for the day on which it was made.
     unfinished : bool
         Whether one was begun and not finished.
+    moved : collection of str
+        Channels of which the last check said that the certificate does not hold.
     """
     missing = [title for name, title in titles.items() if name not in certificates]
     if missing:
@@ -35,6 +38,13 @@ def calibration_state(
             state="warning",
             words=f"{len(missing)} uncalibrated",
             detail=f"Uncalibrated: {', '.join(missing)}",
+        )
+    gone = [title for name, title in titles.items() if name in moved]
+    if gone:
+        return StepState(
+            state="warning",
+            words=f"{len(gone)} moved",
+            detail=f"Moved since it was calibrated, by the last check: {', '.join(gone)}",
         )
     if unfinished:
         return StepState(

@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from calibration import Certificate, load_certificates, write_certificate
+from calibration.checked import Checked
 from calibration.plan import CalibrationPlan, load_plan
 from calibration.store import CertificateStore
 from gsapp.flight.folder import FlightFolder
@@ -86,6 +87,19 @@ class Shelf:
         left = self.store.skipped()
         known = {name: one for name, one in self._usual_ones().items() if name not in left}
         return {**known, **self.store.in_force()}
+
+    def checks(self) -> dict[str, Checked]:
+        """Return the last check of each certificate in force that was checked, by channel."""
+        found = {}
+        for name in self.store.in_force():
+            try:
+                checked = self.store.last_check(name)
+            except GroundStationError as error:
+                log.warning("check not taken: %s", error)
+                continue
+            if checked is not None:
+                found[name] = checked
+        return found
 
     def _usual_ones(self) -> dict[str, Certificate]:
         source = self._kept if self._kept.is_dir() else self._usual

@@ -21,7 +21,8 @@ from ui.preflight.wizard_words import (
 from ui.words import DASH, symbol_text
 
 if TYPE_CHECKING:
-    from calibration.plan import CalibrationPlan
+    from calibration.comparing import CheckResult
+    from calibration.plan import CalibrationPlan, InstrumentPlan
     from calibration.wizard import WizardView
     from gsapp.session import History
 
@@ -30,8 +31,9 @@ _STALE = 2.0
 
 
 def standings_of(plan: CalibrationPlan, shelf: Shelf) -> tuple[Standing, ...]:
-    """Return of each instrument whether and since when it is calibrated."""
+    """Return of each instrument whether and since when it is calibrated, and its last check."""
     known, held, left = shelf.certificates(), shelf.store.in_force(), shelf.store.skipped()
+    checks = shelf.checks()
     found = []
     for instrument in plan.instruments:
         certificate = known.get(instrument.channel)
@@ -43,8 +45,22 @@ def standings_of(plan: CalibrationPlan, shelf: Shelf) -> tuple[Standing, ...]:
                 words = f"not calibrated here: that of {words} counts"
         elif instrument.channel in left:
             words = f"uncalibrated: {left[instrument.channel].reason}"
-        found.append(Standing(title=instrument.title, words=words, good=instrument.channel in held))
+        good, check = instrument.channel in held, checks.get(instrument.channel)
+        if check is not None:
+            good = check.result.passed
+            day = check.stamp.astimezone().date() == check.certificate.astimezone().date()
+            words += (
+                f"; check of {check.stamp:{'%H:%M' if day else '%d %b %H:%M'}}: "
+                f"{_verdict(check.result, instrument)}"
+            )
+        found.append(Standing(title=instrument.title, words=words, good=good))
     return tuple(found)
+
+
+def _verdict(check: CheckResult, instrument: InstrumentPlan) -> str:
+    """Return what a check has found, in few words."""
+    verdict = "holds" if check.passed else "has moved"
+    return f"{verdict}: zero {signed_text(check.zero, instrument)}"
 
 
 class Remark(NamedTuple):
@@ -140,8 +156,7 @@ def outcomes_of(view: WizardView, plan: CalibrationPlan) -> tuple[Outcome, ...]:
         certificate = view.certificates.get(name)
         check = view.checks.get(name)
         if check is not None:
-            verdict = "holds" if check.passed else "has moved"
-            words = f"{verdict}: zero {signed_text(check.zero, instrument)}"
+            words = _verdict(check, instrument)
             found.append(Outcome(title=instrument.title, words=words, good=check.passed))
         elif name in view.skipped:
             left = "uncalibrated" if view.mode == "full" else "not checked"

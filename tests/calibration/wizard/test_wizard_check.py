@@ -155,7 +155,12 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
         "elevator_left": True,
         "elevator_right": False,
     }
-    assert "passed = false" in field.store.checks("elevator_right")[0].read_text(encoding="utf-8")
+    kept = field.store.last_check("elevator_right")
+    assert kept is not None
+    assert (kept.result, kept.who) == (crew.wizard.view.checks["elevator_right"], "crew")
+    # It says nothing of a certificate that was made since.
+    field.store.put(replace(field.store.in_force()["elevator_right"], stamp=field.clock()))
+    assert field.store.last_check("elevator_right") is None
 
 
 def test_a_pause_beside_the_setting_is_no_point_of_a_check(tmp_path: Path) -> None:
