@@ -208,7 +208,7 @@ class Ledger:
                 self._accept(step)
             elif step.kind == "skip" and self.header.mode == "full":
                 self._mark(step)
-            elif step.kind == "undo" and self.header.mode == "full":
+            elif step.kind == "undo":
                 self._take_back(self._track.undone)
         except OSError as error:
             raise CalibrationError(
@@ -264,6 +264,9 @@ class Ledger:
 
     def _take_back(self, undone: Step | None) -> None:
         if undone is None or undone.kind not in ("accept", "skip"):
+            return
+        if self.header.mode == "check":
+            self._store.withdraw_check(undone.channel, undone.stamp)
             return
         for name in (*undone.data["certified"], *undone.data["uncalibrated"]):
             self._store.revert(name, undone.stamp)

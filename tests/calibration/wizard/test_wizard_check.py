@@ -158,6 +158,12 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     kept = field.store.last_check("elevator_right")
     assert kept is not None
     assert (kept.result, kept.who) == (crew.wizard.view.checks["elevator_right"], "crew")
+    # Taken back, it counts no more, also for a program that is started anew; then once again.
+    crew.press("undo")
+    assert field.store.last_check("elevator_right") is None
+    crew = field.resume()
+    crew.press("accept")
+    assert field.store.last_check("elevator_right") is not None
     # It says nothing of a certificate that was made since.
     field.store.put(replace(field.store.in_force()["elevator_right"], stamp=field.clock()))
     assert field.store.last_check("elevator_right") is None
