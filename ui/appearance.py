@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 from ui.fonts import sans
 from ui.look import SCALES, Look
 from ui.settings import SettingsStore
-from ui.signs import SignFiles
+from ui.signs import sign_files
 from ui.style import style_sheet
 from ui.theme import THEMES
 
@@ -30,7 +30,7 @@ class Appearance(QObject):
         super().__init__(parent)
         self._look = look
         self._store = store
-        self._signs = SignFiles()
+        self._signs = sign_files()
         look.changed.connect(self.apply)
 
     @property

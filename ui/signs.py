@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from PySide6.QtCore import QPointF, Qt
@@ -33,6 +34,12 @@ class SignFiles:
                 _draw(points, color).save(str(path))
             found[name] = path.as_posix()
         return found
+
+
+@cache
+def sign_files() -> SignFiles:
+    """Return those of this process: windows of one look then have one style sheet."""
+    return SignFiles()
 
 
 def _draw(points: tuple[tuple[float, float], ...], color: QColor) -> QImage:

@@ -187,6 +187,18 @@ def test_a_note_is_typed_in_place_found_again_and_taken_back(
 # Look
 
 
+def test_another_window_of_the_same_look_styles_nothing_anew(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, qapp: QApplication
+) -> None:
+    """Qt goes through every widget that lives whenever the sheet is another."""
+    sheet = qapp.styleSheet()
+    assert "gsapp-signs-" in sheet
+    other = open_window(tmp_path / "other")
+    qtbot.addWidget(other)
+    assert qapp.styleSheet() == sheet
+    other.desk.close()
+
+
 def test_themes_units_and_scale_change_at_once_and_are_remembered(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
