@@ -204,7 +204,7 @@ def test_a_sound_aircraft_is_green_after_its_run_up(ground: Path) -> None:
     assert found["link"].state == found["recorder"].state == "open"
     # Its certificates are those of a day long ago.
     assert found["calibrated"].state == "amber"
-    assert "years ago: check it" in found["calibrated"].why
+    assert "years ago: calibrate it" in found["calibrated"].why
     assert found["receiver_battery"].state == "amber"
     assert found["receiver_battery"].can_tick
     order = ["red", "amber", "open", "green"]
@@ -358,20 +358,28 @@ def test_certificates_in_force_and_their_age(ground: Path) -> None:
     with contextlib.closing(Session.replay(ground)) as session:
         snapshot = session.snapshot()
 
-    def state(bare: Sequence[str] = (), **hours: float) -> tuple[str, str]:
+    def item_of(bare: Sequence[str] = (), **hours: float) -> ItemState:
         facts = Facts(
             snapshot=replace(snapshot, uncalibrated=tuple(bare)),
             certified={name: 3600.0 * age for name, age in hours.items()},
         )
         (item,) = rules(row).judge(facts)
+        return item
+
+    def state(bare: Sequence[str] = (), **hours: float) -> tuple[str, str]:
+        item = item_of(bare, **hours)
         return item.state, item.why
 
     assert state(alpha=2.5, rudder=0.2) == (
         "green", "2 certificates in force, angle of attack calibrated 2 hours ago",
     )  # fmt: skip
     assert state(alpha=0.1, rudder=30.0) == (
-        "amber", "rudder surface calibrated 1 day ago: check it against three points",
+        "amber",
+        "rudder surface calibrated 1 day ago: calibrate it, or check three points and tick",
     )  # fmt: skip
+    # The check is the crew's: what holds is ticked, and the item is green.
+    assert item_of(rudder=30.0).can_tick
+    assert not item_of(rudder=1.0).can_tick
     assert state(["rudder"], alpha=1.0) == ("red", "rudder surface not calibrated")
     assert state()[0] == "amber"
 

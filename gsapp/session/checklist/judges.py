@@ -156,7 +156,8 @@ class CalibratedJudge(_Glance):
         oldest = max(ages, key=ages.__getitem__)
         since = f"{named(oldest)} calibrated {ago(ages[oldest])}"
         if rule.age is not None and ages[oldest] > rule.age:
-            return Judgment(state="amber", why=f"{since}: check it against three points")
+            why = f"{since}: calibrate it, or check three points and tick"
+            return Judgment(state="amber", why=why, by_hand=True)
         return Judgment(state="green", why=f"{len(ages)} certificates in force, {since}")
 
 
