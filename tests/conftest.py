@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import gc
 import os
+import pickle
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,8 @@ from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
+
+    from gsapp.dynamics.pilot.flight import VirtualFlight
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -50,6 +53,37 @@ def _a_home_of_its_own() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@pytest.fixture(scope="session")
+def flown_short(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Callable[[int], VirtualFlight]:
+    """Return what gives the short flight of a seed, flown once for all processes of a run."""
+    from gsapp.dynamics.pilot.flight import fly
+    from gsapp.foundation.locking import FileLock
+
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # which the processes share
+    flights: dict[int, VirtualFlight] = {}
+
+    def flown(seed: int) -> VirtualFlight:
+        if seed not in flights:
+            kept = folder / f"short-{seed}.pickle"
+            lock = FileLock(kept.with_suffix(".lock"))
+            assert lock.acquire(patience=240.0)
+            try:
+                if kept.exists():
+                    flights[seed] = pickle.loads(kept.read_bytes())  # noqa: S301 - our own
+                else:
+                    flights[seed] = fly("short", seed=seed)
+                    kept.write_bytes(pickle.dumps(flights[seed]))
+            finally:
+                lock.release()
+        return flights[seed]
+
+    return flown
 
 
 @pytest.fixture(scope="session")

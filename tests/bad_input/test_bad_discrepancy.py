@@ -12,10 +12,8 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
 from bad_input_kit import everything_in, refused
-from discrepancy_kit import short_flight
 
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.reading import SHIPPED
@@ -23,6 +21,7 @@ from gsapp.cli.discrepancy import run
 from gsapp.discrepancy.belonging import check_model
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.flights import flown_flights
@@ -34,9 +33,9 @@ Write = Callable[..., Path]
 
 
 @pytest.fixture(scope="module")
-def flown() -> Block:
+def flown(flown_short: Callable[[int], VirtualFlight]) -> Block:
     """Return what the instruments of a short flight showed, its middle."""
-    whole = short_flight()
+    whole = flown_short(5).measured
     kept = (whole.times >= 25.0) & (whole.times <= 80.0)
     return Block(channels=whole.channels, times=whole.times[kept], values=whole.values[kept])
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft.reading import SHIPPED
-from gsapp.dynamics.pilot.flight import fly
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
 
@@ -21,9 +21,9 @@ Change = Callable[[str, np.ndarray], np.ndarray]
 
 
 @pytest.fixture(scope="module")
-def flown() -> Block:
+def flown(flown_short: Callable[[int], VirtualFlight]) -> Block:
     """Return what the instruments of a short flight showed."""
-    return fly("short", seed=5).measured
+    return flown_short(5).measured
 
 
 def changed(block: Block, change: Change) -> Block:

@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
-from discrepancy_kit import adequate, answer, short_flight
+from discrepancy_kit import adequate, answer
 
 from gsapp.aircraft import load_aircraft
 from gsapp.cli.main import app
@@ -29,6 +29,7 @@ from gsapp.discrepancy.results import Discrepancy
 from gsapp.discrepancy.settings import DiscrepancySettings, Progress
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
@@ -48,10 +49,12 @@ class Asked:
 
 
 @pytest.fixture(scope="module")
-def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def flight(
+    tmp_path_factory: pytest.TempPathFactory, flown_short: Callable[[int], VirtualFlight]
+) -> Path:
     """Return a flight with two maneuvers."""
     path = tmp_path_factory.mktemp("flight") / "day.csv"
-    write_block(path, short_flight(), "csv")
+    write_block(path, flown_short(5).measured, "csv")
     return path
 
 

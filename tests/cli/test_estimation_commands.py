@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from command_kit import gsapp
 
 from gsapp.cli import report
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import fly
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.catalog import Catalog, search_runs
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
@@ -32,11 +33,13 @@ TRUTH = load_model("b777")
 
 
 @pytest.fixture(scope="module")
-def flights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def flights(
+    tmp_path_factory: pytest.TempPathFactory, flown_short: Callable[[int], VirtualFlight]
+) -> Path:
     """Return a folder with two short flights, each one elevator and one combined doublet."""
     folder = tmp_path_factory.mktemp("flights")
     for seed in (5, 6):
-        write_block(folder / f"flight{seed}.csv", fly("short", seed=seed).measured, "csv")
+        write_block(folder / f"flight{seed}.csv", flown_short(seed).measured, "csv")
     return folder
 
 

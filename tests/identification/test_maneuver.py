@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.equations import attitude_rates
-from gsapp.dynamics.pilot.flight import VirtualFlight, fly
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo, Weather
 from gsapp.foundation import FlightError
@@ -28,9 +29,9 @@ B777 = load_aircraft("b777")
 
 
 @pytest.fixture(scope="module")
-def flown() -> VirtualFlight:
+def flown(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
     """Return a short virtual flight in calm air."""
-    return fly("short", seed=3)
+    return flown_short(3)
 
 
 def flight_of(block: Block, info: FlightInfo | None = None) -> Flight:

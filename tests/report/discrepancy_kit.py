@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -23,8 +22,6 @@ from gsapp.discrepancy.results import (
     Step,
 )
 from gsapp.dynamics.model import Model, load_model
-from gsapp.dynamics.pilot.flight import fly
-from gsapp.quantities import Block
 
 COEFFICIENTS = ("CX", "CZ", "Cm", "CY", "Cl", "Cn")
 CHANNELS = ("alpha", "q", "an", "ax", "V", "theta", "beta", "p", "r", "ay", "phi")
@@ -33,12 +30,6 @@ _FLOOR = {
     "beta": 0.002, "p": 0.01, "r": 0.01, "ay": 0.05, "phi": 0.002,
 }  # fmt: skip
 _EFFECT = "propulsion.Cm.throttle"
-
-
-@cache
-def short_flight() -> Block:
-    """Return what the instruments of a short flight showed; flown once for all tests."""
-    return fly("short", seed=5).measured
 
 
 def answer(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import fly
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.excitation.doublets.verdict import Verdict
 from gsapp.flight import load_flight
 from gsapp.flight.writers import write_block
@@ -30,24 +30,23 @@ from gsapp.session.running import run_through
 TRUTH = load_model("b777")
 
 
-@cache
-def measured():
-    """Return a short virtual flight, and what was flown in it."""
-    flight = fly("short", seed=6)
-    return flight.measured, flight.maneuvers
+@pytest.fixture(scope="module")
+def flown(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
+    return flown_short(6)
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory):
+def session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
     """Return a replay that has reached its end."""
-    path = write_block(tmp_path_factory.mktemp("fits") / "flight.csv", measured()[0], "csv")
+    path = write_block(tmp_path_factory.mktemp("fits") / "flight.csv", flown.measured, "csv")
     made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
     run_through(made)
     yield made
     made.close()
 
 
-def verdicts() -> tuple[Verdict, ...]:
+@pytest.fixture(scope="module")
+def verdicts(flown: VirtualFlight) -> tuple[Verdict, ...]:
     """Return what would be said of the maneuvers flown."""
     return tuple(
         Verdict(
@@ -56,7 +55,7 @@ def verdicts() -> tuple[Verdict, ...]:
             kind=one.kind, amplitudes={}, halves={}, symmetry={}, left_over={}, cross={}, V=None,
             alpha=None, result="good", findings=(), advice="good",
         )
-        for number, one in enumerate(measured()[1], start=1)
+        for number, one in enumerate(flown.maneuvers, start=1)
     )  # fmt: skip
 
 
@@ -75,19 +74,20 @@ def numbers(result: CampaignResult) -> list[tuple[str, str, float | None]]:
     ]
 
 
-def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(session: Session) -> None:
+def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
+    session: Session, verdicts: tuple[Verdict, ...]
+) -> None:
     """Not before all samples came; in order; bit by bit the same from another process."""
     here, there = fits_of(session, AtOnce()), fits_of(session, OtherProcess())
-    every = verdicts()
-    assert here.look(every[:1], every[0].t_end + 2.0) == ()
-    (news,) = here.look(every[:1], every[0].t_end + 3.5)
+    assert here.look(verdicts[:1], verdicts[0].t_end + 2.0) == ()
+    (news,) = here.look(verdicts[:1], verdicts[0].t_end + 3.5)
     assert (news.maneuver, news.failure) == ("M1", "")
-    assert [one.maneuver for one in here.look(every, None)] == ["M2"]
+    assert [one.maneuver for one in here.look(verdicts, None)] == ["M2"]
     found = here.result
     for name in ("Cm_de", "Cl_da", "Cn_dr"):
         value = found.values[name]
         assert value.mean == pytest.approx(TRUTH.derivative(name), rel=0.05)
-    assert there.look(every, None) == ()
+    assert there.look(verdicts, None) == ()
     assert there.pending == 2
     assert {one.maneuver for one in there.wait()} == {"M1", "M2"}
     assert numbers(there.result) == numbers(found)
@@ -95,9 +95,11 @@ def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(session: Sessio
     there.close()
 
 
-def test_the_cut_is_that_of_the_whole_flight(session: Session) -> None:
+def test_the_cut_is_that_of_the_whole_flight(
+    session: Session, verdicts: tuple[Verdict, ...]
+) -> None:
     """Samples and mass as `gsapp estimate` cuts them from the file."""
-    verdict = verdicts()[1]
+    verdict = verdicts[1]
     assert session.aircraft is not None
     cut = HistoryCutter(session.history, session.aircraft, lambda: None, session.name)(verdict)
     whole = cut_maneuver(
@@ -115,20 +117,21 @@ def die(_: FitRequest) -> FitReply:
     os._exit(1)
 
 
-def test_a_worker_that_dies_costs_its_fit_alone(session: Session) -> None:
+def test_a_worker_that_dies_costs_its_fit_alone(
+    session: Session, verdicts: tuple[Verdict, ...]
+) -> None:
     """Said in words; nothing hangs; the next maneuver finds a new process."""
     workers = OtherProcess(die)
     fits = fits_of(session, workers)
-    every = verdicts()
-    fits.look(every[:1], None)
+    fits.look(verdicts[:1], None)
     # The process yields to all others: on a busy machine it takes long even to begin.
     until = time.monotonic() + 120.0
     while fits.pending and time.monotonic() < until:
-        fits.look(every[:1], None)
+        fits.look(verdicts[:1], None)
         time.sleep(0.02)
     assert "broke off" in fits.failures["M1"]
     assert fits.result.results == ()
-    fits.look(every, None)
+    fits.look(verdicts, None)
     fits.wait()
     assert set(fits.failures) == {"M1", "M2"}
     fits.close()
@@ -144,25 +147,27 @@ def die_once(request: FitRequest) -> FitReply:
 
 
 def test_a_fit_whose_worker_was_killed_is_made_anew(
-    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    session: Session, verdicts: tuple[Verdict, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All that were under way come after all, with the numbers that they have anywhere."""
     monkeypatch.setenv("GSAPP_TEST_DIED", str(tmp_path / "died"))
     fits = fits_of(session, OtherProcess(die_once))
-    fits.look(verdicts(), None)
+    fits.look(verdicts, None)
     fits.wait()
     assert (tmp_path / "died").exists()
     assert fits.failures == {}
     here = fits_of(session, AtOnce())
-    here.look(verdicts(), None)
+    here.look(verdicts, None)
     assert numbers(fits.result) == numbers(here.result)
     fits.close()
 
 
-def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(session: Session) -> None:
+def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(
+    session: Session, verdicts: tuple[Verdict, ...]
+) -> None:
     """A replay that goes back begins anew; replies to old questions are dropped."""
     fits = fits_of(session, AtOnce())
-    first, second = verdicts()
+    first, second = verdicts
     fits.look((replace(first, result="spoiled"), second), None)
     assert [one.maneuver.id for one in fits.result.results] == ["M2"]
     fits.reset()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -13,8 +13,9 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from test_maneuver_fits import TRUTH, measured, numbers
+from test_maneuver_fits import TRUTH, numbers
 
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.session import Session
 from gsapp.session.estimating.picture import EstimateRow
@@ -23,8 +24,11 @@ from gsapp.session.running import run_through
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_block(tmp_path_factory.mktemp("estimates") / "flight.csv", measured()[0], "csv")
+def path(
+    tmp_path_factory: pytest.TempPathFactory, flown_short: Callable[[int], VirtualFlight]
+) -> Path:
+    flown = flown_short(6).measured
+    return write_block(tmp_path_factory.mktemp("estimates") / "flight.csv", flown, "csv")
 
 
 @dataclass

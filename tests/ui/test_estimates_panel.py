@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from window_kit import open_window, until
 
 import ui.window
 from gsapp.aircraft.reading import SHIPPED
-from gsapp.dynamics.pilot.flight import fly
+from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.importing import import_flight
 from gsapp.flight.writers import write_block
@@ -120,11 +120,14 @@ def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 
 def test_derivatives_form_while_a_flight_is_watched(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path
+    qtbot: QtBot,
+    window: MainWindow,
+    tmp_path: Path,
+    flown_short: Callable[[int], VirtualFlight],
 ) -> None:
     """From the samples through another process onto the panel; Enter goes to the maneuver."""
     path = tmp_path / "flight"
-    import_flight(write_block(tmp_path / "flight.csv", fly("short", seed=6).measured, "csv"), path)
+    import_flight(write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv"), path)
     FlightFolder.open(path).keep_aircraft(SHIPPED.find("b777"))
     window.desk.open_flight(path, speed=MAX_SPEED)
     until(qtbot, lambda: window.desk.is_replay, 60_000)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
-from gsapp.dynamics.pilot.flight import VirtualFlight, fly
+from gsapp.dynamics.pilot.flight import VirtualFlight
 
 
 @pytest.fixture(scope="session")
-def short_flight() -> VirtualFlight:
-    return fly("short", seed=3)
+def short_flight(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
+    return flown_short(3)
