@@ -194,7 +194,7 @@ def _follow(records: Sequence[Record], fit: Fit, noise: Mapping[str, NoiseModel]
 
 def _computed(fit: Fit, one: ManeuverState) -> FloatArray:
     computed: FloatArray = shown_along(one.record, one.flight_model, one.motion)
-    return computed + fit.bias_of(one.record)
+    return computed + fit.bias_of(one.record) * one.record.zeros
 
 
 def gap_of(held: HeldOut, effects: int) -> Gap:

@@ -197,6 +197,7 @@ class Toy:
             channels=TOY_CHANNELS,
             measured=shown,
             counted=counted,
+            zeros=np.ones(shown.shape),
         )
         return Linearization(
             record=record,

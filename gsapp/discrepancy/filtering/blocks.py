@@ -162,6 +162,10 @@ class Blocks:
         return np.ascontiguousarray((gone - np.vstack((found.states, self.gust))[:, 1:]).T)
 
     @cached_property
+    def _zeros(self) -> FloatArray:
+        return self.means(self.linearization.record.zeros)
+
+    @cached_property
     def _unbiased(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         found = self.linearization
         record = found.record
@@ -187,7 +191,7 @@ class Blocks:
         return z, within[:-1, size], within[:, :size]
 
     def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the residual, `bias` given for each channel.
+        """Return the residual, `bias` given for each channel (`Record.zeros`).
 
         Returns
         -------
@@ -197,7 +201,7 @@ class Blocks:
             What the defects of a block's motion add up to, at its samples.
         """
         z, b, within = self._unbiased
-        return (z - bias) * self.counted, b, within
+        return (z - bias * self._zeros) * self.counted, b, within
 
     def means(self, history: FloatArray) -> FloatArray:
         """Return the means over the blocks of histories along the first axis."""

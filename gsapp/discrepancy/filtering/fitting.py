@@ -215,7 +215,7 @@ class Fit:
         return linearize(one.record, model, np.array(model.defaults), one.motion, equations)
 
     def bias_of(self, record: Record) -> FloatArray:
-        """Return the bias of each channel of a maneuver."""
+        """Return the zero error of each channel of a maneuver; see `Record.zeros`."""
         return np.array([self.biases[bias_name(record.flight, name)] for name in record.channels])
 
     def model_columns(self, one: ManeuverState, found: Linearization) -> list[Column]:
@@ -243,8 +243,10 @@ class Fit:
         columns = self.model_columns(one, linearization)
         if extra is not None:
             columns += extra(linearization)
-        ones = np.ones(len(one.record))
-        columns += [(Entry(place=f"channel.{name}", history=ones),) for name in one.record.channels]
+        columns += [
+            (Entry(place=f"channel.{name}", history=one.record.zeros[:, place]),)
+            for place, name in enumerate(one.record.channels)
+        ]
         return seen_through(one.filtered, columns, self.bias_of(one.record))
 
     def linearize(self) -> None:
