@@ -108,7 +108,7 @@ def test_read_anew_with_other_certificates_and_back(
     window.desk.seek(12.0)
     own = window.desk.history.samples("alpha", 1020, 1180)
     before = window.desk.session
-    assert bar_part(window) == ("CALIBRATION", "18", "sensors, May 2003", "good")
+    assert bar_part(window) == ("CALIBRATION", "18", "sensors, 2003", "good")
     said = choose(monkeypatch, str(other))
     window.commands.actions["certificates"].trigger()
     assert "they differ for alpha and they lack elevator_left, flap" in said[0]

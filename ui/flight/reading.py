@@ -208,9 +208,9 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
 
 
 def _day(stamp: datetime) -> str:
-    """Return a day without its year, or a month with it where it is not of this year."""
+    """Return a day of this year, or what year it was: there is no room for both."""
     this_year = stamp.year == datetime.now().astimezone().year
-    return f"{stamp.day} {stamp:%b}" if this_year else f"{stamp:%b %Y}"
+    return f"{stamp.day} {stamp:%b}" if this_year else f"{stamp.year}"
 
 
 def _count(number: int) -> str:
