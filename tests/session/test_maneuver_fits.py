@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -135,6 +137,21 @@ def test_a_worker_that_dies_costs_its_fit_alone(
     fits.wait()
     assert set(fits.failures) == {"M1", "M2"}
     fits.close()
+
+
+def test_a_worker_ends_with_a_window_that_was_killed() -> None:
+    """What both may write to is at its end only when neither lives."""
+    code = (
+        "import time; from gsapp.session.estimating.workers import OtherProcess\n"
+        "workers = OtherProcess(time.sleep)\n"
+        "workers.submit(0.0).result()\n"
+        "print('at work', flush=True); time.sleep(300.0)\n"
+    )
+    window = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    assert window.stdout is not None
+    assert window.stdout.readline() == b"at work\n"
+    window.kill()
+    assert window.communicate(timeout=60.0)[0] == b""
 
 
 def die_once(request: FitRequest) -> FitReply:
