@@ -16,11 +16,12 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-from maneuver_kit import EVERYTHING, lagged, make_flight
+from maneuver_kit import EVERYTHING, make_flight
 from verdict_kit import (
     RATE,
     FlownInput,
     first_move,
+    gust_share,
     label,
     listen,
     own,
@@ -44,6 +45,8 @@ from gsapp.quantities.constants import DEGREE
 from input_plan import Meddling  # isort: skip
 from inputs import fly_input  # isort: skip
 
+SEEN = 4.0
+"""Seconds of an answer whose gusts are looked for."""
 CLEAN = {
     "kind": "doublet",
     "amplitudes": {"de": 4.0 * DEGREE},
@@ -276,57 +279,56 @@ def test_a_sensor_at_its_end_is_named_and_one_that_always_stands_there_is_not() 
     assert any("end of its range" in words for words in stuck.judged_by)
 
 
-def test_what_the_input_does_not_explain_is_the_share_of_the_gusts() -> None:
-    """In calm air next to nothing is left over; an answer with gusts added shows their share."""
-    aircraft = load_aircraft("b777")
-    explainer = Explainer(aircraft, load_model("b777"), RATE)
-    flown = _clean()
+def _gusts(flown: FlownInput, surface: str, **added: np.ndarray) -> float:
+    """Return the share of the true answer that the model takes for gusts'."""
     truth = flown.truth
-    part = (truth.times >= flown.t_input) & (truth.times < flown.t_input + 5.0)
-    before = (truth.times >= flown.t_input - 1.0) & (truth.times < flown.t_input)
-    answers = {name: truth[name][part] for name in ("alpha", "q", "an")}
-    asked = {
-        "speed": 30.48,
-        "density": float(truth["density"][0]),
-        "noise": NoiseFloor(),
-        "trim": {name: (float(truth[name][before].mean()),) * 2 for name in answers},
-    }
-    inputs = {"de": truth["de"][part]}
-    calm = explainer.left_over(inputs, answers, ["de"], **asked)
-    assert calm is not None
-    assert calm < 0.2  # the truth is at the CG, the model looks from the instruments
-    random = np.random.default_rng(5000)
-    gusts = {
-        name: lagged(lagged(random.standard_normal(part.sum()), 0.05, 0.01), 0.05, 0.01)
-        for name in answers
-    }
-    for share in (0.3, 0.7):
-        rough = {
-            name: values + share * values.std() * gusts[name] / gusts[name].std()
-            for name, values in answers.items()
-        }
-        seen = explainer.left_over(inputs, rough, ["de"], **asked)
-        assert seen == pytest.approx(share, rel=0.25)
+    low = int(np.searchsorted(truth.times, flown.t_input))
+    part = slice(low, low + round(SEEN * RATE))
+    names = ("alpha", "q", "an") if surface == "de" else ("beta", "p", "r", "ay")
+    answers = {name: truth[name][part] + added.get(name, 0.0) for name in names}
+    share = Explainer(load_aircraft("b777"), load_model("b777"), RATE).gust_share(
+        {surface: truth[surface][part]},
+        answers,
+        [surface],
+        speed=float(truth["V"][low]),
+        density=float(truth["density"][0]),
+        noise=NoiseFloor(),
+        trim={
+            name: (float(truth[name][low - 100 : low].mean()), float(answers[name][0]))
+            for name in names
+        },
+    )
+    assert share is not None
+    return share
+
+
+@pytest.mark.parametrize(
+    ("surface", "size", "width"), [("de", 4.0, 0.58), ("da", 4.0, 0.36), ("dr", 8.0, 0.56)]
+)
+def test_the_share_of_the_gusts_is_what_they_truly_did(
+    surface: str, size: float, width: float
+) -> None:
+    """The share is that between two flights with the same sticks, in gusts and in steady air."""
+    asked = {"amplitudes": {surface: size * DEGREE}, "surfaces": (surface,), "width": width}
+    flown = fly_input(5000, **{**CLEAN, **asked, "turbulence": 0.9})
+    assert _gusts(flown, surface) == pytest.approx(
+        gust_share(flown, flown.t_input + SEEN), rel=0.25
+    )
+
+
+def test_what_one_instrument_alone_shows_is_no_gust() -> None:
+    """A slow wave as of an engine's vibration folded down, on the pitch gyro only, stays noise."""
+    flown = _clean()
+    wave = 1.5 * DEGREE * np.sin(2.0 * np.pi * 1.3 * np.arange(round(SEEN * RATE)) / RATE)
+    assert _gusts(flown, "de") < 0.2  # the truth is at the CG, the model looks from the instruments
+    assert _gusts(flown, "de", q=wave) < 0.2
 
 
 def test_a_steady_roll_is_no_gust() -> None:
-    """In calm air a stick that is held aside as an aileron doublet begins leaves little over."""
+    """In calm air a stick that is held aside as an aileron doublet begins is not taken for one."""
     aileron = {"amplitudes": {"da": 3.0 * DEGREE}, "surfaces": ("da",), "width": 0.36}
-    truth = (flown := fly_input(5000, **{**CLEAN, **aileron, "roll_rate": 6.0 * DEGREE})).truth
-    part = (truth.times >= flown.t_input) & (truth.times < flown.t_input + 3.3)
-    before = (truth.times >= flown.t_input - 1.0) & (truth.times < flown.t_input)
-    answers = {name: truth[name][part] for name in ("beta", "p", "r", "ay")}
-    share = Explainer(load_aircraft("b777"), load_model("b777"), RATE).left_over(
-        {"da": truth["da"][part]},
-        answers,
-        ["da"],
-        speed=30.48,
-        density=float(truth["density"][0]),
-        noise=NoiseFloor(),
-        trim={name: (float(truth[name][before].mean()), answers[name][0]) for name in answers},
-    )
-    assert share is not None
-    assert share < 0.15
+    flown = fly_input(5000, **{**CLEAN, **aileron, "roll_rate": 6.0 * DEGREE})
+    assert _gusts(flown, "da") < 0.15
 
 
 def test_another_shape_than_the_one_expected_is_told() -> None:

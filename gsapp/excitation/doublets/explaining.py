@@ -1,8 +1,8 @@
-"""How much of an answer the input explains: what is left over is the air's.
+"""How much of an answer is the air's and not the input's.
 
 The aircraft's small motions at the speed flown, driven by the surfaces as measured, with whatever
-it was doing before, are fitted to the answer. A gain for each surface is free, so that a model
-that is off in its control derivatives does not look like gusts.
+it was doing before, and by gusts, are fitted to the answer. A gain for each surface is free, so
+that a model that is off in its control derivatives does not look like gusts.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from scipy.linalg import expm
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.parting import Heard, part_answer
 from gsapp.excitation.points.small_motions import SmallMotions, small_motions
 from gsapp.flight.maneuvers.grading import ANSWERING
 from gsapp.flight.maneuvers.noise import NoiseFloor
-from gsapp.flight.maneuvers.shape import smoothed
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -28,14 +28,6 @@ from gsapp.quantities.constants import DEGREE
 ANSWERS: Final = {"longitudinal": ("alpha", "q", "an"), "lateral": ("beta", "p", "r", "ay")}
 """Channels whose answer is explained."""
 
-_UNEXPLAINED: Final = 0.3
-"""Share of an answer that usually stays unexplained: what the fit begins with."""
-_SMOOTHED: Final = 0.05
-"""Seconds over which `smoothed` takes its mean."""
-_ROUNDS: Final = 4
-"""Of the fit and of the share left unexplained, each from the other."""
-_ALIKE: Final = 10.0
-"""Successive samples that tell the same."""
 _GAIN_SPREAD: Final = 0.4
 """Of the gains about one: how far control derivatives are off."""
 _HELD: Final = 1.0 * DEGREE
@@ -57,6 +49,8 @@ _DENSITY_STEP: Final = 0.02
 """... and of air so dense, kg/m^3: 2 % change no answer that one sees."""
 _LEAST_SAMPLES: Final = 50
 """Of an answer; fewer tell nothing about it."""
+_PUSHED: Final = ("alpha", "beta")
+"""States that a gust from below or from the side pushes."""
 
 
 class Explainer:
@@ -76,7 +70,7 @@ class Explainer:
         self._rate = rate
         self._known: dict[tuple[int, int], SmallMotions | None] = {}
 
-    def left_over(
+    def gust_share(
         self,
         inputs: Mapping[str, FloatArray],
         answers: Mapping[str, FloatArray],
@@ -87,7 +81,7 @@ class Explainer:
         density: float,
         noise: NoiseFloor,
     ) -> float | None:
-        """Return what the inputs do not explain, as a share of what they do.
+        """Return what gusts did, as a share of what the answer is without them.
 
         Parameters
         ----------
@@ -102,7 +96,7 @@ class Explainer:
         speed, density : float
             m/s and kg/m^3.
         noise : NoiseFloor
-            What no input can explain, and no gust either.
+            What no input explains, and no gust either.
 
         Returns
         -------
@@ -150,30 +144,39 @@ class Explainer:
         answers: Mapping[str, FloatArray],
         noise: NoiseFloor,
         trim: Mapping[str, tuple[float, float]],
-        counted: Collection[str],
+        counted: set[str],
     ) -> float | None:
         driven = {name: inputs[name] - inputs[name][0] for name in moved}
         basis = _responses(linear, driven, 1.0 / self._rate)
-        measured, columns = [], []
-        for name in names:
-            samples = answers.get(name)
-            if samples is None or np.isfinite(samples).sum() < _LEAST_SAMPLES:
-                continue
-            measured.append((name, samples))
-            columns.append(basis[:, linear.outputs.index(name), :])
-        if not measured:
+        pushed = next(place for place, name in enumerate(linear.states) if name in _PUSHED)
+        heard = {
+            name: samples
+            for name in names
+            if (samples := answers.get(name)) is not None
+            and np.isfinite(samples).sum() >= _LEAST_SAMPLES
+        }
+        if not counted & set(heard):
             return None
-        fitted = _fit(linear, measured, columns, trim)
-        squares = []
-        for (name, samples), (explained, driven_part) in zip(measured, fitted, strict=True):
-            if name not in counted:
-                continue
-            there = np.isfinite(samples)
-            # Slower than vibration, which is stronger in flight than on the ground.
-            rest = smoothed(samples[there] - explained[there], 1.0 / self._rate)
-            over = float(np.var(rest)) - noise.of(name) ** 2 / max(_SMOOTHED * self._rate, 1.0)
-            squares.append(max(over, 0.0) / max(float(np.var(driven_part)), 1e-12))
-        return math.sqrt(sum(squares) / len(squares)) if squares else None
+        offsets = np.eye(len(heard))
+        channels = []
+        for name, offset in zip(heard, offsets, strict=True):
+            own = basis[:, linear.outputs.index(name), :]
+            channels.append(
+                Heard(
+                    samples=heard[name],
+                    responses=np.hstack((own, np.tile(offset, (len(own), 1)))),
+                    push=own[:, 2 * len(moved) + pushed],
+                    noise=noise.of(name),
+                )
+            )
+        known = _known(linear, list(heard), basis.shape[2], trim)
+        parts = part_answer(channels, known, self._rate)
+        squares = [
+            (part.gusts / max(part.calm, 1e-6)) ** 2
+            for name, part in zip(heard, parts, strict=True)
+            if name in counted
+        ]
+        return math.sqrt(sum(squares) / len(squares))
 
 
 def _responses(linear: LinearModel, driven: Mapping[str, FloatArray], dt: float) -> FloatArray:
@@ -207,63 +210,17 @@ def _responses(linear: LinearModel, driven: Mapping[str, FloatArray], dt: float)
     return np.asarray(outputs)
 
 
-def _fit(
-    linear: LinearModel,
-    measured: Sequence[tuple[str, FloatArray]],
-    columns: Sequence[FloatArray],
-    trim: Mapping[str, tuple[float, float]],
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Fit all channels with the same gains and initial states, and an offset for each.
-
-    What is known beforehand keeps gusts from being taken for a start out of trim: the gains are
-    about one, and state and offset together are what was measured as the input began.
-
-    Parameters
-    ----------
-    linear : LinearModel
-    measured : sequence of (str, ndarray of shape (n,))
-    columns : sequence of ndarray, shape (n, 2 n_inputs + n_states)
-        Responses of each channel.
-    trim : mapping of str to tuple of float
-        Mean over the second before, and at the beginning, by channel.
-
-    Returns
-    -------
-    list of tuple of ndarray, shape (n,)
-        The fit of each channel, and the part of it that the inputs drive.
-    """
-    size, count = columns[0].shape[1], len(measured)
-    rows, sides = _known(linear, measured, size, trim)
-    there = [np.isfinite(samples) for _, samples in measured]
-    own = []
-    for place, (responses, present) in enumerate(zip(columns, there, strict=True)):
-        offset = np.zeros((int(present.sum()), count))
-        offset[:, place] = 1.0
-        own.append(np.hstack((responses[present], offset)))
-    samples = [values[present] for (_, values), present in zip(measured, there, strict=True)]
-    spreads = [_UNEXPLAINED * float(values.std()) for values in samples]
-    for _ in range(_ROUNDS):
-        scaled = [math.sqrt(_ALIKE) * max(spread, 1e-9) for spread in spreads]
-        matrix = np.vstack([rows, *(m / s for m, s in zip(own, scaled, strict=True))])
-        side = np.concatenate([sides, *(y / s for y, s in zip(samples, scaled, strict=True))])
-        scale = np.maximum(np.abs(matrix).max(axis=0), 1e-12)
-        found = np.linalg.lstsq(matrix / scale, side, rcond=1e-9)[0] / scale
-        # A channel counts for as much as it is explained.
-        spreads = [float((y - m @ found).std()) for m, y in zip(own, samples, strict=True)]
-    inputs = (size - len(linear.states)) // 2
-    return [
-        (m @ found[:size] + found[size + place], m[:, :inputs] @ found[:inputs])
-        for place, m in enumerate(columns)
-    ]
-
-
 def _known(
     linear: LinearModel,
-    measured: Sequence[tuple[str, FloatArray]],
+    measured: Sequence[str],
     size: int,
     trim: Mapping[str, tuple[float, float]],
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what is known of gains, states and offsets as rows of the regression."""
+    """Return what is known of gains, states and offsets as rows of the regression.
+
+    It keeps gusts from being taken for a start out of trim: gains are about one, and state and
+    offset together are what was measured as the input began.
+    """
     states = size - len(linear.states)
     rows: list[FloatArray] = []
     sides: list[float] = []
@@ -277,7 +234,7 @@ def _known(
     for place in range(states // 2):
         known([place], 1.0, _GAIN_SPREAD)
         known([states // 2 + place], 0.0, _HELD)
-    seen = {name: size + place for place, (name, _) in enumerate(measured) if name in trim}
+    seen = {name: size + place for place, name in enumerate(measured) if name in trim}
     for place, name in enumerate(linear.states):
         small, wide = _STATE_SPREADS[name]
         if name in seen:

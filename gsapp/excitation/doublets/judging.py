@@ -44,9 +44,10 @@ _LEAST_CROSS: Final = 0.5 * DEGREE
 """rad; another surface that moves less spoils nothing, however small the main input was."""
 _CLIPPED_FOR: Final = 0.03
 """Seconds at the end of a sensor's range that count."""
-_ROUGH_BEFORE: Final = 2.0
-"""What the model leaves over counts for gusts up to so many times the unrest before the input: a
-model that is wrong leaves as much over in calm air."""
+_ROUGH_BEFORE: Final = 3.0
+"""What the model takes for gusts counts up to so many times the unrest before the input: a model
+that is wrong finds as many in calm air. Gusts are slow, and within two seconds most of them are
+hidden in a straight line."""
 _UNREST: Final = 0.6
 """Unrest before the input over its answer that counts for gusts where no model tells more; the
 grader calls it a large defect."""
@@ -86,7 +87,7 @@ def unjudged(case: Case) -> tuple[str, ...]:
         found.append("gusts during the input: no model tells what it explains")
     elif measured.gusts > GUST_SHARE >= _ROUGH_BEFORE * case.unrest:
         share = 100.0 * measured.gusts
-        found.append(f"the model leaves {share:.0f} % of the answer over in calm air: doubt it")
+        found.append(f"the model finds gusts of {share:.0f} % of the answer in calm air: doubt it")
     if "bank" not in measured.trim:
         found.append("bank at the start: nothing tells it")
     elif not measured.bank_seen:

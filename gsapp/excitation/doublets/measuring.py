@@ -71,7 +71,7 @@ class Measured:
     stuck : tuple of str
         Instruments that stood at the end of their range before the input too.
     gusts : float or None
-        Share of the answer that the input does not explain; None where no model tells.
+        What gusts did, as a share of the answer without them; None where no model tells.
     rate_switch : float or None
         As measured.
     """
@@ -275,7 +275,7 @@ def _gusts(
     stuck: Sequence[str],
     cross: Mapping[str, float],
 ) -> float | None:
-    """Return the share of the answer that the input does not explain."""
+    """Return what gusts did, as a share of the answer without them."""
     speed = passage.mean_before("V")
     if explainer is None or not math.isfinite(speed):
         return None
@@ -283,7 +283,7 @@ def _gusts(
     names = [name for name in (*ANSWERS["longitudinal"], *ANSWERS["lateral"]) if name not in stuck]
     moved = {one.surface for one in inputs}
     moved |= {name for name, size in cross.items() if size > _LEAST_CROSS}
-    return explainer.left_over(
+    return explainer.gust_share(
         {name: _filled(passage.rows[low:, COLUMN[name]]) for name in SURFACES if name in moved},
         {name: passage.rows[low:, COLUMN[name]] for name in names},
         [one.surface for one in inputs],
