@@ -331,6 +331,42 @@ def test_a_steady_roll_is_no_gust() -> None:
     assert _gusts(flown, "da") < 0.15
 
 
+def test_a_doublet_flown_while_its_stick_still_steers_began_out_of_trim() -> None:
+    """Steering that runs into the doublet that was expected is not taken for a part of it."""
+    flown = fly_input(16_053)
+    assert abs(flown.plan.pitch_rate) > 10.0 * DEGREE
+    verdict = _heard(flown, flown.measured)
+    assert verdict.kind == "doublet"
+    assert verdict.result == "not-trimmed"
+    assert verdict.t_input == pytest.approx(first_move(flown), abs=0.15)
+
+
+def test_a_stick_that_comes_all_the_way_back_late_is_in_a_hand() -> None:
+    """An elevator that was left aside a little and goes to its trim later was moved by a hand."""
+    flown = fly_input(5000, **{**CLEAN, "left_over": 0.11})
+    block = flown.measured
+    values = np.array(block.values)
+    hand = flown.t_let_go + 1.5
+    elevator = block.channels.index("de")
+    aside = (block.times > hand - 0.5) & (block.times < hand)
+    before = (block.times > flown.t_input - 0.5) & (block.times < flown.t_input)
+    away = np.median(values[aside, elevator]) - np.median(values[before, elevator])
+    assert abs(away) > 0.35 * DEGREE
+    values[:, elevator] -= away * np.clip((block.times - hand) / 0.3, 0.0, 1.0)
+    verdict = _heard(flown, Block(channels=block.channels, times=block.times, values=values))
+    assert verdict.result == "spoiled"
+    assert verdict.t_end == pytest.approx(hand, abs=0.4)
+
+
+def test_a_small_doublet_that_was_expected_is_judged_though_a_hand_follows_at_once() -> None:
+    """Out of calm and in the shape expected it is an input, whatever moves next."""
+    flown = fly_input(16_215, ground=8.0)
+    assert max(map(abs, flown.plan.amplitudes.values())) < 1.0 * DEGREE
+    (verdict,) = own(flown, listen(flown).verdicts)
+    assert verdict.surfaces == flown.plan.surfaces
+    assert verdict.result == "spoiled"
+
+
 def test_another_shape_than_the_one_expected_is_told() -> None:
     """Half a doublet is a pulse, and no verdict on a doublet; uneven halves are told and count."""
     pulse = fly_input(5000, **{**CLEAN, "kind": "pulse"})

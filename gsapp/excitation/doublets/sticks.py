@@ -1,20 +1,19 @@
-"""Quick moves that may be an input: whether the sticks were let go, and what was moved."""
+"""Whether the sticks were let go, what was moved, and when a hand was put on again."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
-from gsapp.excitation.doublets.giving import Asked
 from gsapp.excitation.doublets.history import History
 from gsapp.excitation.doublets.measuring import LOOKED_BACK
+from gsapp.excitation.doublets.moving import Moving
+from gsapp.excitation.doublets.steered import without_steering
 from gsapp.excitation.doublets.surroundings import Surroundings
 from gsapp.excitation.rows import TICK
-from gsapp.flight.maneuvers.grading import HANDS_OFF_WANTED
 from gsapp.flight.maneuvers.moves import (
     ALSO_MOVED,
     CLEAR,
@@ -58,62 +57,10 @@ _AFTER_LAST_STEP = 0.8
 _CALM = 0.15
 """Unrest before an input of another shape than expected, as a share of its amplitude, so that it
 is taken for the one expected ..."""
+_QUITE_CALM = 0.25
+"""The same of the shape that was expected, which is then an input whatever follows."""
 _FAR, _SURELY = 2.0, 1.3
 """... and its quickest move over the threshold for that, to one side alone and to both."""
-
-
-@dataclass(slots=True)
-class Moving:
-    """Quick moves that may be an input.
-
-    Attributes
-    ----------
-    first, last : float
-        Time of the first and of the last quick move, s.
-    moved : list of str
-        Surfaces in the order of their first quick move.
-    busy : bool
-        Whether the pilot was recovering when it began.
-    found : list of SurfaceInput
-        Measured when the sticks were let go; empty before.
-    t_end : float
-        When the last surface was back, s.
-    asked : Asked
-        What the input is held against, once it is known.
-    hands_off : float
-        Seconds for which the hands should be off.
-    former : list of SurfaceInput
-        What was found before the sticks moved again so soon that it seemed to go on; empty for
-        nothing.
-    again : float
-        When they did, s.
-    """
-
-    first: float
-    last: float
-    busy: bool
-    moved: list[str] = field(default_factory=list)
-    found: list[SurfaceInput] = field(default_factory=list)
-    t_end: float = math.nan
-    asked: Asked = field(default_factory=Asked)
-    hands_off: float = HANDS_OFF_WANTED
-    former: list[SurfaceInput] = field(default_factory=list)
-    again: float = math.nan
-
-    @property
-    def expected(self) -> set[str]:
-        """Return the surfaces that the crew expects to be moved."""
-        return set() if self.asked.wanted is None else set(self.asked.wanted.surfaces)
-
-    @property
-    def awaited(self) -> set[str]:
-        """Return the surfaces expected that have not moved yet."""
-        return self.expected - set(self.moved)
-
-    @property
-    def kind(self) -> str:
-        """Return the shape expected; empty for none."""
-        return "" if self.asked.wanted is None else self.asked.wanted.kind
 
 
 class Sticks:
@@ -181,7 +128,10 @@ class Sticks:
         # The last step of a small input may be no quick move.
         last = max(moving.last, moving.t_end - 0.1)
         times, rows = self._history.stretch(last - 0.1, now)
-        stood = self._stood(moving)
+        # A second stick that goes back to where it stood is let go late. One of the input's own
+        # sticks that moves at all is in a hand.
+        own = {one.surface for one in moving.found}
+        stood = {name: at for name, at in self._stood(moving).items() if name not in own}
         taken = taken_over(times, rows, last, self._around.setting, rate, stood=stood, least=_STILL)
         at_once = self._resting_moved(moving, now, stood)
         if at_once is None:
@@ -242,6 +192,9 @@ class Sticks:
         meant = _meant(moving, main, (_SURELY if both else _FAR) * threshold)
         if not clear and moving.kind and not meant:
             return False
+        if _as_expected(moving, main, threshold):
+            moving.sure = True
+            return True
         if deliberate(main, math.inf, threshold):
             return True
         return not main.returned and both and (meant or _steps(main, threshold))
@@ -255,6 +208,7 @@ class Sticks:
         moves = strong_moves(times, rows, moving.moved, moving.first, moving.last, lag)
         found = moved_inputs(times, rows, moves, self._around.setting)
         inputs = [self._left(one, moves, moving.last, times, rows) for one in found]
+        inputs = [self._alone(one, moving, moves, times, rows) for one in inputs]
         # A second stick may go further than the input that was expected.
         return sorted(
             inputs, key=lambda one: not (one.surface in moving.expected and one.kind in CLEAR)
@@ -276,6 +230,28 @@ class Sticks:
         first = moves[one.surface][0]
         other = measure(one.surface, times, samples, first, last, noise, left=True)
         return one if other is None or other.kind not in CLEAR else other
+
+    def _alone(
+        self,
+        one: SurfaceInput,
+        moving: Moving,
+        moves: Mapping[str, tuple[float, float]],
+        times: FloatArray,
+        rows: FloatArray,
+    ) -> SurfaceInput:
+        """Return an input of another shape than expected without the steering before it."""
+        if one.surface not in moving.expected or one.kind == moving.kind:
+            return one
+        place = SURFACES.index(one.surface)
+        return without_steering(
+            one,
+            moving.kind,
+            times,
+            rows[:, place],
+            moves[one.surface],
+            self._around.quick.thresholds[place],
+            self._around.setting.noise.of(one.surface),
+        )
 
     def _both_sides(self, moving: Moving, main: SurfaceInput, now: float) -> bool:
         """Return whether a surface truly went to both sides of where it stood before."""
@@ -306,6 +282,13 @@ def _complete(main: SurfaceInput, idle: float) -> bool:
     """Return whether an input that ends away from its trim has had all its steps."""
     longest = max(length for _, length in main.runs)
     return main.kind in CLEAR and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
+
+
+def _as_expected(moving: Moving, main: SurfaceInput, threshold: float) -> bool:
+    """Return whether an input of the very shape that was expected came out of calm."""
+    calm = main.unrest < _QUITE_CALM * main.amplitude
+    shaped = main.surface in moving.expected and main.kind == moving.kind
+    return shaped and calm and main.quickest > threshold
 
 
 def _meant(moving: Moving, main: SurfaceInput, least: float) -> bool:

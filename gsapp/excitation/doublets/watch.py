@@ -13,7 +13,8 @@ from gsapp.excitation.doublets.explaining import Explainer
 from gsapp.excitation.doublets.giving import Asked, give_verdict
 from gsapp.excitation.doublets.history import History
 from gsapp.excitation.doublets.measuring import measure_input
-from gsapp.excitation.doublets.sticks import AWAITED, JOINED, Moving, Sticks
+from gsapp.excitation.doublets.moving import Moving
+from gsapp.excitation.doublets.sticks import AWAITED, JOINED, Sticks
 from gsapp.excitation.doublets.surroundings import Surroundings, usual_aircraft
 from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
 from gsapp.excitation.points.point import TestPoint
@@ -325,7 +326,8 @@ class DoubletWatch:
         """Give the verdict, unless the sticks moved so soon again that it was steering."""
         main = moving.found[0]
         threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
-        if main.returned and not deliberate(main, t_end - moving.t_end, threshold):
+        free = t_end - moving.t_end
+        if main.returned and not moving.sure and not deliberate(main, free, threshold):
             self._dismiss()
             return
         self._around.accept()
