@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -134,6 +134,27 @@ def covered_behind(
         for name in sources
     }
     return {name: ranges for name, ranges in found.items() if ranges}
+
+
+def beyond_now(
+    used: CertificatesUsed,
+    sources: Mapping[str, ChannelSource],
+    value_of: Callable[[str], float],
+) -> tuple[str, ...]:
+    """Return the instruments that read beyond what they were calibrated for, sorted.
+
+    Parameters
+    ----------
+    used : CertificatesUsed
+    sources : mapping of str to ChannelSource
+    value_of : callable
+        From a channel to what it reads, SI; NaN for nothing.
+    """
+    return tuple(
+        name
+        for name, certificate in sorted(used.used.items())
+        if name in sources and sources[name].calibrated and certificate.beyond(value_of(name))
+    )
 
 
 def samples_beyond(

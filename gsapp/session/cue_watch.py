@@ -127,20 +127,24 @@ class CueWatch:
 
     # --- what it tells --------------------------------------------------------------------------
 
-    def snapshot(self, uncalibrated: Sequence[str] = ()) -> CueSnapshot:
+    def snapshot(self, uncalibrated: Sequence[str] = (), beyond: Sequence[str] = ()) -> CueSnapshot:
         """Return what is to be told now.
 
         Parameters
         ----------
         uncalibrated : sequence of str
             Channels whose instruments give volts only.
+        beyond : sequence of str
+            Channels that read beyond what their instruments were calibrated for.
         """
         cues = self.cueing.snapshot()
         if self.failure:
             cues = replace(cues, trim=None, under_way=None, guidance="")
         doubts = [self.failure] if self.failure else []
         if uncalibrated:
-            doubts.append(_without_certificates(uncalibrated))
+            doubts.append(f"not calibrated, so not judged by: {_titles(uncalibrated)}")
+        if beyond:
+            doubts.append(f"beyond calibration, so less certain: {_titles(beyond)}")
         dangers = sorted((*cues.dangers, *self._troubles), key=lambda one: -one.urgency)
         return replace(cues, dangers=tuple(dangers), missing=(*doubts, *cues.missing))
 
@@ -243,6 +247,5 @@ class CueWatch:
             return  # a full disk: its own alarm says so, and the verdict stands on the page
 
 
-def _without_certificates(channels: Sequence[str]) -> str:
-    titles = ", ".join(channel(name).title for name in channels)
-    return f"not calibrated, so not judged by: {titles}"
+def _titles(channels: Sequence[str]) -> str:
+    return ", ".join(channel(name).title for name in channels)

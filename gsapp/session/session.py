@@ -20,7 +20,7 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
-from gsapp.flight.certificates import CertificatesUsed, uncalibrated
+from gsapp.flight.certificates import CertificatesUsed, beyond_now, uncalibrated
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
@@ -298,10 +298,20 @@ class Session:
         return uncalibrated(self.sources)
 
     @property
+    def beyond_calibration(self) -> tuple[str, ...]:
+        """Return the instruments that now read beyond what they were calibrated for."""
+        return beyond_now(self.calibration, self.sources, self._reads)
+
+    def _reads(self, name: str) -> float:
+        """Return the latest value of a channel, SI; NaN for none."""
+        last = self.history.last(name) if name in self.history.channels else None
+        return math.nan if last is None else last[1]
+
+    @property
     def cues(self) -> CueSnapshot | None:
         """Return what the crew is to be told now; None where cues are switched off."""
         watch = self.cue_watch
-        return None if watch is None else watch.snapshot(self.uncalibrated)
+        return None if watch is None else watch.snapshot(self.uncalibrated, self.beyond_calibration)
 
     @property
     def spoken(self) -> Sequence[Spoken]:

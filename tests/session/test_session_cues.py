@@ -7,6 +7,7 @@ import json
 import shutil
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from gsapp.cli import replay
 from gsapp.excitation.rows import FlightRows
 from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.flight.cards import CardSet
+from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
@@ -283,3 +285,26 @@ def test_the_replay_command_lists_cues_and_verdicts(
     shown = capsys.readouterr().out
     assert "1 verdict\n" in shown
     assert "M1" in shown
+
+
+def test_what_reads_beyond_its_calibration_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An instrument beyond the range of its certificate is named; none is while all are inside."""
+    folder = folder_with(tmp_path)
+    record = Record(folder.path, flown())
+    record.write(300)
+    record.close()
+    with opened(replayed(folder, _UNMODELED)) as session:
+        cues = session.cues
+        assert cues is not None
+        assert not [words for words in cues.missing if "beyond calibration" in words]
+        used = dict(session.certificates)
+        # Of the whole range only the two degrees next to its lower end were calibrated.
+        low, _ = used["alpha"].range
+        used["alpha"] = replace(used["alpha"], range=(low, low + 0.1))
+        monkeypatch.setattr(Session, "calibration", CertificatesUsed(used=used))
+        assert session.beyond_calibration == ("alpha",)
+        cues = session.cues
+        assert cues is not None
+        assert cues.missing[0] == "beyond calibration, so less certain: Angle of attack"
