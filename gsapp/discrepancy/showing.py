@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.discrepancy.filtering.fitting import Fit
-from gsapp.discrepancy.filtering.linearizing import shown_along
+from gsapp.discrepancy.filtering.linearizing import shown_along, zeros_along
 from gsapp.discrepancy.filtering.noise import NoiseModel, variance_of_sample
 from gsapp.discrepancy.filtering.passing import ManeuverState
 from gsapp.discrepancy.filtering.record import Record
@@ -194,7 +194,7 @@ def _follow(records: Sequence[Record], fit: Fit, noise: Mapping[str, NoiseModel]
 
 def _computed(fit: Fit, one: ManeuverState) -> FloatArray:
     computed: FloatArray = shown_along(one.record, one.flight_model, one.motion)
-    return computed + fit.bias_of(one.record) * one.record.zeros
+    return computed + fit.bias_of(one.record) * zeros_along(one.record, one.motion.states[0])
 
 
 def gap_of(held: HeldOut, effects: int) -> Gap:

@@ -197,7 +197,6 @@ class Toy:
             channels=TOY_CHANNELS,
             measured=shown,
             counted=counted,
-            zeros=np.ones(shown.shape),
         )
         return Linearization(
             record=record,
@@ -214,6 +213,7 @@ class Toy:
             rate_by_control=np.zeros((n, 8, 5)),
             variables={},
             output_rates=np.zeros((n, n_channels)),
+            zeros=np.ones((n, n_channels)),
             inputs=np.zeros((8, n)),
             free=(),
             rate_by_free=np.zeros((n, 8, 0)),

@@ -163,7 +163,7 @@ class Blocks:
 
     @cached_property
     def _zeros(self) -> FloatArray:
-        return self.means(self.linearization.record.zeros)
+        return self.means(self.linearization.zeros)
 
     @cached_property
     def _unbiased(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -191,7 +191,7 @@ class Blocks:
         return z, within[:-1, size], within[:, :size]
 
     def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the residual, `bias` given for each channel (`Record.zeros`).
+        """Return the residual, `bias` given for each channel (`Linearization.zeros`).
 
         Returns
         -------

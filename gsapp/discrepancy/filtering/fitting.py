@@ -212,10 +212,17 @@ class Fit:
         equations = tuple(
             name for name in self.free if name in model.parameter_names and name not in _DERIVATIVES
         )
-        return linearize(one.record, model, np.array(model.defaults), one.motion, equations)
+        return linearize(
+            one.record,
+            model,
+            np.array(model.defaults),
+            one.motion,
+            equations,
+            speed_zero=self.biases.get(bias_name(one.record.flight, "V"), 0.0),
+        )
 
     def bias_of(self, record: Record) -> FloatArray:
-        """Return the zero error of each channel of a maneuver; see `Record.zeros`."""
+        """Return the zero error of each channel of a maneuver; see `Linearization.zeros`."""
         return np.array([self.biases[bias_name(record.flight, name)] for name in record.channels])
 
     def model_columns(self, one: ManeuverState, found: Linearization) -> list[Column]:
@@ -244,7 +251,7 @@ class Fit:
         if extra is not None:
             columns += extra(linearization)
         columns += [
-            (Entry(place=f"channel.{name}", history=one.record.zeros[:, place]),)
+            (Entry(place=f"channel.{name}", history=linearization.zeros[:, place]),)
             for place, name in enumerate(one.record.channels)
         ]
         return seen_through(one.filtered, columns, self.bias_of(one.record))

@@ -27,8 +27,20 @@ from gsapp.dynamics.signals import SURFACES, Path, SignalTerm, Straight, respond
 from gsapp.dynamics.terms import VARIABLES
 from gsapp.quantities import FloatArray
 
-__all__ = ["CONTROLS", "Linearization", "Motion", "first_motion", "linearize", "shown_along"]
+__all__ = [
+    "CONTROLS",
+    "Linearization",
+    "Motion",
+    "first_motion",
+    "linearize",
+    "shown_along",
+    "zeros_along",
+]
 _VARIABLES = tuple(VARIABLES)
+ZERO_SPEED = 30.0
+"""Airspeed at which its zero error is told, m/s: a pressure's zero is less speed when fast."""
+_SLOW = 5.0
+"""Airspeed (m/s) below which no pressure is believed."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -71,6 +83,8 @@ class Linearization:
         What terms may read.
     output_rates : ndarray, shape (n, n_channels)
         Time derivatives of `computed`.
+    zeros : ndarray, shape (n, n_channels)
+        What a zero error of 1 changes; see `zeros_along`.
     inputs : ndarray, shape (8, n)
         After the model's control paths.
     free : tuple of str
@@ -92,6 +106,7 @@ class Linearization:
     rate_by_control: FloatArray
     variables: dict[str, FloatArray]
     output_rates: FloatArray
+    zeros: FloatArray
     inputs: FloatArray
     free: tuple[str, ...]
     rate_by_free: FloatArray
@@ -113,8 +128,21 @@ def linearize(
     values: FloatArray,
     motion: Motion,
     free: tuple[str, ...] = (),
+    speed_zero: float = 0.0,
 ) -> Linearization:
-    """Return the model with parameters `values` linearized along a motion."""
+    """Return the model with parameters `values` linearized along a motion.
+
+    Parameters
+    ----------
+    record : Record
+    model : FlightModel
+    values : ndarray
+    motion : Motion
+    free : tuple of str
+        Parameters of the equations to differentiate by.
+    speed_zero : float
+        Zero error of airspeed at `ZERO_SPEED`, m/s: airspeed shows that much less of a change.
+    """
     inputs = _driven(record, model)
     heading = record.motion.states.T[len(STATES)]
     x, dt, parameters = motion.states, record.dt, tuple(values)
@@ -128,7 +156,8 @@ def linearize(
     moved = np.gradient(inputs[[INPUTS.index(name) for name in CONTROLS]], dt, axis=1)
     exposed_rates = _output_rates(rows, (*found.rates, *moved), count)
     output_rates = exposed_rates.copy()
-    for column, scale in _scales(record, model, outputs).items():
+    zeros = zeros_along(record, x[0])
+    for column, scale in _scales(record, model, outputs, speed_zero * zeros).items():
         rows[column] = combined((scale, rows[column]))
         output_rates[:, column] *= scale
     states = slice(0, layout.n_states)
@@ -158,6 +187,7 @@ def linearize(
         rate_by_control=layout.stacked(found.rate_slopes, layout.controls, count),
         variables=_variables(record, model, found, x[0]),
         output_rates=output_rates,
+        zeros=zeros,
         inputs=inputs,
         free=free,
         rate_by_free=layout.stacked(found.rate_slopes, layout.parameters, count),
@@ -177,6 +207,17 @@ def shown_along(record: Record, model: FlightModel, motion: Motion) -> FloatArra
     for column, path in _instrument_paths(record, model).items():
         outputs[:, column] = respond(path, outputs[:, column], record.dt).values
     return outputs
+
+
+def zeros_along(record: Record, V: FloatArray) -> FloatArray:
+    """Return what a zero error of 1 changes in each channel, (n, n_channels), at airspeeds (n,).
+
+    Each channel by 1, airspeed by what a pressure does that changes it by 1 at `ZERO_SPEED`.
+    """
+    zeros = np.ones((len(record), len(record.channels)))
+    if "V" in record.channels:
+        zeros[:, record.channels.index("V")] = ZERO_SPEED / np.maximum(V, _SLOW)
+    return zeros
 
 
 def _stepped(
@@ -252,9 +293,14 @@ def _instrument_paths(record: Record, model: FlightModel) -> dict[int, Path]:
     }
 
 
-def _scales(record: Record, model: FlightModel, outputs: FloatArray) -> dict[int, FloatArray]:
+def _scales(
+    record: Record, model: FlightModel, outputs: FloatArray, zeros: FloatArray
+) -> dict[int, FloatArray]:
     """Return by how much instruments without memory multiply changes, by channel's place."""
     scales: dict[int, FloatArray] = {}
+    if "V" in record.channels:
+        column = record.channels.index("V")
+        scales[column] = 1.0 - zeros[:, column] / np.maximum(outputs[:, column], _SLOW)
     for column, path in _instrument_paths(record, model).items():
         for term, values in path:
             if isinstance(term, Straight):

@@ -14,10 +14,6 @@ STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
 """Polar states that are integrated; heading changes nothing."""
 CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "phi", "theta")
 """Channels that are compared, where they were measured."""
-ZERO_SPEED = 30.0
-"""Airspeed at which its zero error is told, m/s: a pressure's zero is less speed when fast."""
-_SLOW = 5.0
-"""Airspeed (m/s) below which no pressure is believed."""
 _ALWAYS_FROM_RECORD = frozenset(("ax", "ay", "an"))
 
 
@@ -35,9 +31,6 @@ class Record:
     measured : ndarray, shape (n, n_channels)
         SI; zero where a sample does not count.
     counted : ndarray of bool, shape (n, n_channels)
-    zeros : ndarray, shape (n, n_channels)
-        What a zero error of 1 changes: each channel by 1, airspeed by what a pressure does that
-        changes it by 1 at `ZERO_SPEED`.
     """
 
     maneuver: Maneuver
@@ -46,7 +39,6 @@ class Record:
     channels: tuple[str, ...]
     measured: FloatArray
     counted: BoolArray
-    zeros: FloatArray
 
     @property
     def id(self) -> str:
@@ -83,10 +75,6 @@ def record_of(maneuver: Maneuver) -> Record:
                 columns[name] = samples
     stacked = np.column_stack([*columns.values()])
     counted = np.isfinite(stacked)
-    zeros = np.ones(stacked.shape)
-    if "V" in columns:
-        # The maneuver's own: from sample to sample it would be as noisy as what it corrects.
-        zeros[:, [*columns].index("V")] = ZERO_SPEED / max(float(motion.state("V").mean()), _SLOW)
     return Record(
         maneuver=maneuver,
         motion=motion,
@@ -94,5 +82,4 @@ def record_of(maneuver: Maneuver) -> Record:
         channels=tuple(columns),
         measured=np.where(counted, stacked, 0.0),
         counted=counted,
-        zeros=zeros,
     )
