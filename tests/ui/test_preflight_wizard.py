@@ -110,6 +110,16 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert standings["Left elevator"].good
     assert standings["Rudder"].words == "uncalibrated: wire broken"
 
+    # Before its first volts come an instrument is waited for: nothing is wrong with its signal.
+    window.press(KEY.Key_C)
+    window.press(KEY.Key_PageDown)
+    assert window.page.work.cue.cue.state_words == "Waiting"
+    window.desk.pass_time(3.0)
+    assert window.page.work.cue.cue.state_words == "Steady"
+    window.press(KEY.Key_Escape)
+    window.press(KEY.Key_Return)
+    window.press(KEY.Key_Space)
+
     # The check of a minute: the zero has not moved.
     began = window.bench.time
     begin(window, KEY.Key_C)

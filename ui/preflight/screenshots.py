@@ -118,7 +118,7 @@ def _check(crew: Photographer, page: WizardPage) -> Iterator[Path]:
     crew.press("C")
     _obey(crew, page, lambda view: _channel(view) == "elevator_right")
     crew.press("PgUp")
-    crew.wait(lambda: page.run.view.phase == "fit", "the check")
+    crew.wait(lambda: _is_steady(page.run.view), "the check")
     yield crew.take("check")
     _break_off(crew)
 
@@ -145,6 +145,11 @@ def _break_off(crew: Photographer) -> None:
     crew.press("Esc")
     crew.press("Return")
     crew.press("Space")
+
+
+def _is_steady(view: WizardView) -> bool:
+    """Return whether the volts of the instrument are seen, and at rest."""
+    return view.reading is not None and view.reading.state == "steady"
 
 
 def _channel(view: WizardView) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -57,7 +56,7 @@ class WizardRun(QObject):
         self._next: int | None = None
         self._listens = False
         self._said = ""
-        self._heard = -math.inf
+        self._heard = time.monotonic()
         self.view: WizardView = wizard.view
         desk.told.connect(self._tell)
         desk.changed.connect(self._begin_anew)

@@ -137,6 +137,9 @@ def watch_words(reading: WatchReading | None) -> tuple[State, str]:
     """Return sign and words of what is known of the volts."""
     if reading is None:
         return "warning", "No signal"
+    if math.isnan(reading.time):
+        # Of an instrument that was just turned to nothing is known yet.
+        return "unknown", "Waiting"
     return _WATCH[reading.state]
 
 
