@@ -26,7 +26,7 @@ CREW: Final = "crew"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FoundManeuver:
+class FoundManeuver:  # noqa: PLW1641 - the decorator makes the hash
     """One maneuver of a flight, found in its record or named by hand.
 
     Attributes
@@ -81,6 +81,15 @@ class FoundManeuver:
     note: str = ""
     graded_by: str = PROGRAM
     use: bool | None = None
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether all of it is the same; what is not known equals itself.
+
+        From Python 3.13 on data classes compare number by number, and NaN equals nothing.
+        """
+        if not isinstance(other, FoundManeuver):
+            return NotImplemented
+        return self.to_record() == other.to_record()
 
     def used(self, *, alone: bool = False) -> bool:
         """Return whether it takes part in estimates.
