@@ -21,6 +21,8 @@ from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 
 _START_SECONDS = 20.0
 _LOOK_SECONDS = 0.02
+_SETTLED_US = 1_500_000
+"""After so long a recorder whose state is not in its folder has a disk that takes nothing."""
 # Children of this process, kept so that they do not stay behind as zombies.
 _children: list[subprocess.Popen[bytes]] = []
 
@@ -165,6 +167,10 @@ def _recording(handle: RecorderHandle) -> RecorderHandle | None:
     found = RecorderHandle(folder=handle.folder, pid=pid)
     status = found.status()
     if status is None or status.state != "recording":
+        return None
+    in_folder = read_status(handle.folder / STATUS_FILE)
+    settling = status.updated_us - status.started_us < _SETTLED_US
+    if settling and (in_folder is None or in_folder.pid != pid):
         return None
     return found if pid == handle.pid or sys.platform == "win32" else None
 

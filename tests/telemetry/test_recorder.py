@@ -278,6 +278,7 @@ def test_a_recorder_is_started_found_and_stopped(tmp_path, frames, port, patienc
     assert handle.pid != os.getpid()
     assert find_recorder(folder) == handle
     assert find_recorders() == [handle]
+    assert read_status(folder / STATUS_FILE).pid == handle.pid
     sent = frames(200)
     tails = [RawTail(folder) for _ in range(3)]
     seen: list[list[bytes]] = [[] for _ in tails]
