@@ -50,7 +50,7 @@ def refused(
         done = gsapp(*call, folder=cwd)
     else:
         done = subprocess.run(
-            [*GSAPP, *call], capture_output=True, text=True, timeout=60, cwd=cwd,
+            [*GSAPP, *call], capture_output=True, text=True, timeout=240, cwd=cwd,
             env=environment, preexec_fn=before,
         )  # fmt: skip
     assert done.returncode == 1, done.stderr
@@ -69,7 +69,7 @@ def refused(
     return done.stderr
 
 
-def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
+def wait_for(condition: Callable[[], object], seconds: float = 120.0) -> None:
     """Wait until something holds; fail after a while."""
     deadline = time.monotonic() + seconds
     while not condition():

@@ -97,12 +97,12 @@ def attempt(stream: Any, folder: Path) -> Trial:
             sleep(0.001)
     sleep(0.1)
     recorder.send_signal(signal.SIGINT)
-    words, _ = recorder.communicate(timeout=30)
+    words, _ = recorder.communicate(timeout=120)
     assert recorder.returncode == 0, words
     assert b"Traceback" not in words
     kept = [record.data for record in RawTail(folder).poll()]
     command = [*GSAPP, "replay", str(folder), "--headless", "--json", str(folder / "sum.json")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240)
     assert "Traceback" not in done.stderr
     made = folder / "sum.json"
     summary = json.loads(made.read_text()) if made.exists() else {}

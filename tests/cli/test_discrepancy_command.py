@@ -270,7 +270,7 @@ def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
         pass
     finally:
         os.close(terminal)
-    assert process.wait(timeout=30) == 130, shown
+    assert process.wait(timeout=120) == 130, shown
     assert "Traceback" not in shown
     assert list(tmp_path.iterdir()) == []
 

@@ -41,7 +41,7 @@ def test_several_processes_append_at_once(tmp_path):
     writers = [
         subprocess.Popen([sys.executable, "-c", WRITER, str(path), str(name)]) for name in range(4)
     ]
-    assert [writer.wait(timeout=60) for writer in writers] == [0] * 4
+    assert [writer.wait(timeout=240) for writer in writers] == [0] * 4
     record = read_events(path)
     assert record.damaged == 0
     texts = [event.text.split()[0] for event in record.events]

@@ -193,7 +193,7 @@ def test_a_folder_without_rights():
                 [sys.executable, "-c", UNPRIVILEGED, name],
                 capture_output=True,
                 text=True,
-                timeout=60,
+                timeout=240,
             )
         finally:
             for folder in (place, place / "closed", place / "fixed"):

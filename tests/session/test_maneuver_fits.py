@@ -151,7 +151,7 @@ def test_a_worker_ends_with_a_window_that_was_killed() -> None:
     assert window.stdout is not None
     assert window.stdout.readline() == b"at work\n"
     window.kill()
-    assert window.communicate(timeout=60.0)[0] == b""
+    assert window.communicate(timeout=240.0)[0] == b""
 
 
 def die_once(request: FitRequest) -> FitReply:

@@ -456,7 +456,7 @@ time.sleep(0.15)
 def test_leaving_while_a_figure_is_drawn_ends_in_order() -> None:
     """A program that ends at once waits for the figure that it began, and is not torn down."""
     done = subprocess.run(
-        [sys.executable, "-c", _LEAVES], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", _LEAVES], capture_output=True, text=True, check=False, timeout=240
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split() == ["drawing", "drawn"]

@@ -562,7 +562,7 @@ def run_at_density(script, density):
         },
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         check=False,
     )
     assert found.returncode == 0, found.stderr

@@ -93,7 +93,7 @@ def test_the_command_with_a_platform_that_qt_lacks_says_so_and_does_not_abort() 
         env={**os.environ, "QT_QPA_PLATFORM": "nosuch"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
     )
     assert done.returncode == 1, done.stderr
     assert done.stderr.startswith("gsapp: QT_QPA_PLATFORM is set to 'nosuch'")
@@ -112,7 +112,11 @@ def test_the_window_without_a_display_raises_and_does_not_abort() -> None:
     hidden = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     environment = {name: value for name, value in os.environ.items() if name not in hidden}
     done = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=30
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("There is no display")
