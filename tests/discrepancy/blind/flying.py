@@ -27,7 +27,15 @@ import numpy as np
 from blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
 from blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Engine, Trim
 from blind.gusts import dryden
-from blind.instruments import AIR_BOX, SURFACES_BOX, Faults, exposed, recorded, with_faults
+from blind.instruments import (
+    AIR_BOX,
+    SURFACES_BOX,
+    Faults,
+    exposed,
+    recorded,
+    with_faults,
+    with_zeros,
+)
 from blind.jsbsim_aircraft import AIR, PROPULSION
 from blind.plan import PLAN, SERVO_LAG, SERVO_ORDER, Planned, hands, lagged, sampled
 from blind.virtual import flight_model, fly_equations
@@ -253,11 +261,13 @@ def fly_motion(
 
 def fly_case(case: Case, planned_maneuvers: Sequence[Planned] = PLAN) -> FlownCase:
     """Fly the maneuvers of a case, by default all of the plan, and record them."""
-    aircraft, faults = aircraft_of(case), faults_of(case)
+    aircraft = aircraft_of(case)
     every = RATE // case.rate
     maneuvers, shown, steady = [], {}, {}
     for planned in planned_maneuvers:
         motion, moved = fly_motion(case, planned)
+        zeros = np.random.default_rng([case.plan, case.seed, ord(planned.flight), 6])
+        faults = with_zeros(faults_of(case), zeros)
         seen = with_faults(exposed(aircraft, {**motion, **moved}), faults)
         random = np.random.default_rng([case.plan, case.seed, int(planned.id), 5])
         taken = recorded(

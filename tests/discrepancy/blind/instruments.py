@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from blind.engine import RATE
@@ -43,6 +43,14 @@ STEPS: Mapping[str, float] = {
     "static_pressure": 103421.0 / 4096,
 }
 """One count of the 12-bit converter, SI."""
+ZERO: Mapping[str, float] = {
+    **dict.fromkeys(("alpha", "beta"), 0.2 * DEGREE),
+    **dict.fromkeys(("phi", "theta"), 0.3 * DEGREE),
+    **dict.fromkeys("pqr", 0.2 * DEGREE),
+    **dict.fromkeys(("ax", "ay", "an"), 0.01 * GRAVITY),
+    "dynamic_pressure": 5.0,
+}
+"""Standard deviation of the zero error that a flight's calibration leaves, SI."""
 COLORED = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "phi", "theta")
 COLOR_TIME = 0.028
 """Time constant of colored noise, s: 0.7 from sample to sample at 100 Hz."""
@@ -128,6 +136,12 @@ def _flexed(history: FloatArray, share: float) -> FloatArray:
     # Shaken by changes of the acceleration; still at rest in steady flight.
     numerator = np.array([1.0, -1.0]) * omega * dt
     return history + share * np.asarray(lfilter(numerator, denominator, history - history[0]))
+
+
+def with_zeros(faults: Faults, random: np.random.Generator) -> Faults:
+    """Return faults with the zero errors of a flight; a bias that is hidden is all there is."""
+    zeros = {name: size * float(random.standard_normal()) for name, size in ZERO.items()}
+    return replace(faults, bias={**zeros, **faults.bias})
 
 
 def with_faults(shown: Mapping[str, FloatArray], faults: Faults) -> dict[str, FloatArray]:

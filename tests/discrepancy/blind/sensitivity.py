@@ -3,7 +3,7 @@
 The plan is flown by JSBSim with every linear derivative and initial state changed a little, and
 with every effect at a small size. Differences of what faultless instruments show, whitened by the
 known noise, are columns; the columns of derivatives, initial states of every maneuver and zero
-offsets of every flight are projected out of those of the effects. What is left of a column is an
+errors of every flight are projected out of those of the effects. What is left of a column is an
 effect's size in standard deviations.
 
 Whitening is by a Kalman filter of the aircraft about trim, that knows the gusts' spectrum and the
@@ -45,7 +45,7 @@ from blind.flying import (
     truth_of,
 )
 from blind.gusts import lengths
-from blind.instruments import COLOR_TIME, COLORED, NOISE, exposed, with_faults
+from blind.instruments import COLOR_TIME, COLORED, NOISE, ZERO, exposed, with_faults
 from blind.jsbsim_aircraft import AIR, DERIVATIVES, PROPULSION, aircraft_xml
 from blind.plan import PLAN, SERVO_ORDER, Planned
 from scipy.linalg import expm, solve_continuous_lyapunov
@@ -57,13 +57,14 @@ CHANNELS = (
 )  # fmt: skip
 ATTITUDE = 2
 """The last channels, that not every recorder has."""
-OFFSETS = ("p", "q", "r", "ax", "ay", "an")
-"""Instruments whose zero offset is common to a flight and not known."""
+UNKNOWN_ZEROS = ("p", "q", "r", "ax", "ay", "an")
+"""Instruments whose zero error, common to a flight, is not known at all; of others (`ZERO`) it is
+known how large it may be."""
 STATE_STEPS = (0.1, 1e-3, 1e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3)
 AIMED = 10.0
 """Sigmas at which the column of an effect is taken."""
 _VERSION = 1
-_WHITENING = 4
+_WHITENING = 5
 """Numbers that make what is kept stale: raised with how columns are flown, or whitened."""
 
 
@@ -359,10 +360,18 @@ def _whitened(plan: int, planned: Planned, columns: FloatArray, air: Recording) 
 
 
 def _free(maneuvers: Sequence[Planned]) -> list[str]:
-    """Return the names of global unknowns: derivatives, and zero offsets of each flight."""
+    """Return the names of global unknowns: derivatives, and zero errors of each flight."""
     flights = sorted({planned.flight for planned in maneuvers})
-    offsets = [f"{flight}:{name}" for flight in flights for name in OFFSETS]
-    return [*DERIVATIVES, *offsets]
+    zeros = [f"{flight}:{name}" for flight in flights for name in ZERO]
+    return [*DERIVATIVES, *zeros]
+
+
+def _known(name: str) -> float:
+    """Return what is known beforehand of a global unknown, as columns count it."""
+    channel = name.partition(":")[2]
+    if channel in UNKNOWN_ZEROS or channel not in ZERO:
+        return 0.0
+    return (NOISE[channel] / ZERO[channel]) ** 2
 
 
 def whitened(
@@ -445,7 +454,8 @@ def _shares(total: FloatArray, names: Sequence[str], own: str) -> FloatArray:
         for place, name in enumerate(names)
         if own != f"aero.{name.replace('_', '.')}" and own != f"sensor.{name[2:]}.bias"
     ]
-    known, cross = total[np.ix_(kept, kept)], total[kept, k:]
+    known, cross = total[np.ix_(kept, kept)].copy(), total[kept, k:]
+    known[np.diag_indices_from(known)] += [_known(names[place]) for place in kept]
     scale = np.sqrt(np.maximum(np.diag(known), 1e-30))
     inverse = np.linalg.pinv(known / np.outer(scale, scale), rcond=1e-11)
     found = np.zeros((k, total.shape[0] - k))
