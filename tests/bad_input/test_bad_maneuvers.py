@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
+
+from command_kit import gsapp
 
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.dynamics.pilot.flight import VirtualFlight
@@ -36,11 +39,9 @@ def estimate(folder: Path, block: Block, *options: str) -> tuple[str, dict | Non
     """Run the command on a flight; return all that it said, and its JSON if it succeeded."""
     write_block(folder / "flight.csv", block, "csv")
     out = folder / "out.json"
-    done = subprocess.run(
-        [sys.executable, "-m", "gsapp.cli", "estimate", str(folder / "flight.csv"), *options,
-         "--json", str(out)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = gsapp(
+        "estimate", str(folder / "flight.csv"), *options, "--json", str(out), folder=folder
+    )
     said = " ".join((done.stdout + done.stderr).split())
     assert "Traceback" not in said
     assert done.returncode in (0, 1), said
