@@ -23,8 +23,14 @@ from blind.sensitivity import Showing
 def _what_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let effects show as the tests need it; nothing is flown for it."""
     found = Showing(
-        per_size={"aero.Cm.alpha2": 200.0, "aero.Cl.dr": 1000.0, "sensor.alpha.lag": 4000.0},
+        per_size={
+            "aero.Cm.alpha2": 200.0,
+            "aero.Cl.dr": 1000.0,
+            "sensor.alpha.lag": 4000.0,
+            "aero.Cm.flap": 1000.0,
+        },
         alike={
+            "aero.Cm.flap": {"b": 0.99},
             "aero.Cm.alpha2": {"aero.Cm.alpha_q": 0.8},
             "aero.Cl.dr": {},
             "sensor.alpha.lag": {"sensor.alpha.delay": 0.9999},
@@ -129,6 +135,7 @@ def test_two_effects_need_both_names_and_a_missing_derivative_may_be_a_value() -
     # The other half may be in a set that these flights cannot tell apart.
     open_ = Outcome(id="x", verdict="effects-found", named=(one,), open=(("aero.Cm.flap", "b"),))
     assert judge(pair, open_).first_or_ambiguous
+    assert judge(pair, open_).deserved
     assert not judge(pair, replace(open_, open=(("a", "b"),))).first_or_ambiguous
     lacking = replace(hidden("aero.Cl.dr", 0.01), verdicts=("effects-found", "values-wrong"))
     assert judge(lacking, Outcome(id="x", verdict="values-wrong", values=("Cl_dr",))).first

@@ -130,7 +130,7 @@ class Marks:
     ambiguity : bool or None
         Where it said that effects cannot be told apart: whether the truth was among them.
     deserved : bool or None
-        Where it said so: whether they truly cannot.
+        Where it said so: whether those that it did not name truly cannot.
     false_name : bool
         A name of the catalog that is not right.
     abstained : bool or None
@@ -195,17 +195,18 @@ def judge(case: Case, outcome: Outcome) -> Marks:
     if "values-wrong" in case.verdicts and outcome.verdict == "values-wrong":
         first = lacks <= set(outcome.values)
     three = first or bool(right & {*names, *outcome.ranking[:3]})
-    told = all(
-        one or bool(listed & set(group)) for one, group in zip(found, case.accepted, strict=True)
+    told = all(right & set(one) for one in outcome.open) and all(
+        one or listed & set(group) for one, group in zip(found, case.accepted, strict=True)
     )
-    near = {name for name, apart in distances(case).items() if apart < APART}
+    unnamed = [effect for effect, one in zip(case.effects, found, strict=True) if not one]
+    alike = [min(distances(case, one).values(), default=APART) < APART for one in unnamed]
     size_error, covered = _size(case, outcome)
     return Marks(
         **common,  # type: ignore[arg-type]
         first=first,
         three=three,
         ambiguity=told if outcome.open else None,
-        deserved=bool(near) if outcome.open else None,
+        deserved=bool(alike) and all(alike) if outcome.open else None,
         coefficient=_coefficient(case, outcome),
         maneuver=_maneuver(case, outcome),
         closed=outcome.closed,

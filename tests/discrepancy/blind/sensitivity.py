@@ -609,14 +609,12 @@ def with_sizes(case: Case) -> Case:
     return replace(case, effects=sizes)
 
 
-def distances(case: Case) -> dict[str, float]:
-    """Return, for a case with one effect, how many sigmas part it from others like it.
+def distances(case: Case, effect: str) -> dict[str, float]:
+    """Return how many sigmas part an effect of a case from others like it.
 
     Below 3 or so two effects cannot be told apart, whoever looks.
     """
-    (effect, size), *more = case.effects.items()
-    if more:
-        return {}
+    size = case.effects[effect]
     found = showing(case.plan, case.recording)
     shows = abs(size - neutral(effect)) * found.per_size[effect]
     return {
