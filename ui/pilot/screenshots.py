@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 _SETTLED: Final = 0.7
 """Seconds after which words that are held have come through."""
+_LOOKED_AHEAD: Final = 6.0
+"""Seconds of training after which the first look ahead is over: on a busy machine it takes long
+enough for the built-in pilot to take the sticks back."""
 _FLOWN: Final = 5.0
 """Seconds for which the aircraft is left alone in training, before its picture is taken."""
 _PATIENCE: Final = 900.0
@@ -132,7 +135,7 @@ def _trained(crew: Photographer) -> Iterator[Path]:
     pilot, desk = crew.window.pilot, crew.window.desk
     pilot.train()
     crew.wait(lambda: pilot.training.running and desk.time is not None, "the aircraft")
-    crew.wait(lambda: desk.time is not None and desk.time > 1.0, "the aircraft")
+    crew.wait(lambda: (desk.time or 0.0) > _LOOKED_AHEAD, "the aircraft")
     pilot.training.exchange()
     crew.wait(lambda: pilot.training.flies, "the sticks")
     begin = desk.time or 0.0
