@@ -42,6 +42,8 @@ _STATE_SPREADS: Final = {
     "V": (0.3, 0.3),
 }
 """Of a state as the input begins, as measured, and of its trim in level flight; SI."""
+_OWN_SPREAD: Final = 1.0
+"""Of a state that an effect of the model has of its own, in its unit: nothing is known of it."""
 
 _SPEED_STEP: Final = 1.0
 """Small motions are found once for each so many m/s ..."""
@@ -236,7 +238,7 @@ def _known(
         known([states // 2 + place], 0.0, _HELD)
     seen = {name: size + place for place, name in enumerate(measured) if name in trim}
     for place, name in enumerate(linear.states):
-        small, wide = _STATE_SPREADS[name]
+        small, wide = _STATE_SPREADS.get(name, (_OWN_SPREAD, _OWN_SPREAD))
         if name in seen:
             mean, start = trim[name]
             known([states + place, seen[name]], start, small)
