@@ -54,6 +54,10 @@ def unnamed_competitors(
             for variable in (("beta", "da", "dr") if lateral else ("alpha", "de"))
             if f"{target}.memory" not in taken or variable != "alpha"
         ]
+        found += [
+            _late(target, variable)
+            for variable in (("alpha", "q_hat", "de") if lateral else _LATERAL)
+        ]
     found += [_shaken(channel, mode) for channel in SHAKEN for mode in _MODES]
     return tuple(found)
 
@@ -132,6 +136,17 @@ def _memory(target: str, variable: str) -> Competitor:
         return (Entry(place=target, history=late),)
 
     return _nameless(f"{target}.late_{variable}", f"{target} follows {variable} late", make)
+
+
+def _late(target: str, variable: str) -> Competitor:
+    """Return what follows a variable of the other axis late, of which it has nothing so far."""
+
+    def make(found: Linearization) -> Column:
+        late = lagged(found.variables[variable], MEMORY, found.record.dt)
+        return (Entry(place=target, history=late),)
+
+    name = variable.removesuffix("_hat")
+    return _nameless(f"{target}.late_{name}", f"{target} follows {name} late", make)
 
 
 def _shaken(channel: str, frequency: float) -> Competitor:

@@ -258,6 +258,14 @@ def test_structure_without_a_name(plain: Prepared) -> None:
         for other, theirs in looks.items():
             size = np.linalg.norm(own) * np.linalg.norm(theirs)
             assert size == 0.0 or abs(np.vdot(own, theirs)) < 0.999999 * size, (name, other)
+    # What a coefficient of the other axis follows late lacks the present: nothing else has it.
+    late = table["unnamed.Cn.late_q"].make(found)
+    assert late is not None
+    present, past = np.abs(found.variables["q_hat"]), np.abs(late[0].history)
+    assert past.max() < present.max()
+    assert np.argmax(past) > np.argmax(present)
+    assert {"unnamed.Cm.late_p", "unnamed.Cl.late_alpha"} < rest
+    assert "unnamed.Cm.late_q" not in table
     assert not any(
         "throttle" in one.id for one in unnamed_competitors([], throttle=False, flap=True)
     )
