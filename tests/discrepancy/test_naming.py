@@ -140,6 +140,19 @@ def test_alternatives_hold_the_probability_together() -> None:
     assert [one.id for one in found.alternatives] == ["b", "a"]
 
 
+@pytest.mark.parametrize(("margin", "kind"), [(8.0, "ambiguous"), (20.0, "name")])
+def test_a_lag_and_a_delay_of_one_signal_need_four_deviations(margin: float, kind: str) -> None:
+    """What parts different effects does not part these; nor do those of different signals count."""
+    names = ("sensor.beta.lag", "sensor.beta.delay", "sensor.alpha.delay", "a")
+    late = tuple(competitor(one) for one in names)
+    found = decided([100.0 + margin, 100.0, 0.0, 0.0], late)
+    assert found.kind == kind
+    assert found.best is not None
+    assert found.best.id == "sensor.beta.lag"
+    assert found.gain[0] == 100.0 + margin
+    assert decided([100.0 + margin, 0.0, 100.0, 0.0], late).kind == "name"
+
+
 def test_one_stands_for_a_set_that_looks_the_same() -> None:
     """A lag and a delay leave the same behind, and the search goes on; others stop it."""
     gains = [100.0, 101.0, 60.0, 0.0]
