@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -443,6 +444,23 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
     headings = [heading for heading, _ in view.about._shown]
     assert "Mistaken for" in headings
     assert "What would tell it apart" in headings
+
+
+def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:
+    """An effect that these flights cannot tell from another: both steps say so, with no odds."""
+    answer = story.gap.story.answer
+    first, *rest = answer.discrepancy.effects
+    first = replace(first, one_of=(THROTTLE, "aero.Cm.speed"))
+    found = replace(answer.discrepancy, effects=(first, *rest))
+    story.gap.story.show_answer(replace(answer, discrepancy=found))
+    press(qtbot, Qt.Key.Key_2, ALT)
+    names = story.gap.story.chapters["name"]
+    said = f"cannot tell it from “{TITLES['aero.Cm.speed']}”"
+    assert said in names.winner.text()
+    assert "of 100" not in names.winner.text()
+    press(qtbot, Qt.Key.Key_3, ALT)
+    adds = story.gap.story.chapters["add"]
+    assert said in adds.sentences.text()
 
 
 def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: QtBot) -> None:

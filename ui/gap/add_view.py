@@ -127,7 +127,7 @@ class AddView(ChapterView):
         if found is None:
             self.sentences.setText("Refused: the search leaves it out." if effect else "")
             return
-        said = ["Forced by the crew." if found.forced else f"{sure_text(found)}."]
+        said = ["Forced by the crew." if found.forced else f"{sure_text(answer, found)}."]
         said[0] = said[0][:1].upper() + said[0][1:]
         said.append(runner_up_text(answer, found))
         said.append(

@@ -96,9 +96,9 @@ def confidence_text(probability: float) -> str:
     return f"{words}: right in {share} of 100 such cases"
 
 
-def sure_text(effect: FoundEffect) -> str:
+def sure_text(answer: Answer, effect: FoundEffect) -> str:
     """Return how sure an effect is, or what it cannot be told from."""
-    others = [name for name in effect.one_of if name != effect.effect]
+    others = [f"“{answer.title(name)}”" for name in effect.one_of if name != effect.effect]
     if others:
         return f"these flights cannot tell it from {', '.join(others)}"
     return confidence_text(effect.confidence)

@@ -407,7 +407,7 @@ def competition_text(answer: Answer, step: int) -> str:
             f"Nothing more is proven. The best of the rest is “{best.title}” with "
             f"{percent_text(best.evidence)} of the evidence."
         )
-    return f"“{effect.title}” – {sure_text(effect)}."
+    return f"“{effect.title}” – {sure_text(answer, effect)}."
 
 
 def runner_up_text(answer: Answer, effect: FoundEffect) -> str:
