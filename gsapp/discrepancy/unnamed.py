@@ -50,12 +50,12 @@ def unnamed_competitors(
             if _sorted_name(f"{target}.{name}") not in taken:
                 found.append(_unnamed(target, name, factors))
         found += [
-            _memory(target, variable)
+            _late(target, variable, has_present=True)
             for variable in (("beta", "da", "dr") if lateral else ("alpha", "de"))
             if f"{target}.memory" not in taken or variable != "alpha"
         ]
         found += [
-            _late(target, variable)
+            _late(target, variable, has_present=False)
             for variable in (("alpha", "q_hat", "de") if lateral else _LATERAL)
         ]
     found += [_shaken(channel, mode) for channel in SHAKEN for mode in _MODES]
@@ -129,21 +129,13 @@ def _unnamed(target: str, name: str, factors: tuple[str, ...]) -> Competitor:
     return _nameless(f"{target}.{name}", f"{target} needs {words}", make)
 
 
-def _memory(target: str, variable: str) -> Competitor:
+def _late(target: str, variable: str, *, has_present: bool) -> Competitor:
+    """Return what follows a variable late, by what it has of the variable as it is."""
+
     def make(found: Linearization) -> Column:
         signal = found.variables[variable]
-        late = signal - lagged(signal, MEMORY, found.record.dt)
-        return (Entry(place=target, history=late),)
-
-    return _nameless(f"{target}.late_{variable}", f"{target} follows {variable} late", make)
-
-
-def _late(target: str, variable: str) -> Competitor:
-    """Return what follows a variable of the other axis late, of which it has nothing so far."""
-
-    def make(found: Linearization) -> Column:
-        late = lagged(found.variables[variable], MEMORY, found.record.dt)
-        return (Entry(place=target, history=late),)
+        late = lagged(signal, MEMORY, found.record.dt)
+        return (Entry(place=target, history=signal - late if has_present else late),)
 
     name = variable.removesuffix("_hat")
     return _nameless(f"{target}.late_{name}", f"{target} follows {name} late", make)
