@@ -24,8 +24,10 @@ _HIGH = 168
 """Points of height below which a plot says too little."""
 _MOST_POINTS = 4000
 _LARGE = 11
-_WANTED_ALPHA = 0.28
 """Points across of a point with a shape of its own."""
+_MARGIN, _MARGIN_OF_POINTS = 0.02, 0.05
+"""Beyond the ends of what is drawn, as shares of its width: a large point is not cut."""
+_WANTED_ALPHA = 0.28
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -257,6 +259,7 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
         item.setMouseEnabled(x=True, y=False)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._whole: tuple[float, float] | None = None
+        self._margin = _MARGIN
 
     def sizeHint(self) -> QSize:
         """Return what it would like."""
@@ -310,6 +313,7 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
         self._whole = (
             (min(low for low, _ in known), max(high for _, high in known)) if known else None
         )
+        self._margin = _MARGIN_OF_POINTS if any(one.symbol for one in curves) else _MARGIN
 
     def _made(self, curve: Curve) -> pyqtgraph.PlotDataItem:
         look = self._look
@@ -336,7 +340,7 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
         item.enableAutoRange(x=False, y=True)
         item.setAutoVisible(y=False)
         if self._whole is not None and self._whole[1] > self._whole[0]:
-            item.setXRange(*self._whole, padding=0.02)
+            item.setXRange(*self._whole, padding=self._margin)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move and zoom."""
