@@ -44,7 +44,7 @@ class DiscrepancySettings:
     forced: tuple[str, ...] = ()
     check_instruments: bool = False
     most_effects: int = 4
-    false_alarm: float = 0.003
+    false_alarm: float = 0.001
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

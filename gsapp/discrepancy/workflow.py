@@ -47,6 +47,8 @@ _FOREIGN = 1.2
 """Mean square of the innovations from which turned and swapped instruments are looked for first."""
 _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
+_KEPT = 0.25
+"""Share of the gain that its column promises, that the full fit of an effect must show."""
 
 
 class Investigation:
@@ -315,6 +317,8 @@ class _Search:
             f"fitting the model with: {one.title}",
         )
         self._trials.clear()
+        if competitor and not forced:
+            _check_gain(last, fit, competitor)
         if (
             one.id.startswith("sensor.")
             and one.id.endswith(".scale")
@@ -364,6 +368,20 @@ class _Search:
 
 def _root(model: Model) -> str:
     return model.name.partition(" + ")[0]
+
+
+def _check_gain(last: Stage, fit: Fit, one: Competitor) -> None:
+    """Refuse an effect that the full fit does not bear out.
+
+    Raises
+    ------
+    FlightError
+        If little is left of the gain that its column promised.
+    """
+    promised = float(last.decision.gain[last.screening.place(one.id)])
+    gained = last.fit.cost() - fit.cost()
+    if gained < _KEPT * promised:
+        raise FlightError(f"{one.id}: {gained:.0f} gained in the full fit, not {promised:.0f}")
 
 
 def _as_competitor(effect: str, aircraft: Aircraft) -> Competitor:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -44,9 +45,21 @@ def test_a_file_that_others_read_is_replaced_when_they_are_done(
         return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", replace_unless_open)
+    monkeypatch.setattr(sys, "platform", "linux")
     with pytest.raises(PermissionError):
         write_atomically(path, "after")  # elsewhere it is a refusal
     monkeypatch.setattr(sys, "platform", "win32")
     write_atomically(path, "after")
     assert path.read_text() == "after"
     assert not refusals
+
+
+@pytest.mark.skipif(sys.platform != "win32", reason="elsewhere an open file can be replaced")
+def test_a_file_open_in_another_thread_is_replaced_when_it_is_closed(tmp_path: Path) -> None:
+    path = write_atomically(tmp_path / "file.txt", "before")
+    with path.open() as reader:
+        closing = threading.Timer(0.2, reader.close)
+        closing.start()
+        write_atomically(path, "after")
+        closing.join()
+    assert path.read_text() == "after"

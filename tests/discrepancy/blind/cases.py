@@ -260,6 +260,11 @@ def hidden(effect: str, size: float | None = None, **how: object) -> Case:
     return Case(**content)  # type: ignore[arg-type]
 
 
+def _seed(group: int, plan: int, number: int, order: int = 0) -> int:
+    """Return the seed of a case's noise and gusts: no two cases share a draw."""
+    return 10_000 * (100 * group + plan) + 10 * number + order
+
+
 def _hidden_cases(plans: range) -> Iterator[Case]:
     for number, kind in enumerate(KINDS):
         for order, sigma in enumerate(SIZES):
@@ -270,7 +275,10 @@ def _hidden_cases(plans: range) -> Iterator[Case]:
                 if kind in MISSING:
                     baseline = "given"
                 size = f"{sigma:g}" if not kind.endswith(WHOLE) else "whole"
-                case = hidden(kind, id=f"{kind}-{size}-{plan}", plan=plan, seed=plan, sigma=sigma)
+                case = hidden(
+                    kind, id=f"{kind}-{size}-{plan}", plan=plan, sigma=sigma,
+                    seed=_seed(1, plan, number, order),
+                )  # fmt: skip
                 if kind in MISSING:
                     case = replace(case, verdicts=("effects-found", "values-wrong"))
                 yield case.recorded_as(recording, baseline)
@@ -315,7 +323,7 @@ def _outside_cases(plans: range) -> Iterator[Case]:
                 yield Case(
                     id=f"{kind}-{sigma:g}-{plan}", group="outside", kind=kind,
                     effects={kind: typical(kind)}, verdicts=("unexplained",),
-                    plan=plan, seed=plan, sigma=sigma,
+                    plan=plan, seed=_seed(2, plan, number, order), sigma=sigma,
                 ).recorded_as(recording, baseline)  # fmt: skip
 
 
@@ -327,7 +335,7 @@ def _pair_cases(plans: range) -> Iterator[Case]:
                 id=f"{'+'.join(pair)}-{plan}", group="pair", kind="+".join(pair),
                 effects={one: typical(one) for one in pair}, verdicts=("effects-found",),
                 accepted=tuple((one, *SIBLINGS.get(one, ())) for one in pair),
-                plan=plan, seed=plan, sigma=20.0,
+                plan=plan, seed=_seed(3, plan, number), sigma=20.0,
             ).recorded_as(recording, baseline)  # fmt: skip
 
 

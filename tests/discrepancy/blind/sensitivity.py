@@ -64,7 +64,7 @@ STATE_STEPS = (0.1, 1e-3, 1e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3)
 AIMED = 10.0
 """Sigmas at which the column of an effect is taken."""
 _VERSION = 1
-_WHITENING = 5
+_WHITENING = 6
 """Numbers that make what is kept stale: raised with how columns are flown, or whitened."""
 
 
@@ -435,8 +435,7 @@ def remaining(
     effects : sequence of str
         To which its last columns belong.
     own : str
-        The effect that is asked for: one that is itself a derivative or an offset is not
-        projected out as one.
+        The effect that is asked for: one that is itself a derivative is not projected out as one.
     maneuvers : sequence of Planned
     """
     names = _free(maneuvers)
@@ -449,11 +448,7 @@ def remaining(
 def _shares(total: FloatArray, names: Sequence[str], own: str) -> FloatArray:
     """Return what global unknowns take of each effect, shape (k, m); zero for the effect's own."""
     k = len(names)
-    kept = [
-        place
-        for place, name in enumerate(names)
-        if own != f"aero.{name.replace('_', '.')}" and own != f"sensor.{name[2:]}.bias"
-    ]
+    kept = [place for place, name in enumerate(names) if own != f"aero.{name.replace('_', '.')}"]
     known, cross = total[np.ix_(kept, kept)].copy(), total[kept, k:]
     known[np.diag_indices_from(known)] += [_known(names[place]) for place in kept]
     scale = np.sqrt(np.maximum(np.diag(known), 1e-30))
@@ -538,7 +533,7 @@ def _show(plan: int, air: Recording) -> dict[str, dict[str, object]]:
     total, names = gram(parts), _free(PLAN)
     plain = remaining(total, effects)
     # Some effects are among the unknowns that are projected out of the others.
-    unknown = [effect in MISSING or effect.endswith("bias") for effect in effects]
+    unknown = [effect in MISSING for effect in effects]
     found_here: dict[str, dict[str, object]] = {"per_size": {}, "alike": {}, "where": {}}
     for place, (effect, (size, _)) in enumerate(zip(effects, found, strict=True)):
         own = effect if unknown[place] else ""
