@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import signal
+import sys
 import tempfile
 import time
-from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
@@ -16,6 +16,11 @@ from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock, HostClock
 from gsapp.telemetry.sources.base import Chunk, Source
 from gsapp.telemetry.virtual.settings import FlightSettings
+
+if sys.platform == "win32":
+    from multiprocessing.connection import PipeConnection as PipeEnd
+else:
+    from multiprocessing.connection import Connection as PipeEnd
 
 _MOST_AT_ONCE = 256
 _STAY = 10.0
@@ -51,7 +56,7 @@ class VirtualSource(Source):
         self._settings = settings or FlightSettings()
         self._speed = speed
         self._process: BaseProcess | None = None
-        self._connection: Connection | None = None
+        self._connection: PipeEnd | None = None
 
     def open(self) -> None:
         """Switch the box on; see `Source.open`."""
@@ -134,7 +139,7 @@ class VirtualSource(Source):
 class _PipeLine:
     """The transmitter's line to the process that reads."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: PipeEnd) -> None:
         self._connection = connection
 
     def send(self, data: bytes) -> None:
@@ -144,7 +149,7 @@ class _PipeLine:
         return self._connection.recv_bytes() if self._connection.poll(timeout) else b""
 
 
-def _fly(connection: Connection, settings: FlightSettings, speed: float) -> None:
+def _fly(connection: PipeEnd, settings: FlightSettings, speed: float) -> None:
     """Fly and send until the flight, or the one who reads, has gone."""
     from gsapp.telemetry.virtual.transmit import Transmitter
 
