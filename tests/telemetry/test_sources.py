@@ -30,6 +30,8 @@ from gsapp.telemetry.sources import (
     open_source,
     source_class,
 )
+from gsapp.telemetry.sources.base import network_problem
+from gsapp.telemetry.sources.serial_port import same_port
 
 STAMP = 1_700_000_000_000_000
 
@@ -402,6 +404,49 @@ def test_ports_in_use_get_a_sentence(port) -> None:
         holder.close()
 
 
+def test_a_port_is_not_shared_with_who_asks_for_it(port) -> None:
+    """As other ground stations do; Windows would let them in, and the data out."""
+    for kind, protocol in (("udpin", socket.SOCK_DGRAM), ("tcpin", socket.SOCK_STREAM)):
+        source = open_source(f"{kind}:127.0.0.1:{port(protocol)}")
+        source.open()
+        with socket.socket(socket.AF_INET, protocol) as other:
+            other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with pytest.raises(OSError, match=r"in use|forbidden|10013|10048"):
+                other.bind(("127.0.0.1", source.address.port))
+        source.close()
+
+
+def test_a_port_that_windows_keeps_back_gets_a_sentence() -> None:
+    """There any user may open a port below 1024: that is not the remedy."""
+
+    class RefusedError(OSError):
+        winerror = 10013
+
+    error = RefusedError(errno.EACCES, "An attempt was made to access a socket")
+    problem = str(network_problem(parse_link("udpin:14550"), error))
+    assert "UDP port 14550" in problem
+    assert "choose another port" in problem
+    assert "1024" not in problem
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_KEEPIDLE"), reason="needs the usual name to look")
+@pytest.mark.parametrize("system", ["here", "macOS"])
+def test_a_caller_that_vanishes_is_missed_soon(port, monkeypatch, patience, system) -> None:
+    """After 5 s of silence the system asks for it; macOS has another name for that option."""
+    idle = socket.TCP_KEEPIDLE
+    if system == "macOS":
+        monkeypatch.delattr(socket, "TCP_KEEPIDLE")
+        monkeypatch.setattr(socket, "TCP_KEEPALIVE", idle, raising=False)
+    source = open_source(f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}")
+    source.open()
+    with socket.create_connection(("127.0.0.1", source.address.port)):
+        patience(lambda: source.read(0.01) or source._clients)
+        (client,) = source._clients
+        assert client.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        assert client.getsockopt(socket.IPPROTO_TCP, idle) == 5
+    source.close()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
 def test_a_serial_port_in_use_gets_a_sentence() -> None:
     end = serial_end(None, None)
@@ -427,6 +472,68 @@ def test_denied_ports_get_a_sentence() -> None:
     source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
     with pytest.raises(LinkError, match="add the user to the group"):
         source.open()
+
+
+@pytest.mark.parametrize(
+    ("raised", "words"),
+    [
+        (  # as pyserial words what Windows says, in the language of the user
+            "could not open port 'COM5': PermissionError(13, 'Zugriff verweigert', None, 5)",
+            "in use by another program",
+        ),
+        (
+            "could not open port 'COM5': FileNotFoundError(2, 'Nicht gefunden', None, 2)",
+            "there is no serial port",
+        ),
+        (
+            "Cannot configure port, something went wrong. Original message: "
+            "OSError(22, 'Falscher Parameter.', None, 87)",
+            "cannot run at 57600 baud",
+        ),
+        (
+            "ClearCommError failed (PermissionError(13, 'Zugriff verweigert', None, 5))",
+            "has gone; plug it in again",
+        ),
+        (  # as on macOS
+            "Could not configure port: (19, 'Operation not supported by device')",
+            "is not a serial port",
+        ),
+    ],
+)
+def test_what_other_systems_say_of_a_port_gets_its_own_sentence(raised: str, words: str) -> None:
+    def opener(path: str, baud: int):
+        raise OSError(raised)
+
+    address = parse_link("serial:COM5:57600")
+    source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
+    with pytest.raises(LinkError, match=words):
+        source.open()
+
+
+def test_a_port_of_macos_is_known_by_either_name() -> None:
+    """The user writes one, the system lists the other; nothing else is the same."""
+    assert same_port("/dev/tty.usbserial-A1", "/dev/cu.usbserial-A1")
+    assert not same_port("/dev/tty.usbserial-A1", "/dev/cu.usbserial-A2")
+    assert not same_port("/dev/ttyUSB0", "/dev/ttyUSB1")
+    radio = SimpleNamespace(device="/dev/cu.usbserial-A1", serial_number="A1", vid=1, pid=2)
+    opened: list[str] = []
+
+    def opener(path: str, baud: int) -> SimpleNamespace:
+        opened.append(path)
+        return SimpleNamespace(close=lambda: None)
+
+    source = source_class("serial")(
+        parse_link("serial:/dev/tty.usbserial-A1:57600"),
+        clock=HostClock(), ports=lambda: [radio], opener=opener,
+    )  # fmt: skip
+    source.open()
+    source._lose("pulled out")
+    source.open()
+    radio.device = "/dev/cu.usbserial-B7"
+    source._lose("pulled out")
+    source.open()
+    assert opened == ["/dev/tty.usbserial-A1"] * 2 + ["/dev/cu.usbserial-B7"]
+    source.close()
 
 
 def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:

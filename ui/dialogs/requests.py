@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from gsapp.foundation import GroundStationError
+from gsapp.telemetry.sources.serial_port import same_port
 from ui.words import bytes_text
 
 State = Literal["", "good", "caution", "warning"]
@@ -129,7 +130,7 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
     kind, _, rest = text.partition(":")
     if kind in ("serial", "text"):
         device = rest.rpartition(":")[0] or rest
-        if device and device not in set(ports):
+        if device and not any(same_port(device, port) for port in ports):
             return Verdict(
                 sentence=f"{device} is not there now; it is opened as soon as it is plugged in.",
                 state="caution",

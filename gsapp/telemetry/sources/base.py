@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import socket
+import sys
 from abc import ABC, abstractmethod
 from typing import Final, Literal, NamedTuple
 
@@ -210,6 +211,18 @@ class ReconnectingSource(Source):
         """Close what is open."""
 
 
+def keep_port_alone(listener: socket.socket) -> None:
+    """Let no other program listen on a port that is about to be bound.
+
+    Windows would hand it to any that asks to share it, as MAVProxy does, and with it the data.
+    """
+    if sys.platform == "win32":
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+    elif listener.type == socket.SOCK_STREAM:
+        # Lets a new listener follow one that has just ended, not join one that runs.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+
+
 _NOT_THERE: Final = {
     errno.ECONNREFUSED, errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.ENETUNREACH,
     errno.ECONNRESET, errno.EPIPE, errno.EHOSTDOWN, errno.ENETDOWN,
@@ -231,6 +244,11 @@ def network_problem(address: LinkAddress, error: OSError) -> LinkError:
         return LinkError(
             f"{address}: {protocol} port {address.port} is in use by another program; close "
             "that (perhaps another ground station or recorder), or choose another port"
+        )
+    if getattr(error, "winerror", None) == 10013:
+        return LinkError(
+            f"{address}: Windows does not give {protocol} port {address.port} away: another "
+            "program holds it for itself, or it is set aside; choose another port"
         )
     if error.errno in (errno.EACCES, errno.EPERM):
         return LinkError(

@@ -41,6 +41,16 @@ class Identity:
         )
 
 
+def same_port(one: str, other: str) -> bool:
+    """Return whether two names are those of one serial port.
+
+    Windows calls it COM5 however the user wrote it; macOS has two devices for each, of which it
+    lists ``/dev/cu.*`` only.
+    """
+    first, second = (normcase(name).replace("/dev/tty.", "/dev/cu.") for name in (one, other))
+    return first == second
+
+
 def plugged_in() -> Iterable[PortInfo]:
     """Return the serial ports of this computer."""
     from serial.tools import list_ports
@@ -110,8 +120,7 @@ class SerialSource(ReconnectingSource):
         with _as_os_errors():
             self._port = self._opener(self._path, self.address.baud)
         for port in self._ports():
-            # Windows calls it COM5 however the user wrote it.
-            same = normcase(port.device) == normcase(self._path)
+            same = same_port(port.device, self._path)
             if same and port.vid is not None and port.pid is not None:
                 self._identity = Identity(
                     vid=port.vid, pid=port.pid, serial_number=port.serial_number
@@ -129,7 +138,8 @@ class SerialSource(ReconnectingSource):
                 f"{self.address}: the device is unplugged; plug it in again and it goes on"
             )
         # Several alike without serial number: rather the one that has the old name.
-        return self._path if self._path in found else sorted(found)[0]
+        old = any(same_port(device, self._path) for device in found)
+        return self._path if old else sorted(found)[0]
 
     def _receive(self, timeout: float) -> list[Chunk]:
         if self._port is None:
@@ -169,17 +179,20 @@ class SerialSource(ReconnectingSource):
             )
         if number in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in text:
             return LinkError(f"{self.address}: {path} is in use by another program; close that")
-        if "permissionerror" in text:
-            return LinkError(  # Windows says this of a port that is open elsewhere
-                f"{self.address}: {path} is in use by another program; close that"
-            )
-        if number == errno.EINVAL or "invalid baud" in text:
+        # Windows says this of a port that is open elsewhere, and of one that is pulled out while
+        # it is read.
+        if "could not open" in text and "permissionerror" in text:
+            return LinkError(f"{self.address}: {path} is in use by another program; close that")
+        # Windows, in the user's language, of a rate: ERROR_INVALID_PARAMETER.
+        refused = "cannot configure port" in text and ", 87)" in text
+        if number == errno.EINVAL or "invalid baud" in text or refused:
             return LinkError(
                 f"{self.address}: {path} cannot run at {self.address.baud} baud; choose the rate "
                 "that the radio is set to, usually 57600"
             )
         there = ", ".join(sorted(port.device for port in self._ports())) or "none"
-        if number in (errno.ENOTTY, errno.EISDIR) or "inappropriate ioctl" in text:
+        odd = "inappropriate ioctl" in text or "not supported by device" in text  # Linux, macOS
+        if number in (errno.ENOTTY, errno.EISDIR) or odd:
             return LinkError(
                 f"{self.address}: {path} is not a serial port; choose one (plugged in: {there})"
             )

@@ -5,11 +5,15 @@ from __future__ import annotations
 import contextlib
 import selectors
 import socket
-import sys
 
 from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.sources.base import Chunk, LinkAwaitedError, ReconnectingSource
+from gsapp.telemetry.sources.base import (
+    Chunk,
+    LinkAwaitedError,
+    ReconnectingSource,
+    keep_port_alone,
+)
 
 _CONNECT_SECONDS = 2.0
 _MOST_CLIENTS = 8
@@ -18,11 +22,15 @@ _READ_BYTES = 65536
 
 def _prepare(connection: socket.socket) -> None:
     """Send small frames at once, and notice a peer that has vanished without a word."""
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in (("TCP_KEEPIDLE", 5), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
-        if hasattr(socket, name):
-            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+    # macOS refuses where the peer has hung up already, which reading finds out.
+    with contextlib.suppress(OSError):
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        # macOS calls the first of them TCP_KEEPALIVE, and waits two hours without it.
+        idle = "TCP_KEEPIDLE" if hasattr(socket, "TCP_KEEPIDLE") else "TCP_KEEPALIVE"
+        for name, value in ((idle, 5), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
+            if hasattr(socket, name):
+                connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 class TcpSource(ReconnectingSource):
@@ -78,11 +86,7 @@ class TcpInSource(ReconnectingSource):
         family, _, _, _, target = min(found, key=lambda entry: entry[0] != socket.AF_INET)
         made = socket.socket(family, socket.SOCK_STREAM)
         try:
-            if sys.platform == "win32":
-                made.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
-            else:
-                # Lets a new listener follow one that has just ended, not join one that runs.
-                made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            keep_port_alone(made)
             made.bind(target)
             made.listen(_MOST_CLIENTS)
             made.setblocking(False)
@@ -122,8 +126,7 @@ class TcpInSource(ReconnectingSource):
             client.close()
             return
         client.setblocking(False)
-        with contextlib.suppress(OSError):
-            _prepare(client)
+        _prepare(client)
         self._clients[client] = f"{caller[0]}:{caller[1]}"
         self._selector.register(client, selectors.EVENT_READ)
         self._describe()

@@ -8,7 +8,7 @@ from typing import Any
 
 from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.sources.base import Chunk, ReconnectingSource
+from gsapp.telemetry.sources.base import Chunk, ReconnectingSource, keep_port_alone
 
 _RECEIVE_BUFFER = 4 << 20
 _MOST_AT_ONCE = 256
@@ -77,6 +77,7 @@ class UdpInSource(_UdpSource):
         family, target = self._resolve()
         made = self._make(family)
         try:
+            keep_port_alone(made)
             made.bind(target)
         except OSError:
             made.close()
