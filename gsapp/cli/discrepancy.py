@@ -246,19 +246,20 @@ def _fill(
 @contextlib.contextmanager
 def _whole_folder(out: Path) -> Iterator[Path]:
     """Give a folder to fill; what is in it stands at `out` when all is done, or not at all."""
+    from gsapp.foundation.files import folder_beside, put_in_place
+
     out.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    part = folder_beside(out)
     try:
         yield part
-        part.chmod(0o755)
         if not out.exists():
-            part.replace(out)
+            put_in_place(part, out)
             return
         for new in part.iterdir():
             old = out / new.name
             if old.is_dir():
                 shutil.rmtree(old)
-            new.replace(old)
+            put_in_place(new, old)
     finally:
         shutil.rmtree(part, ignore_errors=True)
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import FlightError, LinkError
+from gsapp.foundation.files import folder_beside, put_in_place
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -181,7 +181,7 @@ def write_folder(
         raise FlightError(f"{out} exists already; choose another name for the new flight")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+        part = folder_beside(out)
     except OSError as error:
         raise FlightError(
             f"{out} cannot be made ({error.strerror}); choose a place where you may write"
@@ -190,10 +190,9 @@ def write_folder(
         true_motion = _fill(settings, part, name=out.name, console=console)
         if truth is not None:
             write_truth(truth, true_motion)
-        part.chmod(0o755)
         if out.exists():
             out.rmdir()
-        part.replace(out)
+        put_in_place(part, out)
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
         raise

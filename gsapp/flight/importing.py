@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import tempfile
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,6 +18,7 @@ from gsapp.flight.loading import default_map, load_flight
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import folder_beside, put_in_place
 
 
 def import_flight(
@@ -110,18 +110,17 @@ def _appearing(target: Path) -> Iterator[Path]:
     """Give a folder to fill, and put it in place as a whole."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        made = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+        made = folder_beside(target)
     except OSError as error:
         raise FlightError(
             f"the flight folder {target} cannot be made ({error.strerror}); choose a place where "
             "you may write"
         ) from error
     try:
-        made.chmod(0o755)
         yield made
         if target.is_dir():
             target.rmdir()
-        made.rename(target)
+        put_in_place(made, target)
     except OSError as error:
         raise FlightError(
             f"the flight folder {target} cannot be made ({error.strerror or error}); check the "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import sys
 import tempfile
 import time
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 _PATIENCE = 1.0
-"""Seconds for which a file that others have open is tried to be replaced on Windows."""
+"""Seconds for which what others have open is tried to be renamed on Windows."""
 _PAUSE = 0.01
 """Seconds between two tries."""
 
@@ -47,21 +48,67 @@ def replacing(path: Path | str) -> Iterator[Path]:
         yield temporary
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
-        # A temporary file is private to its maker; a document is not.
-        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o644)
-        _put_in_place(temporary, target)
+        if sys.platform != "win32":
+            # A temporary file is private to its maker; a document is not. Windows knows but one
+            # right here, and could not take away what must not be written.
+            temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o644)
+        put_in_place(temporary, target)
     except BaseException:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
 
 
-def _put_in_place(temporary: Path, target: Path) -> None:
+def folder_beside(target: Path | str) -> Path:
+    """Make an empty folder beside a path, to be filled and put in its place by `put_in_place`.
+
+    Whoever may read what is made there may read it. A folder of `tempfile` is its maker's alone,
+    and stays so under Windows, where no mode opens it.
+
+    Parameters
+    ----------
+    target : Path or str
+        Where the folder shall stand in the end; its parent exists.
+
+    Returns
+    -------
+    Path
+        The new folder, whose name begins with a dot.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses.
+    """
+    place = Path(target)
+    while True:
+        made = place.parent / f".{place.name}.{secrets.token_hex(4)}"
+        with contextlib.suppress(FileExistsError):
+            made.mkdir()
+            return made
+
+
+def put_in_place(temporary: Path, target: Path, patience: float = _PATIENCE) -> None:
     """Rename, on Windows again and again for a while.
 
-    There a file that anyone has open just now, be it the scanner for viruses, cannot be replaced.
+    There neither a file that anyone has open just now, be it the scanner for viruses, can be
+    replaced, nor a folder renamed that holds one.
+
+    Parameters
+    ----------
+    temporary : Path
+        A file or folder.
+    target : Path
+        What it is called from now on; a file is replaced, a folder must not be there.
+    patience : float
+        Seconds to try on Windows.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses.
     """
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + patience
     while True:
         try:
             temporary.replace(target)

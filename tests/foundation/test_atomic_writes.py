@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from gsapp.foundation import write_atomically
+from gsapp.foundation.files import folder_beside, put_in_place
 
 
 def test_a_failed_write_leaves_the_former_file_and_no_litter(
@@ -63,3 +64,18 @@ def test_a_file_open_in_another_thread_is_replaced_when_it_is_closed(tmp_path: P
         write_atomically(path, "after")
         closing.join()
     assert path.read_text() == "after"
+
+
+def test_a_folder_made_beside_its_place_is_open_like_any_other(tmp_path: Path) -> None:
+    """Without a mode set afterwards, which opens nothing on Windows."""
+    place = tmp_path / "flight"
+    (tmp_path / "usual").mkdir()
+    made = [folder_beside(place) for _ in range(3)]
+    assert len(set(made)) == 3
+    assert {one.parent for one in made} == {tmp_path}
+    assert {one.stat().st_mode for one in made} == {(tmp_path / "usual").stat().st_mode}
+    (made[0] / "raw.tlog").write_bytes(b"x")
+    put_in_place(made[0], place)
+    assert (place / "raw.tlog").read_bytes() == b"x"
+    with pytest.raises(FileNotFoundError):
+        folder_beside(tmp_path / "missing" / "flight")

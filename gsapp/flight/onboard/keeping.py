@@ -20,6 +20,7 @@ from gsapp.flight.names import FRAMES_FILE
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import put_in_place
 
 _INCOMING = "incoming"
 _SAME_DAY = 12 * 3600.0
@@ -144,7 +145,7 @@ def _in_force(folder: FlightFolder, log: Path, begun: datetime | None) -> Placed
     kept = folder.path / log.name
     if kept != log:
         try:
-            log.replace(kept)
+            put_in_place(log, kept)
         except OSError as error:
             raise FlightError(
                 f"{kept} cannot be written ({error.strerror or error}); check the permissions"

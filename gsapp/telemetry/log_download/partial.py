@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from gsapp.foundation import FlightError, write_atomically
+from gsapp.foundation.files import put_in_place
 from gsapp.telemetry.log_download.protocol import LogEntry
 from gsapp.telemetry.log_download.stretches import Missing
 
@@ -106,7 +107,7 @@ class PartialLog:
             )
         whole = self.path.with_suffix(ending)
         try:
-            self.path.replace(whole)
+            put_in_place(self.path, whole)
         except OSError as error:
             raise self._refusal(error) from error
         with contextlib.suppress(OSError):
