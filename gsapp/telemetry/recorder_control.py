@@ -23,8 +23,9 @@ _START_SECONDS = 20.0
 _LOOK_SECONDS = 0.02
 _SETTLED_US = 1_500_000
 """After so long a recorder whose state is not in its folder has a disk that takes nothing."""
-# Children of this process, kept so that they do not stay behind as zombies.
-_children: list[subprocess.Popen[bytes]] = []
+# Children of this process by the id of the recorder, kept so that they do not stay behind as
+# zombies. On Windows the child may be a launcher, which has another id and ends a moment later.
+_children: dict[int, subprocess.Popen[bytes]] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,11 +75,11 @@ class RecorderHandle:
             if time.monotonic() >= deadline:
                 return False
             time.sleep(_LOOK_SECONDS)
-        for child in _children:
-            if child.pid == self.pid:
-                # The lock goes a moment before the process.
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    child.wait(2.0)
+        child = _children.get(self.pid)
+        if child is not None:
+            # The lock goes a moment before the process, and with that its hold on the log.
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(2.0)
         return True
 
 
@@ -139,7 +140,7 @@ def start_recorder(
         if child.poll() is not None:
             raise LinkError(_last_words(place / LOG_FILE, log_start, child.returncode))
         if (found := _recording(handle)) is not None:
-            _children.append(child)
+            _children[found.pid] = child
             return found
         time.sleep(_LOOK_SECONDS)
     child.kill()
@@ -206,6 +207,6 @@ def find_recorders() -> list[RecorderHandle]:
 
 
 def _reap() -> None:
-    for child in list(_children):
+    for pid, child in list(_children.items()):
         if child.poll() is not None:
-            _children.remove(child)
+            del _children[pid]

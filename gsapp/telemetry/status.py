@@ -13,7 +13,11 @@ from typing import Final, Literal
 import platformdirs
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from gsapp.foundation.files import put_in_place
+
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
+_PATIENCE: Final = 0.2
+"""Seconds for which a status that is being read is tried to be replaced on Windows."""
 
 
 class RecorderStatus(BaseModel):
@@ -119,12 +123,13 @@ def _private(folder: Path) -> Path:
 def write_status(path: Path, status: RecorderStatus) -> bool:
     """Replace a status file; return False where the disk refuses.
 
-    Unlike documents it is not flushed to the disk: it says what is, not what was.
+    Unlike documents it is not flushed to the disk: it says what is, not what was. On Windows it
+    is tried until nobody reads it: the last one tells that the recorder has stopped.
     """
     temporary = path.with_name(f".{path.name}.{status.pid}")
     try:
         temporary.write_text(status.model_dump_json(indent=1), encoding="utf-8")
-        temporary.replace(path)
+        put_in_place(temporary, path, patience=_PATIENCE)
     except OSError:
         with contextlib.suppress(OSError):
             temporary.unlink()
