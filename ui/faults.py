@@ -118,6 +118,27 @@ class FaultDesk(QObject):
             self.report(arguments.exc_value)
 
 
+class _TurnedLog(logging.handlers.RotatingFileHandler):
+    """A log that grows on where it cannot be turned over.
+
+    Windows renames no file that another window has open, too: every line from there on would be
+    lost, and with each try one of the former logs.
+    """
+
+    def doRollover(self) -> None:
+        """Turn the log over, or go on in it."""
+        if self.stream is not None:
+            self.stream.close()
+            self.stream = None
+        try:
+            # To its own name: nothing happens, unless it is refused.
+            Path(self.baseFilename).rename(self.baseFilename)
+        except OSError:
+            self.stream = self._open()
+        else:
+            super().doRollover()
+
+
 def start_log(path: Path) -> None:
     """Write the program's log to a file, turned over at 1 MB; a disk that refuses is let be."""
     root = logging.getLogger()
@@ -126,9 +147,7 @@ def start_log(path: Path) -> None:
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handler = logging.handlers.RotatingFileHandler(
-            path, maxBytes=1_000_000, backupCount=3, encoding="utf-8"
-        )
+        handler = _TurnedLog(path, maxBytes=1_000_000, backupCount=3, encoding="utf-8")
     except OSError as error:
         log.warning("no log file: %s", error)
         return

@@ -1,0 +1,47 @@
+"""The log of the window: turned over where the system lets it, and never lost."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import pytest
+
+from ui.faults import _TurnedLog
+
+
+def turned_log(path: Path) -> _TurnedLog:
+    handler = _TurnedLog(path, maxBytes=100, backupCount=3, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    return handler
+
+
+def write(handler: logging.Handler, words: str) -> None:
+    handler.emit(logging.LogRecord("x", logging.INFO, "x", 1, words, None, None))
+
+
+def test_a_log_that_another_window_has_open_grows_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As on Windows, where it cannot be renamed then: no line is lost, and no former log."""
+    path = tmp_path / "window.log"
+    former = path.with_name("window.log.1")
+    handler = turned_log(path)
+    write(handler, "a" * 90)
+    write(handler, "b" * 90)
+    assert former.read_text() == f"{'a' * 90}\n"
+
+    def refuse(self: Path, _target: object) -> None:
+        raise PermissionError(13, "in use", str(self))
+
+    with monkeypatch.context() as windows:
+        windows.setattr(Path, "rename", refuse)
+        for letter in "cdef":
+            write(handler, letter * 90)
+    assert path.read_text() == "".join(f"{letter * 90}\n" for letter in "bcdef")
+    assert former.read_text() == f"{'a' * 90}\n"
+    write(handler, "g" * 90)
+    assert path.read_text() == f"{'g' * 90}\n"
+    assert former.read_text().startswith("b" * 90)
+    handler.close()
+    assert capsys.readouterr().err == ""
