@@ -7,6 +7,7 @@ import sys
 import wave
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from window_kit import open_window, until
 
-from ui.voice.player import Beeper, ProgramPlayer, find_player
+from ui.voice.player import Beeper, ProgramPlayer, WindowsPlayer, find_player
 from ui.voice.queue import Priority, Utterance
 from ui.voice.speaker import ProgramSpeaker, Speaker, ToneSpeaker, find_speaker
 from ui.voice.tones import RATE, TONES, tone_samples, tone_wave
@@ -240,3 +241,22 @@ def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
     assert mouth.now is None
     assert loud.tones[-1] == "stop"
     window.close()
+
+
+def test_windows_without_a_loudspeaker_beeps(
+    qapp: QApplication, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It then refuses to play, and to fall silent."""
+
+    def refuse(_sound: str | None, _how: int) -> None:
+        raise RuntimeError("Failed to play sound")
+
+    flags = {"SND_FILENAME": 0x20000, "SND_ASYNC": 1, "SND_NODEFAULT": 2}
+    windows = SimpleNamespace(PlaySound=refuse, **flags)
+    monkeypatch.setitem(sys.modules, "winsound", windows)
+    beeps: list[bool] = []
+    monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(True))
+    player = WindowsPlayer()
+    player.play(next(iter(TONES)))
+    player.stop()
+    assert beeps == [True]

@@ -6,6 +6,7 @@ that the system brings along plays the tones, and where there is none of that, Q
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import tempfile
 from collections.abc import Callable, Sequence
@@ -52,7 +53,10 @@ class _ToneFiles:
     """Tones as sound files, written when they are wanted, gone with the program."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="gsapp-tones-")
+        # Windows keeps the file that sounds when the program ends.
+        self._folder = tempfile.TemporaryDirectory(
+            prefix="gsapp-tones-", ignore_cleanup_errors=True
+        )
 
     def path(self, name: str) -> str:
         """Return the file of a tone."""
@@ -97,7 +101,7 @@ class ProgramPlayer(QObject):
 
 
 class WindowsPlayer:
-    """Plays tones as Windows plays its own.
+    """Plays tones as Windows plays its own; beeps where it refuses.
 
     Raises
     ------
@@ -114,11 +118,15 @@ class WindowsPlayer:
 
     def play(self, name: str) -> None:
         """Play a tone."""
-        self._play(self._files.path(name), self._how)
+        try:
+            self._play(self._files.path(name), self._how)
+        except (RuntimeError, OSError):  # no loudspeaker, or none any more
+            QApplication.beep()
 
     def stop(self) -> None:
         """Fall silent."""
-        self._play(None, 0)
+        with contextlib.suppress(RuntimeError):
+            self._play(None, 0)
 
 
 class QtPlayer(QObject):

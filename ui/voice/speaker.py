@@ -24,8 +24,10 @@ _PROGRAMS: Programs = {
     "win32": (
         (
             "powershell", "-NoProfile", "-Command",
+            # Its own reader takes what comes for the old code page of the system.
             "Add-Type -AssemblyName System.Speech; (New-Object System.Speech.Synthesis."
-            "SpeechSynthesizer).Speak([Console]::In.ReadToEnd())",
+            "SpeechSynthesizer).Speak((New-Object System.IO.StreamReader("
+            "[Console]::OpenStandardInput(), [Text.Encoding]::UTF8)).ReadToEnd())",
         ),
     ),
 }  # fmt: skip
