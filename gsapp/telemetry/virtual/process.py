@@ -290,7 +290,8 @@ class TrainingProcess(_Background):
             "the virtual aircraft", command, folder, "virtual-training.log", listens=True
         )
         stream = self._process.stdin
-        if stream is not None and sys.platform != "win32":
+        # Windows can do that since Python 3.12.
+        if stream is not None and (sys.platform != "win32" or sys.version_info >= (3, 12)):
             # A window must not stand still because an aircraft does.
             os.set_blocking(stream.fileno(), False)
 
