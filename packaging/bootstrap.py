@@ -203,6 +203,7 @@ def environment() -> dict[str, str]:
         PATH=f"{venv_python().parent}{os.pathsep}{os.environ.get('PATH', '')}",
         OPENBLAS_NUM_THREADS="1",
         OMP_NUM_THREADS="1",
+        VECLIB_MAXIMUM_THREADS="1",
         PYTHONUTF8="1",
     )
 
