@@ -31,7 +31,8 @@ def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
     """Write a flight of the virtual aircraft, as fast as it goes, and return its folder."""
     target = folder / "virtual flight"
     command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(target), "--plan", plan]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    # Into a pipe the program writes UTF-8 on every system.
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
     if done.returncode != 0:
         words = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         raise GroundStationError(f"the virtual flight was not written: {words[-1]}")
