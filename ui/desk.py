@@ -20,7 +20,7 @@ from gsapp.session.estimating.workers import OtherProcess
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.virtual.process import AircraftProcess, free_port
-from ui.commands import Need
+from ui.commands import Need, key_text
 from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
 from ui.faults import FaultDesk
 from ui.flight.picture import FlightPicture
@@ -367,7 +367,8 @@ class Desk(QObject):
         self.close()
         self.changed.emit()
         if recorded:
-            self.said.emit("note", f"{name} goes on being recorded. Ctrl+R attaches again.")
+            words = f"{name} goes on being recorded. {key_text('Ctrl+R')} attaches again."
+            self.said.emit("note", words)
 
     def close(self) -> None:
         """Give the session back. Recorder and virtual aircraft go on."""

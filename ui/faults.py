@@ -15,6 +15,7 @@ from types import TracebackType
 from PySide6.QtCore import QObject, Qt, Signal
 
 from gsapp.foundation import GroundStationError
+from ui.commands import key_text
 
 log = logging.getLogger("ui.faults")
 
@@ -54,7 +55,7 @@ def describe(error: BaseException) -> Fault:
     return Fault(
         sentence=(
             f"A step of the program failed ({type(error).__name__}: {words}). Recording is not "
-            "touched by this. Ctrl+Shift+C copies the details for a report."
+            f"touched by this. {key_text('Ctrl+Shift+C')} copies the details for a report."
         ),
         details=details,
         expected=False,

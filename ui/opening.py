@@ -13,6 +13,7 @@ from calibration import shipped_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
 from gsapp.flight.loading import load_flight
 from ui.choices import connect_choices, virtual_choices
+from ui.commands import key_text
 from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
@@ -124,7 +125,8 @@ class Opening(QObject):
         others = f" ({len(self._found) - 1} more)" if len(self._found) > 1 else ""
         self._offer = self._banners.show_banner(
             "note",
-            f"{newest.name} is being recorded from {newest.link}{others}. Ctrl+R attaches.",
+            f"{newest.name} is being recorded from {newest.link}{others}. {key_text('Ctrl+R')} "
+            "attaches.",
             ("Attach", self.attach),
         )
 
@@ -136,7 +138,7 @@ class Opening(QObject):
             self._offer = None
         if not self._found:
             self._banners.show_banner(
-                "note", "No recorder is running. Ctrl+L connects an aircraft."
+                "note", f"No recorder is running. {key_text('Ctrl+L')} connects an aircraft."
             )
             return
         self._desk.attach(self._found[0])

@@ -258,7 +258,9 @@ class StartPage(CenteredPage):
         self._links_holder.hide()
         self.column.addSpacing(8)
         self._foot = label(
-            "All keys: ?   ·   Larger: Ctrl++   ·   Theme: Ctrl+T", "hint", wrap=True
+            f"All keys: ?   ·   Larger: {key_text('Ctrl++')}   ·   Theme: {key_text('Ctrl+T')}",
+            "hint",
+            wrap=True,
         )
         self.column.addWidget(self._foot)
         self.setFocusProxy(self.buttons[CHOICES[0].command])

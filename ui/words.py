@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Iterable
 
 from gsapp.quantities import ChannelSpec, from_si
@@ -180,3 +181,25 @@ def count_text(number: int, singular: str, plural: str | None = None) -> str:
 def sentences(remarks: Iterable[str]) -> str:
     """Return remarks as sentences, one after the other, as a banner says them."""
     return " ".join(f"{words[:1].upper()}{words[1:].rstrip('.')}." for words in remarks if words)
+
+
+_MAC_SIGNS = {"Alt": "⌥", "Shift": "⇧", "Ctrl": "⌘"}
+"""In the order in which they are written there."""
+
+
+def keys_text(keys: str, platform: str = sys.platform) -> str:
+    """Return a shortcut of letters and figures as the system writes it: ``Ctrl+L`` is ⌘L on a Mac.
+
+    As `ui.commands.key_text` does, which needs Qt.
+
+    Parameters
+    ----------
+    keys : str
+        As Qt writes it on every system.
+    platform : str
+        As `sys.platform`.
+    """
+    if platform != "darwin":
+        return keys
+    *held, key = keys.split("+")
+    return "".join(sign for name, sign in _MAC_SIGNS.items() if name in held) + key

@@ -389,7 +389,7 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
     window.show_place("flight")
     qtbot.keyClick(own, Qt.Key.Key_Space)
     assert own.canvas.sheet.word == "FLY"
-    qtbot.keyClick(own, Qt.Key.Key_PageDown)
+    qtbot.keyClick(own, Qt.Key.Key_PageDown, Qt.KeyboardModifier.KeypadModifier)
     assert own.canvas.sheet.card.lead.startswith("LOOKING")
     qtbot.keyClick(own, Qt.Key.Key_F11)
     assert own.isFullScreen()

@@ -222,7 +222,9 @@ def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> No
     assert work.picture.accessibleName() == "Left elevator: trailing edge down"
 
 
-def test_points_are_repeated_deleted_added_and_taken_back_by_keys(at_bench: Open) -> None:
+def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
+    at_bench: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
     window = at_bench("rudder")
     begin(window)
     with pytest.raises(AssertionError):
@@ -233,6 +235,13 @@ def test_points_are_repeated_deleted_added_and_taken_back_by_keys(at_bench: Open
     assert rows[4].current
     assert rows[0].way == "left"  # towards positive angles the rudder's edge moves left
 
+    scrolled: list[float] = []
+    monkeypatch.setattr(window.page.work, "scroll", scrolled.append)
+    window.press(KEY.Key_Down, Qt.KeyboardModifier.ControlModifier)
+    # As the arrows of macOS are.
+    both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.KeypadModifier
+    window.press(KEY.Key_Down, both)
+    assert scrolled == [0.8, 0.8]
     window.press(KEY.Key_Up)
     window.press(KEY.Key_Up)
     assert window.page.work.points.choice == 2

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import math
+import re
 from datetime import date
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import ui.commands
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import CHANNELS, channel
 from ui.commands import COMMANDS
@@ -33,6 +36,7 @@ from ui.words import (
     bytes_text,
     clock_text,
     duration_text,
+    keys_text,
     number_text,
     parse_clock,
     percent_text,
@@ -256,3 +260,29 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
     blocked = tmp_path / "file"
     blocked.write_text("")
     assert "cannot be written" in check_folder(str(blocked), "x").sentence
+
+
+def test_sentences_name_keys_as_the_system_does() -> None:
+    """A key written out would be another one on a Mac: `key_text` makes its name."""
+    for keys in ("Ctrl+L", "Ctrl+Shift+T", "Alt+4"):
+        assert keys_text(keys, "linux") == keys_text(keys, "win32") == keys
+    assert keys_text("Ctrl+L", "darwin") == "⌘L"
+    assert keys_text("Ctrl+Shift+T", "darwin") == "⇧⌘T"
+    assert keys_text("Alt+4", "darwin") == "⌥4"
+    assert keys_text("Ctrl+L") == ui.commands.key_text("Ctrl+L")
+    written = []
+    for path in sorted(Path(ui.commands.__file__).parent.rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        spoken_of = {  # docstrings
+            id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)
+        }
+        written += [
+            f"{path.name}: {node.value}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in spoken_of
+            and re.search(r"(Ctrl|Alt|Shift)\+", node.value)
+            and " " in node.value
+        ]
+    assert written == []

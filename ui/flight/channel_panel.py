@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.quantities import channel
+from ui.commands import key_text
 from ui.flight.choice import (
     LAYOUT_NAMES,
     fits,
@@ -53,7 +54,8 @@ class _OrderList(QListWidget):
         self.setDragDropMode(QAbstractItemView.DragDropMode.InternalMove)
         self.setDefaultDropAction(Qt.DropAction.MoveAction)
         self.setAccessibleName("Charts in their order")
-        self.setToolTip("Drag to order, or Alt+Up and Alt+Down; Delete removes")
+        up, down = key_text("Alt+Up"), key_text("Alt+Down")
+        self.setToolTip(f"Drag to order, or {up} and {down}; Delete removes")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.model().rowsMoved.connect(self._rows_moved)
 

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ui.commands import key_text
 from ui.glyphs import glyph_icon
 from ui.layouts import FlowLayout
 from ui.look import Look
@@ -74,7 +75,7 @@ class ActionButton(QPushButton):
         self._redraw()
 
     def _follow(self) -> None:
-        keys = self._action.shortcut().toString()
+        keys = key_text(self._action.shortcut().toString())
         text = self._action.text().rstrip("…")
         self.setToolTip(f"{text} ({keys})" if keys else text)
         self.setAccessibleName(f"{text}, {keys}" if keys else text)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
 
+from ui.commands import key_text
 from ui.flight.tables import Line, LinesModel, LinesView
 from ui.layouts import FlowLayout
 from ui.look import Look
@@ -133,7 +134,8 @@ class MarksPanel(ListPanel):
         go.clicked.connect(lambda: self._with_current(self.jumped.emit))
         edit = self.add_button("Edit text", "Edit the text of the chosen mark")
         edit.clicked.connect(lambda: self._with_current(self.begin_edit))
-        delete = self.add_button("Delete", "Delete the chosen mark (Delete); Ctrl+Z brings it back")
+        tip = f"Delete the chosen mark (Delete); {key_text('Ctrl+Z')} brings it back"
+        delete = self.add_button("Delete", tip)
         delete.clicked.connect(lambda: self._with_current(self.deleted.emit))
         view.deleted.connect(self.deleted)
 

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
+from ui.commands import key_text
 from ui.gap.marking import focus_frame, ink
 from ui.gap.phrases import symbol, times_floor_text
 from ui.gap.pictures import TO, BarPair, Fall
@@ -191,7 +192,8 @@ class StepTrack(ArrowKeys, QSlider):
         self._look = look
         self._names: tuple[str, ...] = ("Baseline",)
         self.setAccessibleName("Model on the way from the baseline to the last effect")
-        self.setToolTip("Left and Right, or Alt+Left and Alt+Right from anywhere on this page")
+        back, on = key_text("Alt+Left"), key_text("Alt+Right")
+        self.setToolTip(f"Left and Right, or {back} and {on} from anywhere on this page")
         self.setPageStep(1)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QVBoxLayout, QWi
 from gsapp.excitation.debrief import Debrief
 from gsapp.excitation.debrief_maneuver import JudgedManeuver
 from gsapp.excitation.debrief_trends import FlightTrend
+from ui.commands import key_text
 from ui.look import Look
 from ui.pages import label
 from ui.pilot.debrief_charts import ManeuverCharts
@@ -123,7 +124,7 @@ class DebriefPage(QWidget):
         """Show flights in a row."""
         self.trends.show_rows(
             trend_rows(trends),
-            "No flight is kept in the catalog yet. Ctrl+S keeps this one.",
+            f"No flight is kept in the catalog yet. {key_text('Ctrl+S')} keeps this one.",
         )
 
     @property

@@ -7,6 +7,7 @@ from typing import Final
 
 from PySide6.QtGui import QAction
 
+from ui.commands import key_text
 from ui.preflight.action_bar import Offer
 
 _WORDS: Final[Mapping[str, str]] = {
@@ -58,7 +59,9 @@ def offers(
             id=name,
             text=sticks if name == "pilot_sticks" else _WORDS[name],
             # Letters are sticks while a trainee flies: the last key is no letter.
-            key=actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString(),
+            key=key_text(
+                actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString()
+            ),
             first=name == "pilot_fly_card" and looking,
         )
         for name in shown

@@ -10,7 +10,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 
-from ui.commands import Need
+from ui.commands import Need, key_text
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.look import Look
@@ -210,7 +210,8 @@ class PilotPlace(QWidget):
         if self._desk.records_here and not self.training.running:
             self._desk.said.emit(
                 "caution",
-                f"{self._desk.name} is being recorded. Close it first (Ctrl+W), then train.",
+                f"{self._desk.name} is being recorded. Close it first ({key_text('Ctrl+W')}), then "
+                "train.",
             )
             return
         self.go(debrief=False)

@@ -16,7 +16,7 @@ from gsapp.flight.cards.card import SURFACES
 from ui.pilot.gauges import input_gauges, point_gauges
 from ui.pilot.sheet import CardLines, Gauge, Hint, Sheet, SignName, Tone
 from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_text
-from ui.words import DASH, clock_text, count_text, duration_text
+from ui.words import DASH, clock_text, count_text, duration_text, keys_text
 
 _HINTS: Final = 2
 _MEANT: Final = 0.5
@@ -75,7 +75,8 @@ def sheet_of(reading: Reading) -> Sheet:
     """Return what stands on the page."""
     cues = reading.cues
     if not reading.open:
-        hints = (Hint(words="connect with Ctrl+L, or train with Ctrl+Shift+T"),)
+        connect, train = keys_text("Ctrl+L"), keys_text("Ctrl+Shift+T")
+        hints = (Hint(words=f"connect with {connect}, or train with {train}"),)
         return Sheet(word="NO FLIGHT", sign="unknown", tone="unknown", hints=hints)
     if cues is None:
         hints = (Hint(words="this flight is opened without cues"),)
@@ -278,7 +279,7 @@ def _card_lines(cues: CueSnapshot, browsed: TestCard | None) -> CardLines:
         return CardLines(
             lead="CARDS",
             words="all cards flown: land" if done else "no test cards for this flight",
-            gain="" if done else "choose them at Preflight, Alt+4",
+            gain="" if done else f"choose them at Preflight, {keys_text('Alt+4')}",
             time=time,
             room=room,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, QKeyCombination, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QScreen
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
@@ -75,8 +75,10 @@ class PilotWindow(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Do what the key does on the page."""
-        pressed = QKeySequence(event.keyCombination()).toString()
-        act = self._keys.get(pressed)
+        # On macOS the arrows are keys of the keypad, everywhere one Enter is.
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        pressed = QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key())))
+        act = self._keys.get(pressed.toString())
         if act is None:
             super().keyPressEvent(event)
         else:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel
 
+from ui.commands import key_text
 from ui.look import Look
 from ui.pilot.training import Training
 
+_CONTROL = key_text("Ctrl+Up").removesuffix(key_text("Up"))
 _KEYS = (
     "arrows: stick (Down pulls) · A D: rudder · W S: throttle · "
     "1 2 3 4 5: quarter, third, half, two thirds, full · 9 0: low, high rate · "
-    "Ctrl+arrows: trim · Ctrl+M: sound"
+    f"{_CONTROL}arrows: trim · {key_text('Ctrl+M')}: sound"
 )
 
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
-from ui.commands import Need
+from ui.commands import Need, key_text
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.frame.banners import BannerStack
@@ -299,6 +299,6 @@ class PreflightPlace(QWidget):
         else:
             self._banners.show_banner(
                 "note",
-                "There is no flight to start: connect the aircraft first (Ctrl+L). The card and "
-                "what was ticked go into its folder.",
+                "There is no flight to start: connect the aircraft first "
+                f"({key_text('Ctrl+L')}). The card and what was ticked go into its folder.",
             )

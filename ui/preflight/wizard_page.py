@@ -13,6 +13,7 @@ from calibration.plan import Kind
 from calibration.wizard import Action, Wizard, unfinished
 from calibration.wizard.schedule import Mode
 from gsapp.foundation import GroundStationError
+from ui.commands import key_text
 from ui.desk import Desk
 from ui.look import Look
 from ui.preflight.action_bar import ActionBar, Offer
@@ -229,7 +230,7 @@ class WizardPage(QWidget):
             "Put the protractor on the surface that is called, bring it to each angle and hold: "
             "points are taken by themselves."
             if live
-            else "No aircraft is connected: Ctrl+L connects one.",
+            else f"No aircraft is connected: {key_text('Ctrl+L')} connects one.",
             "" if live else "caution",
         )
         left = unfinished(shelf.journal)
@@ -361,7 +362,9 @@ class WizardPage(QWidget):
         if self.ask.asking:
             return None
         key = Qt.Key(event.key())
-        plain = not (event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier)
+        # On macOS the arrows are keys of the keypad.
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        plain = not modifiers
         typed = QKeySequence(_SAME.get(key, key)) if plain else QKeySequence(event.keyCombination())
         for offer in self.actions_bar.offers:
             undoes = offer.id == "undo" and typed == _UNDO
@@ -370,7 +373,7 @@ class WizardPage(QWidget):
         run = self.run
         if run is None:
             return None
-        if event.modifiers() == Qt.KeyboardModifier.ControlModifier and key in _ARROWS:
+        if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROWS:
             return lambda: self.work.scroll(0.8 * _ARROWS[key])
         if not plain:
             return None

@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
-from ui.commands import Need
+from ui.commands import Need, key_text
 from ui.frame.steps import StepState
 from ui.gap.parts import Pair
 from ui.look import Look
@@ -305,13 +305,16 @@ class EstimatePage(ReviewPage):
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
-            return "There is no flight under review: add one under Maneuvers (Alt+1).", "caution"
+            words = (
+                f"There is no flight under review: add one under Maneuvers ({key_text('Alt+1')})."
+            )
+            return words, "caution"
         if not self._checker.ready:
             return "Loading what runs are made with …", ""
         if self._checker.problem is not None:
             return sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:
-            return f"{taken_words(self.taken)} Running; Ctrl+. stops it.", ""
+            return f"{taken_words(self.taken)} Running; {key_text('Ctrl+.')} stops it.", ""
         if not self.taken:
             return none_words(self._wishes, self._review), "caution"
         return f"{self._told or self._runner.told} {taken_words(self.taken)}".strip(), ""

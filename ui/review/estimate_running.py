@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from ui.commands import key_text
 from ui.review.jobs import NOT_KEPT, BeginJob, EstimateJob, RepeatJob
 from ui.review.runs_book import RunsBook
 from ui.review.runs_lines import derivative_count
@@ -122,5 +123,5 @@ def _ended(outcome: Outcome) -> str:
     gusty = [one.maneuver.id for one in results if one.beside is not None]
     if gusty:
         said.append(f"In gusts, equation error beside: {', '.join(gusty)}.")
-    said.append("Look at Figures (Alt+3), Summary (Alt+4).")
+    said.append(f"Look at Figures ({key_text('Alt+3')}), Summary ({key_text('Alt+4')}).")
     return " ".join(said)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from gsapp.identification.axes import SURFACES
 from ui.review.estimate_wishes import Wishes
 from ui.review.estimate_words import maneuver_count
+from ui.words import keys_text
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.request import ChosenManeuver
@@ -42,10 +43,11 @@ def taken_words(maneuvers: tuple[ChosenManeuver, ...]) -> str:
 
 def none_words(wishes: Wishes, review: Review) -> str:
     """Return why a run would take nothing, and what to do."""
+    there = f"under Maneuvers ({keys_text('Alt+1')})"
     if wishes.maneuvers == "chosen":
-        return "No maneuver is chosen: choose one under Maneuvers (Alt+1) or in a figure."
+        return f"No maneuver is chosen: choose one {there} or in a figure."
     if not review.rows():
-        return "These flights have no maneuvers: add them under Maneuvers (Alt+1)."
+        return f"These flights have no maneuvers: add them {there}."
     if wishes.axis != "both":
         return "No maneuver in use moved a surface of this axis: choose another axis."
-    return "No maneuver is in use: check some under Maneuvers (Alt+1)."
+    return f"No maneuver is in use: check some {there}."

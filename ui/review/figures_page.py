@@ -11,7 +11,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
-from ui.commands import Need
+from ui.commands import Need, key_text
 from ui.frame.steps import StepState
 from ui.look import Look
 from ui.review.figure_drawing import Drawing
@@ -36,7 +36,8 @@ log = logging.getLogger(__name__)
 _POINTED = frozenset({"values", "online"})
 """Figures whose points stand for maneuvers."""
 _NOTHING = (
-    "Nothing is estimated yet. Choose what to estimate on the page Estimate (Alt+2) and run it; "
+    "Nothing is estimated yet. Choose what to estimate on the page Estimate "
+    f"({key_text('Alt+2')}) and run it; "
     "the figures of the run come here."
 )
 

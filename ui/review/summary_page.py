@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
-from ui.commands import Need
+from ui.commands import Need, key_text
 from ui.flight.controls import ActionButton
 from ui.frame.steps import StepState
 from ui.gap.parts import Choice, Lines, Pair, button_row
@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
 
 _NOTHING = (
-    "Nothing is estimated yet. Choose what to estimate on the page Estimate (Alt+2) and run it; "
+    "Nothing is estimated yet. Choose what to estimate on the page Estimate "
+    f"({key_text('Alt+2')}) and run it; "
     "what came out is summed up here."
 )
 _DETAIL = 92
