@@ -7,7 +7,6 @@ event that both share; a process that does not obey is ended by the window.
 from __future__ import annotations
 
 import contextlib
-import os
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Literal, Protocol
 
 from gsapp.foundation import GroundStationError
+from gsapp.foundation.priority import stand_back
 
 Tell = Callable[[float | None, str], object]
 """Receives the share done (None: unknown) and what is being done; may raise to stop the work."""
@@ -78,9 +78,8 @@ def serve_jobs(connection: Connection, stop: Stop, make: Callable[[Tell], Bench]
         Makes the bench; what it is given says how far a job is, and raises `StoppedError` where
         the window does not want it any more.
     """
-    with contextlib.suppress(AttributeError, OSError):
-        # The charts come first on a machine with few cores.
-        os.nice(5)
+    # The charts come first on a machine with few cores.
+    stand_back(5)
 
     def tell(share: float | None, words: str) -> None:
         if stop.is_set():

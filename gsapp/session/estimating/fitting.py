@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass
 
 from gsapp.dynamics.model import Model
-from gsapp.foundation import GroundStationError
+from gsapp.foundation import GroundStationError, priority
 from gsapp.identification.campaign import CampaignSettings, ManeuverResult, run_campaign
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import MLSettings
@@ -64,8 +64,7 @@ def fit(request: FitRequest) -> FitReply:
 def stand_back() -> None:
     """Make a worker process yield to all else, leave Ctrl+C to its parent, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(os, "nice"):
-        os.nice(_POLITE)
+    priority.stand_back(_POLITE)
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
 
 
