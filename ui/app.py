@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
-from ui.display import require_display
+from ui.display import fonts_without_screen, require_display
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -50,6 +50,8 @@ def make_application() -> QApplication:
     """
     require_display()
     _require_qt()
+    if (fonts := fonts_without_screen()) is not None:
+        os.environ.setdefault("QT_QPA_FONTDIR", fonts)
     from pyqtgraph.util.garbage_collector import GarbageCollector
     from PySide6.QtCore import Qt
     from PySide6.QtGui import QGuiApplication

@@ -128,6 +128,26 @@ def require_display(
         _require_desktop(environment, library_loads)
 
 
+def fonts_without_screen(
+    environment: Mapping[str, str] = os.environ, platform: str = sys.platform
+) -> str | None:
+    """Return the folder of the fonts that Qt must be told of; None where it finds them.
+
+    Without a screen it looks in no folder of Windows, and draws words as empty boxes.
+
+    Parameters
+    ----------
+    environment : mapping of str to str
+        Environment variables.
+    platform : str
+        As `sys.platform`.
+    """
+    chosen = environment.get("QT_QPA_PLATFORM", "").casefold().partition(":")[0]
+    if platform != "win32" or chosen not in ("offscreen", "minimal"):
+        return None
+    return environment.get("WINDIR", "C:\\Windows") + "\\Fonts"
+
+
 def _require_one_of(
     chosen: Collection[str],
     environment: Mapping[str, str],

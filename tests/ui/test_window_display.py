@@ -13,7 +13,7 @@ import pytest
 from gsapp.cli import replay
 from gsapp.foundation import FlightError
 from ui.app import run_window
-from ui.display import NoDisplayError, require_display
+from ui.display import NoDisplayError, fonts_without_screen, require_display
 
 
 def _loads(_name: str) -> bool:
@@ -63,6 +63,15 @@ def test_a_platform_that_draws_nowhere_and_other_systems_need_no_display() -> No
     require_display({"QT_QPA_PLATFORM": "Offscreen:enable_fonts"}, "linux")
     require_display({}, "darwin")
     require_display({}, "win32")
+
+
+def test_without_a_screen_qt_is_told_of_the_fonts_of_windows() -> None:
+    """Only there it does not find them by itself."""
+    hidden = {"QT_QPA_PLATFORM": "offscreen:size=1", "WINDIR": "D:\\Windows"}
+    assert fonts_without_screen(hidden, "win32") == "D:\\Windows\\Fonts"
+    assert fonts_without_screen({"WINDIR": "D:\\Windows"}, "win32") is None
+    assert fonts_without_screen(hidden, "darwin") is None
+    assert fonts_without_screen(hidden, "linux") is None
 
 
 def test_a_platform_that_qt_lacks_is_named_with_those_it_has() -> None:
