@@ -7,6 +7,8 @@
     python3 packaging/bootstrap.py run [ARGUMENTS]     the program itself: the window, or a command
     python3 packaging/bootstrap.py setup               only the setting up
 
+On Windows type py in place of python3.
+
 Everything is installed into `.venv` beside this folder, at the versions of run.lock and
 test.lock. Nothing but Python's standard library is used here; Python 3.11 to 3.14 is needed.
 """
@@ -19,6 +21,7 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 import time
 from pathlib import Path
 
@@ -63,19 +66,40 @@ def say(text: str) -> None:
     print(text, flush=True)
 
 
+def other_python() -> list[str] | None:
+    """Return the command of another Python that fits; None where there is none."""
+    for minor in range(NEWEST[1], OLDEST[1] - 1, -1):
+        if found := shutil.which(f"python3.{minor}"):
+            return [found]
+        # Windows has one program that calls them all.
+        launcher = shutil.which("py") if os.name == "nt" else None
+        if launcher and succeeds([launcher, f"-3.{minor}", "-c", ""]):
+            return [launcher, f"-3.{minor}"]
+    return None
+
+
+def succeeds(command: list[str]) -> bool:
+    """Return whether a command ends well; what it says is dropped."""
+    return subprocess.run(command, check=False, capture_output=True).returncode == 0
+
+
 def check_python() -> None:
     """Run under a fitting Python: this one, or another found on the PATH."""
-    if OLDEST <= sys.version_info[:2] <= NEWEST:
-        return
-    for minor in range(NEWEST[1], OLDEST[1] - 1, -1):
-        other = shutil.which(f"python3.{minor}")
-        if other:
-            sys.exit(subprocess.call([other, str(Path(__file__).resolve()), *sys.argv[1:]]))
-    wanted = f"{OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}"
-    raise SetupError(
-        f"Python {wanted} is needed; this is {sys.version.split()[0]}. Install one of them and "
-        "call it by its name, for example: python3.12 packaging/bootstrap.py demo"
-    )
+    if not OLDEST <= sys.version_info[:2] <= NEWEST:
+        other = other_python()
+        if other is not None:
+            sys.exit(subprocess.call([*other, str(Path(__file__).resolve()), *sys.argv[1:]]))
+        wanted = f"{OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}"
+        example = "py -3.12" if os.name == "nt" else "python3.12"
+        raise SetupError(
+            f"Python {wanted} is needed; this is {sys.version.split()[0]}. Install one of them and "
+            f"call it by its name, for example: {example} packaging/bootstrap.py demo"
+        )
+    if sysconfig.get_platform() in {"win32", "win-arm64"}:
+        raise SetupError(
+            "This Python is not the one for 64-bit Intel and AMD, for which alone all packages are "
+            "made on Windows. Install that one, which runs on ARM as well, and call again."
+        )
 
 
 def loads(library: str) -> bool:

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -112,6 +112,45 @@ def test_an_unfit_python_without_another_says_which_is_needed(
     monkeypatch.setattr(bootstrap.shutil, "which", lambda _: None)
     with pytest.raises(bootstrap.SetupError, match=r"Python 3\.11 to 3\.14 is needed"):
         bootstrap.check_python()
+
+
+def test_on_windows_another_python_is_called_by_the_launcher(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The newest that it has; names with a version are not found there."""
+    asked: list[str] = []
+
+    def succeeds(command: list[str]) -> bool:
+        asked.append(command[1])
+        return command[1] == "-3.12"
+
+    monkeypatch.setattr(bootstrap, "os", SimpleNamespace(name="nt"))
+    monkeypatch.setattr(bootstrap, "succeeds", succeeds)
+    monkeypatch.setattr(
+        bootstrap.shutil, "which", lambda name: "C:/py.exe" if name == "py" else None
+    )
+    assert bootstrap.other_python() == ["C:/py.exe", "-3.12"]
+    assert asked == ["-3.14", "-3.13", "-3.12"]
+
+
+def test_another_python_is_found_by_its_name_elsewhere(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    named = {"python3.13": "/opt/python3.13", "python3.11": "/usr/bin/python3.11", "py": "/x/py"}
+    monkeypatch.setattr(bootstrap.shutil, "which", named.get)
+    monkeypatch.setattr(bootstrap, "os", SimpleNamespace(name="posix"))
+    assert bootstrap.other_python() == ["/opt/python3.13"]
+
+
+@pytest.mark.parametrize("system", ["win32", "win-arm64"])
+def test_a_python_that_windows_has_no_packages_for_is_told(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, system: str
+) -> None:
+    monkeypatch.setattr(bootstrap.sysconfig, "get_platform", lambda: system)
+    with pytest.raises(bootstrap.SetupError, match="64-bit Intel and AMD"):
+        bootstrap.check_python()
+    monkeypatch.setattr(bootstrap.sysconfig, "get_platform", lambda: "win-amd64")
+    bootstrap.check_python()
 
 
 def test_a_wrong_call_shows_the_commands_and_exits_with_2() -> None:
