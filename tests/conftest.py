@@ -25,7 +25,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("busy")
 
-# Where platformdirs looks on Linux, macOS and Windows; processes that tests start inherit it.
+# Where platformdirs looks on Linux, macOS and Windows, which itself asks nobody but the system;
+# processes that tests start inherit it.
 _HOMES = {
     "XDG_CONFIG_HOME": "config",
     "XDG_CACHE_HOME": "cache",
@@ -34,8 +35,12 @@ _HOMES = {
     "XDG_RUNTIME_DIR": "run",
     "XDG_DOCUMENTS_DIR": "documents",
     "HOME": ".",
+    "USERPROFILE": ".",
     "APPDATA": "roaming",
     "LOCALAPPDATA": "local",
+    "WIN_PD_OVERRIDE_APPDATA": "roaming",
+    "WIN_PD_OVERRIDE_LOCAL_APPDATA": "local",
+    "WIN_PD_OVERRIDE_PERSONAL": "documents",
 }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -202,7 +201,7 @@ def test_killed_in_the_midst_the_flight_stands(flight):
         time.sleep(0.002)
     time.sleep(0.05)
     child.kill()
-    assert child.wait() == -signal.SIGKILL
+    assert child.wait() != 0  # in the midst, not at its end
     assert listing(folder) == before
     assert load_flight(folder.path).onboard is None
     assert place_log(folder.path, log).flight.onboard.in_place

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import signal
 import socket
 import subprocess
 import sys
@@ -286,7 +284,7 @@ def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, pati
     scratch = folder.cache_folder / "download"
     note = scratch / f"onboard-{NUMBER}.json"
     assert patience(note.exists, 60.0)
-    os.kill(child.pid, signal.SIGKILL)
+    child.kill()
     child.wait()
     autopilot.kill()
     assert [handle.folder.parent for handle in find_recorders()] == [scratch]

@@ -392,7 +392,7 @@ def test_killing_the_window_loses_no_byte(tmp_path, frames, port, patience) -> N
         [sys.executable, "-c", code, link, str(folder)], stdout=subprocess.PIPE
     )
     assert window.stdout is not None
-    assert window.stdout.readline() == b"recording\n"
+    assert window.stdout.readline().strip() == b"recording"
     sent = frames(600)
     for number, frame in enumerate(sent):
         sender.sendto(frame, target)

@@ -39,6 +39,9 @@ from ui.flight.estimates_panel import (
 from ui.look import Look
 from ui.window import MainWindow
 
+# Windows has no SIGKILL; there SIGTERM leaves a process no time either.
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+
 TIMES = np.arange(0.0, 100.0, 0.1)
 KNOWN = EstimateRow(
     name="Cm_alpha", value=-0.33, std=0.0066, progress=1.0, why="", times=TIMES,
@@ -136,7 +139,7 @@ def test_derivatives_form_while_a_flight_is_watched(
     workers = window.desk.session.estimates.fits._workers
     until(qtbot, lambda: bool(getattr(workers._pool, "_processes", None)), 60_000)
     # The system kills the process of the fits: the window goes on, and so do the fits.
-    os.kill(next(iter(workers._pool._processes)), signal.SIGKILL)
+    os.kill(next(iter(workers._pool._processes)), KILL)
     until(qtbot, lambda: any(row.points for row in panel.list.rows.rows), 120_000)
     assert not window.desk.session.estimates.fits.failures
     names = [row.name for row in panel.list.rows.rows]

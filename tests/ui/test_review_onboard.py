@@ -31,6 +31,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 from onboard_kit import fly_thin
 from window_kit import answer_dialog, free_port, open_window
 
+# Windows has no SIGKILL; there SIGTERM leaves a process no time either.
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+
 AUTOPILOT = Path(__file__).parents[1] / "telemetry" / "foreign_autopilot.py"
 OFFSET = 3.7
 
@@ -146,7 +149,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         assert 0 < left < log.stat().st_size
         press(window, KEYS, answer)
         qtbot.waitUntil(lambda: note.exists() and missing() < left, timeout=60_000)
-        os.kill(desk.work._engine.pid, signal.SIGKILL)
+        os.kill(desk.work._engine.pid, KILL)
         qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
         # An error is told a moment after the work has ended.
         qtbot.waitUntil(

@@ -40,7 +40,8 @@ def test_a_display_that_does_not_answer_is_named() -> None:
         require_display(environment, "linux", **_WORKS)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="sockets in the file system")
+# macOS takes no more than 104 bytes for the path of a socket; its folders for tests have more.
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only there Qt has Wayland")
 def test_a_display_that_answers_is_taken(tmp_path: Path) -> None:
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(str(tmp_path / "wayland-1"))

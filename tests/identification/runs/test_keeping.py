@@ -167,7 +167,8 @@ SETTINGS = st.builds(
     likelihood=LIKELIHOOD,
     joint=st.booleans(),
 )
-FLIGHT = Path("/flights/campaign/a.csv")
+# On Windows a path is whole with its drive only.
+FLIGHT = Path("/flights/campaign/a.csv").absolute()
 MANEUVERS = st.lists(
     st.builds(
         ChosenManeuver, flight=st.just(FLIGHT), id=st.text(), t_start=NUMBERS, t_end=NUMBERS,
@@ -184,7 +185,7 @@ def test_every_setting_goes_through_json_exactly(
 ) -> None:
     """Every float to the last bit, the model by its content, tuples as tuples, in their order."""
     asked = RunRequest(flights=(FLIGHT,), maneuvers=maneuvers, settings=chosen, label=label)
-    folder = Path("/flights/campaign")
+    folder = FLIGHT.parent
     text = json.dumps(request_json(asked, folder), allow_nan=False)
     back = request_from_json(json.loads(text), folder)
     assert back == asked
