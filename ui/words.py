@@ -183,6 +183,17 @@ def sentences(remarks: Iterable[str]) -> str:
     return " ".join(f"{words[:1].upper()}{words[1:].rstrip('.')}." for words in remarks if words)
 
 
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)\s*(\..*)?", re.IGNORECASE)
+"""Names that Windows gives to devices, in every folder and with any ending."""
+
+
+def file_name(text: str) -> str:
+    """Return a name as a file or folder can have it on every system; perhaps an empty one."""
+    name = re.sub(r'[<>:"/\\|?*\x00-\x1f]+', "-", text).strip(" .")
+    device = _DEVICES.fullmatch(name)
+    return f"{device[1]}-{device[2] or ''}" if device else name
+
+
 _MAC_SIGNS = {"Alt": "⌥", "Shift": "⇧", "Ctrl": "⌘"}
 """In the order in which they are written there."""
 

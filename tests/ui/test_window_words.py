@@ -16,7 +16,7 @@ import ui.commands
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import CHANNELS, channel
 from ui.commands import COMMANDS
-from ui.dialogs.requests import check_folder, check_link, folder_name, link_text, next_flight_name
+from ui.dialogs.requests import check_folder, check_link, link_text, next_flight_name
 from ui.flight.choice import (
     LAYOUT_NAMES,
     OVERVIEW,
@@ -36,6 +36,7 @@ from ui.words import (
     bytes_text,
     clock_text,
     duration_text,
+    file_name,
     keys_text,
     number_text,
     parse_clock,
@@ -185,6 +186,9 @@ def test_layouts_are_kept_by_name_and_damaged_ones_named(tmp_path: Path) -> None
     layout = shipped_layout("Lateral", tuple(CHANNELS))
     store.save(layout, "Dutch roll / spiral")
     store.save(layout, "dutch roll: spiral")
+    store.save(layout, "Aux")  # no file can be called that on Windows
+    assert not (tmp_path / "aux.toml").exists()
+    store.delete("Aux")
     (tmp_path / "broken.toml").write_text("groups = 3")
     again = LayoutStore(tmp_path)
     assert again.names == ("Dutch roll / spiral", "dutch roll: spiral")
@@ -255,7 +259,12 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
     assert "goes on in it" in check_folder(str(tmp_path), "2026-05-12 flight 1").sentence
     assert not check_folder(str(tmp_path), " ").usable
     assert not check_folder("", "x").usable
-    assert folder_name('a/b:c"') == "a-b-c-"
+    assert file_name('a/b:c"') == "a-b-c-"
+    # Windows takes these for devices, whatever follows the dot.
+    assert [file_name(name) for name in ("Aux", "com1", "nul.x", "console", "com10")] == [
+        "Aux-", "com1-", "nul-.x", "console", "com10",
+    ]  # fmt: skip
+    assert "'con-'" in check_folder(str(tmp_path), "con").sentence
     assert "'a-b'" in check_folder(str(tmp_path), "a/b").sentence
     blocked = tmp_path / "file"
     blocked.write_text("")

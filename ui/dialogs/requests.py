@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from typing import Literal
 
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.sources.serial_port import same_port
-from ui.words import bytes_text
+from ui.words import bytes_text, file_name
 
 State = Literal["", "good", "caution", "warning"]
 LinkKind = Literal["serial", "udpin", "udpout", "tcp", "tcpin", "text"]
@@ -157,11 +156,6 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
     return Verdict(sentence=sentences.get(kind, "A recorded flight."), state="good")
 
 
-def folder_name(text: str) -> str:
-    """Return a name as a folder can have it on every system."""
-    return re.sub(r'[<>:"/\\|?*\x00-\x1f]+', "-", text).strip(" .")
-
-
 def next_flight_name(parent: Path, today: date) -> str:
     """Return ``2026-05-12 flight 3``: the next one of the day."""
     number = 1
@@ -174,9 +168,9 @@ def check_folder(parent: str, name: str) -> Verdict:
     """Return what is to be said of the place where a flight shall be recorded."""
     if not name.strip():
         return Verdict(sentence="The flight needs a name.", state="warning")
-    if folder_name(name) != name.strip():
+    if file_name(name) != name.strip():
         return Verdict(
-            sentence=f"A folder cannot be called that; {folder_name(name)!r} would do.",
+            sentence=f"A folder cannot be called that; {file_name(name)!r} would do.",
             state="warning",
         )
     if not parent.strip():

@@ -9,6 +9,7 @@ from pathlib import Path
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
 from ui.flight.choice import LAYOUT_NAMES, named
 from ui.strips.layout import StripLayout, load_layout, save_layout
+from ui.words import file_name
 
 log = logging.getLogger(__name__)
 
@@ -75,7 +76,7 @@ class LayoutStore:
         self._layouts[name] = (path, named(layout, name))
 
     def _free_path(self, name: str) -> Path:
-        stem = _WRITTEN.sub("-", name).strip("-").lower() or "layout"
+        stem = file_name(_WRITTEN.sub("-", name).strip("-").lower()) or "layout"
         taken = {path for path, _layout in self._layouts.values()}
         number = 1
         while True:
