@@ -115,8 +115,10 @@ def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:
         ) from error
     said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said):
-            parsed = ULog(str(file), None if wanted is None else sorted(wanted))
+        # Opened here: pyulog leaves a damaged file open, which Windows then neither renames nor
+        # deletes.
+        with contextlib.redirect_stdout(said), file.open("rb") as stream:
+            parsed = ULog(stream, None if wanted is None else sorted(wanted))
     except ULogException as error:
         raise FlightError(
             f"{file} cannot be read as a PX4 .ulg log ({error}); download it again"
