@@ -155,6 +155,9 @@ class LinkControl:
 class TypedControl:
     """Lines that are typed, or written by the program that started this one.
 
+    To be made after NumPy and SciPy were imported: on Windows their libraries look at the
+    standard input when they are loaded, which waits there until who reads from a pipe has a line.
+
     Parameters
     ----------
     stream : text file
