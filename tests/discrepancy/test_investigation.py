@@ -20,8 +20,9 @@ from core_kit import AIRCRAFT, TRUTH, maneuver
 from gsapp.discrepancy.instruments import instrument_remarks
 from gsapp.discrepancy.results import Discrepancy
 from gsapp.discrepancy.settings import DiscrepancySettings, Progress, SearchStoppedError
-from gsapp.discrepancy.workflow import Investigation
+from gsapp.discrepancy.workflow import Investigation, _check_gain, _Search
 from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 
 EFFECT, SIZE = "aero.Cm.alpha2", -3.0
@@ -91,6 +92,17 @@ def test_the_hidden_effect_is_found(answer: Discrepancy) -> None:
     assert answer.gap.on == HELD_OUT
     assert answer.steps[0].misfit > answer.steps[1].misfit
     assert EFFECT in answer.why or one.title in answer.why
+
+
+def test_a_full_fit_that_gains_nothing_refuses_the_effect(search: Investigation) -> None:
+    """A column may promise what no fit holds, as a scale does where a delay was hidden."""
+    run = _Search(search, SETTINGS, None)
+    stage = run._stage(search.baseline(HELD_OUT, lambda _: None), added="")
+    best = stage.decision.best
+    assert best is not None
+    with pytest.raises(FlightError, match=f"{EFFECT}: 0 gained in the full fit"):
+        _check_gain(stage, stage.fit, best)
+    _check_gain(stage, run._fitted_with(stage.fit, best, stage.screening, ""), best)
 
 
 def test_instruments_are_judged_apart() -> None:
