@@ -73,7 +73,9 @@ def borne_out(
         least = threshold(false_alarm, before.screening.competitors)
         found = float(before.decision.gain.max())
         share = held.samples / before.screening.left.samples
-        if not contradicted(held.gain(len(kept) - 2, len(kept) - 1), found, share, least):
+        gain = held.gain(len(kept) - 2, len(kept) - 1)
+        apart = held.apart(len(kept) - 2, len(kept) - 1)
+        if not contradicted(gain, found, share, least, apart):
             break
         kind: Kind = "unexplained" if found > _STRONG * least else "nothing"
         kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
@@ -81,7 +83,7 @@ def borne_out(
     return kept, held
 
 
-def contradicted(gain: float, found: float, share: float, least: float) -> bool:
+def contradicted(gain: float, found: float, share: float, least: float, apart: float) -> bool:
     """Return whether maneuvers kept out speak against an effect.
 
     Parameters
@@ -94,14 +96,15 @@ def contradicted(gain: float, found: float, share: float, least: float) -> bool:
         Samples kept out, for each of those that named it.
     least : float
         Gain below which nothing is named.
+    apart : float
+        Sum of squares between what the models with and without it expect there.
     """
     if gain > 0.0:
         return False
     # As many maneuvers of this kind as named it would leave too little,
     undone = found + 2.0 * gain / share < least
     # or an effect of its size would have shown: its gain there has this mean and this deviation.
-    expected = found * share
-    return undone or gain < 0.5 * expected - _CONTRADICTED * math.sqrt(expected)
+    return undone or gain < 0.5 * apart - _CONTRADICTED * math.sqrt(apart)
 
 
 def answer_of(

@@ -122,6 +122,22 @@ class HeldOut:
         """Return the gain in log-likelihood from one model to another."""
         return 0.5 * (self._squares(before) - self._squares(after))
 
+    def apart(self, before: int, after: int) -> float:
+        """Return the sum of squares between the innovations that two models expect.
+
+        Where it is small these maneuvers cannot say which of the two is right: a zero error of a
+        flight, say, is told by its size alone.
+        """
+        total = 0.0
+        for old, new in zip(self._kept[before].maneuvers, self._kept[after].maneuvers, strict=True):
+            if old.seen is None or new.seen is None or len(old.seen.rows) != len(new.seen.rows):
+                continue
+            rows = new.seen.rows
+            basis, _ = np.linalg.qr(rows[:, -1 - new.seen.n_local : -1])
+            between = rows[:, -1] - old.seen.rows[:, -1]
+            total += float(between @ between - np.sum((basis.T @ between) ** 2))
+        return total
+
     def gains_of(
         self, number: int, screening: Screening, places: Sequence[int]
     ) -> tuple[float, ...]:

@@ -48,7 +48,10 @@ _FOREIGN = 1.2
 _CLOSE = 16.0
 """Candidates within this gain of the best are fitted fully before a name is said."""
 _KEPT = 0.25
-"""Share of the gain that its column promises, that the full fit of an effect must show."""
+"""Share of the gain that its column promises, that the full fit of an effect must show, unless it
+shows as much as chance does not reach: far from neutral columns promise too much."""
+_FAR = 12
+"""Passes of a fit that starts from a motion seen by turned or swapped instruments."""
 
 
 class Investigation:
@@ -303,7 +306,7 @@ class _Search:
         model = fit.revised_model().with_effect(one.id, values)
         free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
         new = fit.with_model(model, free)
-        settle(new, _PASSES, self._tick, doing, fresh=True)
+        settle(new, _PASSES if screening else _FAR, self._tick, doing, fresh=True)
         return new
 
     def _with(
@@ -318,7 +321,7 @@ class _Search:
         )
         self._trials.clear()
         if competitor and not forced:
-            _check_gain(last, fit, competitor)
+            _check_gain(last, fit, competitor, self._settings.false_alarm)
         if (
             one.id.startswith("sensor.")
             and one.id.endswith(".scale")
@@ -370,7 +373,7 @@ def _root(model: Model) -> str:
     return model.name.partition(" + ")[0]
 
 
-def _check_gain(last: Stage, fit: Fit, one: Competitor) -> None:
+def _check_gain(last: Stage, fit: Fit, one: Competitor, false_alarm: float) -> None:
     """Refuse an effect that the full fit does not bear out.
 
     Raises
@@ -380,7 +383,7 @@ def _check_gain(last: Stage, fit: Fit, one: Competitor) -> None:
     """
     promised = float(last.decision.gain[last.screening.place(one.id)])
     gained = last.fit.cost() - fit.cost()
-    if gained < _KEPT * promised:
+    if gained < min(_KEPT * promised, threshold(false_alarm, last.screening.competitors)):
         raise FlightError(f"{one.id}: {gained:.0f} gained in the full fit, not {promised:.0f}")
 
 

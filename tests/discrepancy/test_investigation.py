@@ -24,6 +24,7 @@ from gsapp.discrepancy.workflow import Investigation, _check_gain, _Search
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities.constants import DEGREE
 
 EFFECT, SIZE = "aero.Cm.alpha2", -3.0
 HELD_OUT = ("2", "5")
@@ -101,8 +102,22 @@ def test_a_full_fit_that_gains_nothing_refuses_the_effect(search: Investigation)
     best = stage.decision.best
     assert best is not None
     with pytest.raises(FlightError, match=f"{EFFECT}: 0 gained in the full fit"):
-        _check_gain(stage, stage.fit, best)
-    _check_gain(stage, run._fitted_with(stage.fit, best, stage.screening, ""), best)
+        _check_gain(stage, stage.fit, best, SETTINGS.false_alarm)
+    borne_out = run._fitted_with(stage.fit, best, stage.screening, "")
+    _check_gain(stage, borne_out, best, SETTINGS.false_alarm)
+
+
+def test_a_vane_mounted_askew_is_named_though_maneuvers_kept_out_say_nothing_of_it() -> None:
+    """Both models learned the zero error of the flight; only one of them must think it unlikely."""
+    askew = []
+    for one in flown(TRUTH):
+        values = one.block.values.copy()
+        values[:, one.block.channels.index("alpha")] += 4.0 * DEGREE
+        askew.append(replace(one, block=replace(one.block, values=values)))
+    found = Investigation(askew, AIRCRAFT, TRUTH).run(SETTINGS)
+    assert [one.effect for one in found.effects] == ["sensor.alpha.bias"]
+    value, std = found.effects[0].parameters["bias"]
+    assert abs(value - 4.0 * DEGREE) < 3.0 * std
 
 
 def test_instruments_are_judged_apart() -> None:

@@ -252,4 +252,4 @@ def test_maneuvers_kept_out_contradict_what_is_weak_or_should_have_shown(
     gain: float, found: float, against: bool
 ) -> None:
     """A clear effect survives a little bad luck on a third of its maneuvers; others do not."""
-    assert contradicted(gain, found, share=1.0 / 3.0, least=18.0) is against
+    assert contradicted(gain, found, share=1.0 / 3.0, least=18.0, apart=found / 3.0) is against
