@@ -253,6 +253,7 @@ class Recorder:
             error=self._error(),
             warnings=self._warnings(free, seconds),
             notes=list(written.notes),
+            parent=os.getppid(),
         )
 
     def _error(self) -> str:

@@ -158,9 +158,9 @@ def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]
 
 
 def _recording(handle: RecorderHandle) -> RecorderHandle | None:
-    """Return the handle once the child records.
+    """Return the handle once the child records, and not another that does so already.
 
-    Behind a launcher (a virtual environment on Windows has one) the process has another id.
+    Behind a launcher (a virtual environment on Windows has one) the recorder is its child.
     """
     pid = holder(handle.folder / LOCK_FILE)
     if pid is None:
@@ -173,7 +173,7 @@ def _recording(handle: RecorderHandle) -> RecorderHandle | None:
     settling = status.updated_us - status.started_us < _SETTLED_US
     if settling and (in_folder is None or in_folder.pid != pid):
         return None
-    return found if pid == handle.pid or sys.platform == "win32" else None
+    return found if handle.pid in (pid, status.parent) else None
 
 
 def _last_words(log: Path, start: int, code: int) -> str:

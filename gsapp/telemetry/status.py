@@ -57,6 +57,8 @@ class RecorderStatus(BaseModel):
         What will be wrong soon.
     notes : list of str
         What was found in the folder at the start.
+    parent : int
+        The process that started it; on Windows the launcher of a virtual environment.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -83,6 +85,7 @@ class RecorderStatus(BaseModel):
     error: str = ""
     warnings: list[str] = []
     notes: list[str] = []
+    parent: int = 0
 
 
 def runtime_folder() -> Path:

@@ -342,6 +342,24 @@ def test_a_second_recorder_is_refused(tmp_path, port) -> None:
     assert handle.alive()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="stands for the launchers there elsewhere")
+@pytest.mark.usefixtures("recorders")
+def test_a_recorder_behind_a_launcher_is_told_from_another(tmp_path, port, monkeypatch) -> None:
+    """As in a virtual environment on Windows: who was started is not who records."""
+    launcher = tmp_path / "python"
+    launcher.write_text(f'#!/bin/sh\n"{sys.executable}" "$@"\nexit $?\n')
+    launcher.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(launcher))
+    (link, _, _), (other, _, _) = udp_link(port), udp_link(port)
+    folder = tmp_path / "flight"
+    handle = start_recorder(link, folder)
+    assert handle.pid == read_status(folder / STATUS_FILE).pid
+    assert handle.status().parent not in (0, os.getpid())
+    with pytest.raises(LinkError, match=f"recorded into already.*process {handle.pid}"):
+        start_recorder(other, folder)
+    assert handle.stop()
+
+
 @pytest.mark.usefixtures("recorders")
 def test_what_cannot_begin_says_why(tmp_path, port) -> None:
     link, _, target = udp_link(port)
