@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -18,7 +17,7 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import open_window, until
+from window_kit import KILL, open_window, until
 
 import ui.window
 from gsapp.aircraft.reading import SHIPPED
@@ -38,9 +37,6 @@ from ui.flight.estimates_panel import (
 )
 from ui.look import Look
 from ui.window import MainWindow
-
-# Windows has no SIGKILL; there SIGTERM leaves a process no time either.
-KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 TIMES = np.arange(0.0, 100.0, 0.1)
 KNOWN = EstimateRow(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import threading
 import time
@@ -19,6 +18,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
+from window_kit import KILL
 
 import gsapp.identification.flights
 from gsapp.discrepancy.results import Discrepancy, Observability
@@ -213,15 +213,14 @@ def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> N
 
     with pytest.raises(CancelledError):
         engine.do(job(flight=str(tmp_path / "nowhere")), stop)
-    if hasattr(signal, "SIGKILL"):
 
-        def kill(_share: float | None, _words: str) -> None:
-            if engine.pid is not None:
-                os.kill(engine.pid, signal.SIGKILL)
+    def kill(_share: float | None, _words: str) -> None:
+        if engine.pid is not None:
+            os.kill(engine.pid, KILL)
 
-        with pytest.raises(JobError, match="ended without a word"):
-            engine.do(job(flight=str(tmp_path / "nowhere")), kill)
-        assert engine.pid is None
+    with pytest.raises(JobError, match="ended without a word"):
+        engine.do(job(flight=str(tmp_path / "nowhere")), kill)
+    assert engine.pid is None
     engine.close()
 
 

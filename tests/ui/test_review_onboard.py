@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -29,10 +28,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 
 from onboard_kit import fly_thin
-from window_kit import answer_dialog, free_port, open_window
-
-# Windows has no SIGKILL; there SIGTERM leaves a process no time either.
-KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+from window_kit import KILL, answer_dialog, free_port, open_window
 
 AUTOPILOT = Path(__file__).parents[1] / "telemetry" / "foreign_autopilot.py"
 OFFSET = 3.7

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,7 +22,7 @@ from pytestqt.qtbot import QtBot
 sys.path.insert(0, str(Path(__file__).parent))
 
 from review_kit import write_flights
-from window_kit import open_window, until
+from window_kit import KILL, open_window, until
 
 import ui.window
 from gsapp.flight.catalog import Catalog
@@ -84,15 +83,14 @@ def test_a_whole_review_by_keys(
     assert isinstance(page, EstimatePage)
     until(qtbot, lambda: page.can_run)
     # Killed in the midst: it is told, and the next run begins another process.
-    if hasattr(signal, "SIGKILL"):
-        press(qtbot, Qt.Key.Key_Return)
-        engine = window.review.work._engine
-        until(qtbot, lambda: engine.pid is not None)
-        os.kill(engine.pid, signal.SIGKILL)
-        until(qtbot, lambda: not window.review.work.running, 20000)
-        until(qtbot, lambda: any("without a word" in text for text in window.banners.texts()))
-        assert kept(page) == []
-        window.banners.dismiss()
+    press(qtbot, Qt.Key.Key_Return)
+    engine = window.review.work._engine
+    until(qtbot, lambda: engine.pid is not None)
+    os.kill(engine.pid, KILL)
+    until(qtbot, lambda: not window.review.work.running, 20000)
+    until(qtbot, lambda: any("without a word" in text for text in window.banners.texts()))
+    assert kept(page) == []
+    window.banners.dismiss()
     # Stopped in the midst: nothing is kept, and nothing stands half done.
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, window.review.strip.isVisible)

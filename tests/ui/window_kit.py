@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import threading
 import time
@@ -29,6 +30,9 @@ _SWITCHED_ON = 1.0
 
 _OPENS = 10.0
 """Seconds that a dialog may take to open."""
+
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+"""Ends a process at once; Windows has no SIGKILL, and there SIGTERM does."""
 
 Dialog = TypeVar("Dialog", bound=QDialog)
 
