@@ -24,9 +24,9 @@ BEGUN = 1_760_000_000
 def main(port: int, log: Path, heard: Path, loss: float, at_once: int = 8) -> None:
     """Serve until killed."""
     data = log.read_bytes()
-    link = mavutil.mavlink_connection(
-        f"udpout:127.0.0.1:{port}", source_system=3, source_component=1
-    )
+    # On Windows pymavlink takes the port that it is given for its own end as well.
+    link = mavutil.mavlink_connection("udpout:127.0.0.1:0", source_system=3, source_component=1)
+    link.destination_addr = ("127.0.0.1", port)
     luck = random.Random(5)
     beat = 0.0
     asked = None
