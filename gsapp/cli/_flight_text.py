@@ -48,7 +48,11 @@ def describe(console: Console, flight: Flight) -> None:
     figures = ("min", "max", "mean") if wide else ("min", "max")
     for heading in ("channel", "unit", "count", "Hz", *figures, "gaps", ""):
         right = heading not in ("channel", "unit", "")
-        table.add_column(heading, justify="right" if right else "left", no_wrap=True)
+        # Where even that is too wide, a name goes on below it; else the mark would be cut off.
+        name = heading == "channel"
+        table.add_column(
+            heading, justify="right" if right else "left", no_wrap=not name, overflow="fold"
+        )
     if wide:
         # The source takes what is left of the line.
         table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)

@@ -165,9 +165,14 @@ def test_a_map_without_volts_takes_no_certificates(tmp_path: Path, other: Path) 
 
 
 def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
-    flight: FlightFolder, other: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    flight: FlightFolder,
+    other: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """In the text, in the JSON, beside the channel; a table of volts is known for what it is."""
+    monkeypatch.setenv("COLUMNS", "79")  # of which rich thinks where Windows writes to a pipe
     summary, table = tmp_path / "summary.json", tmp_path / "out.csv"
     replay_command.run(flight=flight.path, json=summary, calibration=str(other))
     screen = capsys.readouterr().out
