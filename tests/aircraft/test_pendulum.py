@@ -228,14 +228,14 @@ def test_command_prints_a_table_and_writes_json(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "gsapp.cli", "inertia"]
     done = subprocess.run(
         [*command, str(written(tmp_path)), "--json", str(out)],
-        capture_output=True, text=True, check=True,
+        capture_output=True, encoding="utf-8", check=True,
     )  # fmt: skip
     assert "ixx" in done.stdout
     content = json.loads(out.read_text(encoding="utf-8"))
     expected = inertia_of(load_swings(tmp_path / "swings.toml")).values["ixx"]
     assert content["inertia"]["ixx"]["value"] == pytest.approx(expected.value)
     failed = subprocess.run(
-        [*command, str(tmp_path / "none.toml")], capture_output=True, text=True, check=False
+        [*command, str(tmp_path / "none.toml")], capture_output=True, encoding="utf-8", check=False
     )
     assert failed.returncode == 1
     assert "cannot be read" in failed.stderr

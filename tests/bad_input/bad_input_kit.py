@@ -50,7 +50,7 @@ def refused(
         done = gsapp(*call, folder=cwd)
     else:
         done = subprocess.run(
-            [*GSAPP, *call], capture_output=True, text=True, timeout=240, cwd=cwd,
+            [*GSAPP, *call], capture_output=True, encoding="utf-8", timeout=240, cwd=cwd,
             env=environment, preexec_fn=before,
         )  # fmt: skip
     assert done.returncode == 1, done.stderr

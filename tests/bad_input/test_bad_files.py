@@ -294,7 +294,7 @@ def test_a_folder_that_may_not_be_read(guarded: Path) -> None:
 def refused_blind(call: tuple[str, ...], *words: str, cwd: Path) -> None:
     """Refuse without looking into what may not be read."""
     done = subprocess.run(
-        [*GSAPP, *call], capture_output=True, text=True, timeout=240, cwd=cwd,
+        [*GSAPP, *call], capture_output=True, encoding="utf-8", timeout=240, cwd=cwd,
         preexec_fn=without_rights,
     )  # fmt: skip
     if done.returncode == 99:

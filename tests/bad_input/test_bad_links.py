@@ -104,7 +104,7 @@ def attempt(stream: Any, folder: Path) -> Trial:
     assert b"Traceback" not in words
     kept = [record.data for record in RawTail(folder).poll()]
     command = [*GSAPP, "replay", str(folder), "--headless", "--json", str(folder / "sum.json")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=240)
     assert "Traceback" not in done.stderr
     made = folder / "sum.json"
     summary = json.loads(made.read_text()) if made.exists() else {}

@@ -86,7 +86,7 @@ def test_a_port_that_vanishes_and_comes_back(tmp_path: Path) -> None:
     master, slave = plug_in()
     command = [*GSAPP, "record", f"serial:{link}:57600", "--out", str(folder)]
     recorder = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     said: list[str] = []

@@ -20,7 +20,10 @@ HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavli
 
 def gsapp(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "gsapp.cli", *arguments], capture_output=True, text=True, timeout=240
+        [sys.executable, "-m", "gsapp.cli", *arguments],
+        capture_output=True,
+        encoding="utf-8",
+        timeout=240,
     )
 
 
@@ -32,7 +35,7 @@ def test_help_imports_nothing_heavy() -> None:
         "except SystemExit: pass\n"
         f"print([name for name in {HEAVY} if name in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8")
     assert done.stdout.splitlines()[-1] == "[]"
 
 
@@ -96,7 +99,7 @@ def test_a_failure_exits_with_1_and_says_why_without_a_stack_trace(
 ) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "gsapp.cli", *call],
-        capture_output=True, text=True, timeout=240, cwd=tmp_path,
+        capture_output=True, encoding="utf-8", timeout=240, cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 1, done.stderr
     assert sentence in done.stderr

@@ -15,7 +15,7 @@ def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> 
     done = subprocess.run(
         [sys.executable, "-m", "gsapp.cli", "demo", "--headless", "--speed", "25", "--out", "demo",
          "--json", "result.json"],
-        capture_output=True, text=True, cwd=tmp_path, timeout=900,
+        capture_output=True, encoding="utf-8", cwd=tmp_path, timeout=900,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "the same, to the last bit, as seen live" in done.stdout

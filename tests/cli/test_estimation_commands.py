@@ -47,7 +47,7 @@ def process(*arguments: object, seed: str = "0") -> subprocess.CompletedProcess[
     """Run the program in a process of its own, its sets in the order of a seed."""
     command = [sys.executable, "-m", "gsapp.cli", *map(str, arguments)]
     return subprocess.run(
-        command, capture_output=True, text=True, check=False,
+        command, capture_output=True, encoding="utf-8", check=False,
         env={**os.environ, "PYTHONHASHSEED": seed},
     )  # fmt: skip
 

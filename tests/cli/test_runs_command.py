@@ -79,7 +79,8 @@ def test_another_process_repeats_a_run_to_the_last_bit(campaign: Path) -> None:
     """A new process with another order of sets gives the same numbers, and says so."""
     done = subprocess.run(
         [sys.executable, "-m", "gsapp.cli", "runs", str(campaign), "repeat", "2", "--json", "-"],
-        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONHASHSEED": "77"},
+        capture_output=True, encoding="utf-8", check=False,
+        env={**os.environ, "PYTHONHASHSEED": "77"},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     content = json.loads(done.stdout)

@@ -178,7 +178,7 @@ def test_rename_swaps_and_refuses_what_makes_no_sense() -> None:
 def gsapp(*arguments: object) -> subprocess.CompletedProcess[str]:
     """Run the program."""
     command = [sys.executable, "-m", "gsapp.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
 
 
 def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
