@@ -47,7 +47,7 @@ def same_port(one: str, other: str) -> bool:
     Windows calls it COM5 however the user wrote it; macOS has two devices for each, of which it
     lists ``/dev/cu.*`` only.
     """
-    first, second = (normcase(name).replace("/dev/tty.", "/dev/cu.") for name in (one, other))
+    first, second = (normcase(name.replace("/dev/tty.", "/dev/cu.")) for name in (one, other))
     return first == second
 
 
