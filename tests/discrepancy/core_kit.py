@@ -119,10 +119,12 @@ def prepared(maneuvers: list[Maneuver], model: Model = TRUTH, free: tuple[str, .
 
 TOY_CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "an")
 _V = 30.0
+_PAST = 600
+"""Samples before the record, in which the toy forgets that it was at rest."""
 
 
 class Toy:
-    """A stable linear system of eight states with the filter's gusts, and its samples.
+    """A stable linear system of eight states in continuous gusts, and its samples.
 
     Parameters
     ----------
@@ -159,18 +161,18 @@ class Toy:
         slopes[-1] = 3.0 * random.standard_normal(8) / _SIZES
         self.slopes = np.hstack((slopes, np.zeros((len(slopes), 3))))
         self.transition = expm(rates * dt)
-        self.process = noise.process(_V, 8) * dt
+        self.process = _gathered(full, noise.process(_V, 8), dt)
         self.measurement = np.array([noise.variances[name] for name in TOY_CHANNELS])
         draw = np.random.default_rng([seed, 6])
         values, vectors = np.linalg.eigh(self.process)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
-        shocks = draw.standard_normal((n, 11)) @ root.T
+        shocks = draw.standard_normal((_PAST + n, 11)) @ root.T
         errors = draw.standard_normal((n, len(TOY_CHANNELS))) * np.sqrt(self.measurement)
-        state, states = np.zeros(11), np.empty((n, 11))
-        for k in range(n):
-            state = self.step @ state + shocks[k]
+        state, states = np.zeros(11), np.empty((_PAST + n, 11))
+        for k, shock in enumerate(shocks):
+            state = self.step @ state + shock
             states[k] = state
-        self.states = states
+        self.states = states = states[_PAST:]
         self.errors = errors
         self.measured = states @ self.slopes.T + errors
 
@@ -225,6 +227,16 @@ class Toy:
         steady = np.zeros((8, self.n))
         steady[0] = _V
         return Motion(states=steady, gust=np.zeros((3, self.n)))
+
+
+def _gathered(rates: FloatArray, intensity: FloatArray, dt: float) -> FloatArray:
+    """Return what continuous noise adds to the covariance of a state in dt (Van Loan, 1978)."""
+    size = len(rates)
+    block = np.zeros((2 * size, 2 * size))
+    block[:size, :size], block[:size, size:], block[size:, size:] = -rates, intensity, rates.T
+    whole = expm(block * dt)
+    found: FloatArray = whole[size:, size:].T @ whole[:size, size:]
+    return found
 
 
 _SIZES = np.array((1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02))

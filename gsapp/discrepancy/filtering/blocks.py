@@ -214,16 +214,22 @@ class Blocks:
 
 
 def _ways(step: FloatArray, slopes: FloatArray, block: int, dt: float) -> tuple[Way, ...]:
-    """Return how noise at each sample of a block, ends counted half, comes through."""
+    """Return how noise in the middle between one sample of a block and the next comes through.
+
+    At a sample it would be seen there wholly, and act from there on only: half a sample late.
+    """
     size = len(step)
     output = np.zeros((len(slopes), size))
     output[:, : slopes.shape[1]] = slopes
-    powers = [np.eye(size)]
+    reach = [0.5 * (np.eye(size) + step)]
     for _ in range(block):
-        powers.append(step @ powers[-1])
-    ways = []
-    for k in range(block + 1):
-        seen = sum((output @ powers[later] for later in range(block - k)), np.zeros_like(output))
-        weight = 0.5 * dt if k in (0, block) else dt
-        ways.append(Way(weight=weight, state=powers[block - k], channels=seen / block))
-    return tuple(ways)
+        reach.append(step @ reach[-1])
+    return tuple(
+        Way(
+            weight=dt,
+            state=reach[block - 1 - k],
+            channels=sum((output @ one for one in reach[: block - 1 - k]), np.zeros_like(output))
+            / block,
+        )
+        for k in range(block)
+    )
