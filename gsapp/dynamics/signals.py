@@ -304,7 +304,7 @@ class Lag(SignalTerm):
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
         """Return the exact response to a straight line between the samples."""
-        decay, old, new = _lag_weights(parameters[0], dt)
+        decay, old, new = lag_weights(parameters[0], dt)
         out = decay * memory[0] + old * memory[1] + new * signal
         memory[0], memory[1] = out, signal
         return out
@@ -312,7 +312,7 @@ class Lag(SignalTerm):
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
         """Return the exact response to straight lines between the samples."""
         tau = parameters[0]
-        decay, _, _ = _lag_weights(tau, dt)
+        decay, _, _ = lag_weights(tau, dt)
 
         def run(history: FloatArray) -> FloatArray:
             return lagged(history, tau, dt)
@@ -579,14 +579,14 @@ def lagged(signal: FloatArray, tau: float, dt: float) -> FloatArray:
 
     Exact for straight lines between the samples.
     """
-    decay, old, new = _lag_weights(tau, dt)
+    decay, old, new = lag_weights(tau, dt)
     start = (1.0 - new) * signal[:1]
     out, _ = lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)
     return np.asarray(out)
 
 
-def _lag_weights(tau: float, dt: float) -> tuple[float, float, float]:
-    """Return weights of the last output, the last input and the new input."""
+def lag_weights(tau: float, dt: float) -> tuple[float, float, float]:
+    """Return weights of the last output, the last input and the new input, for straight lines."""
     if tau <= 0.0:
         return 0.0, 0.0, 1.0
     ratio = dt / tau

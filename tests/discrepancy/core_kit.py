@@ -202,6 +202,7 @@ class Toy:
         )
         return Linearization(
             record=record,
+            paths={},
             states=steady,
             transition=np.broadcast_to(self.transition, (n - 1, 8, 8)).copy(),
             stepped=steady[:, 1:],

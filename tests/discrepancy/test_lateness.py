@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
+from pathlib import Path as FilePath
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+sys.path.insert(0, str(FilePath(__file__).parent))
+
+from core_kit import TOY_CHANNELS, TOY_NOISE, Toy
+
 from gsapp.aircraft import load_aircraft
-from gsapp.discrepancy.filtering.lateness import looking_back, shown
-from gsapp.dynamics.signals import Path, SignalTerm
+from gsapp.discrepancy.filtering.kalman import Filter, filter_of
+from gsapp.discrepancy.filtering.lateness import by_lateness, looking_ahead, shares_seen, shown
+from gsapp.dynamics.signals import Path, SignalTerm, lagged
 from gsapp.dynamics.terms import make_term
 from gsapp.quantities import FloatArray
 
@@ -80,16 +89,90 @@ def test_an_early_signal_goes_on_as_it_is_going() -> None:
     assert np.abs(found - swinging(-0.005)[0])[2:].max() < 2e-4
 
 
-def test_deviations_are_looked_back_at() -> None:
-    """A delay shows what the equations had; a lag, their fading mean; nothing late, the present."""
+def test_an_early_deviation_goes_on_as_the_equations_do() -> None:
+    """Early by the clock of a box: what the equations make of it; late or right, as it is."""
     jacobian = np.array([[[0.0, 1.0], [-4.0, -0.6]]])
-    back = looking_back(path(delay=0.03), jacobian)
-    assert back is not None
-    assert np.abs(back[0] - expm(-0.03 * jacobian[0])).max() < 1e-3
-    lag = looking_back(path(lag=0.03), jacobian)
-    assert lag is not None
-    assert np.abs(lag[0] - np.linalg.inv(np.eye(2) + 0.03 * jacobian[0])).max() < 1e-3
-    both = looking_back(path(lag=0.03, scale=1.1, delay=0.03), jacobian)
-    assert both is not None
-    assert both == pytest.approx(lag @ back)
-    assert looking_back(path(scale=1.1), jacobian) is None
+    ahead = looking_ahead(path(delay=-0.01, scale=1.1), jacobian)
+    assert ahead is not None
+    assert np.abs(ahead[0] - expm(0.01 * jacobian[0])).max() < 1e-4
+    assert looking_ahead(path(delay=0.01), jacobian) is None
+    assert looking_ahead(path(scale=1.1), jacobian) is None
+
+
+def test_an_early_instrument_shows_part_of_what_comes_before_the_next_sample() -> None:
+    """A change somewhere between two samples: by the share of the step that is seen early."""
+    assert shares_seen(path(delay=-0.012), DT, 2) == pytest.approx((0.0, 0.6, 1.0, 1.0))
+    assert shares_seen(path(scale=1.1), DT, 2) == pytest.approx((0.0, 0.0, 1.0, 1.0))
+
+
+def test_slopes_by_lateness_are_those_of_smooth_signals() -> None:
+    """What a little more of a delay or a lag changes, behind a scale and behind each other."""
+    signal, rate = swinging()
+    values = {"scale": 1.2, "delay": 0.031, "lag": 0.02}
+    found = by_lateness(path(**values), signal, rate, DT)
+    assert set(found) == {"sensor.beta.delay.delay", "sensor.beta.lag.tau"}
+    for name, kind in (("sensor.beta.delay.delay", "delay"), ("sensor.beta.lag.tau", "lag")):
+        more, less = (
+            shown(path(**{**values, kind: values[kind] + by}), signal, rate, DT)
+            for by in (1e-4, -1e-4)
+        )
+        slope = (more - less) / 2e-4
+        assert np.abs(found[name] - slope)[100:].max() < 0.02 * np.abs(slope[100:]).max(), name
+
+
+# --- readings that are still to be shown ---------------------------------------------------------
+
+FINER = 10
+"""Steps of the truth in one sample."""
+
+
+def late_toy(late: Path, n: int, seed: int) -> tuple[Toy, np.ndarray]:
+    """Return a toy in strong side gusts, and its record with a late beta vane, flown finely."""
+    noise = replace(TOY_NOISE, gusts=(0.05, 2.0, 0.2))
+    toy = Toy(noise, n=n, seed=seed)
+    fine = Toy(noise, n=FINER * n, seed=seed, dt=toy.dt / FINER)
+    beta = fine.states[:, 2]
+    for term, (value,) in late:
+        if term.id.endswith("delay"):
+            times = fine.dt * np.arange(beta.size)
+            beta = np.interp(times - value, times, beta)
+        else:
+            beta = lagged(beta, value, fine.dt)
+    shows = fine.states @ toy.slopes.T
+    shows[:, 2] = beta
+    return toy, shows[::FINER] + toy.errors
+
+
+def filtered(toy: Toy, record: FloatArray, late: Path) -> tuple[Filter, FloatArray]:
+    """Return the filter that believes in a late vane, and its whitened innovations."""
+    linearization = replace(toy.linearization(record), paths={TOY_CHANNELS.index("beta"): late})
+    own = filter_of(linearization, toy.noise, toy.motion())
+    z, b, _ = own.residual(np.zeros(len(TOY_CHANNELS)))
+    found, _ = own.innovations(z[:, :, None], b[:, :, None])
+    return own, (own.whitener @ found)[20:, :, 0]
+
+
+@pytest.mark.parametrize(
+    "late", [{"delay": 0.02}, {"delay": 0.0235}, {"lag": 0.02}, {"lag": 0.01, "delay": 0.012}]
+)
+def test_a_filter_that_knows_of_a_late_vane_leaves_noise(late: dict[str, float]) -> None:
+    """In gusts: white innovations of the predicted size; a vane in time would not give them."""
+    toy, record = late_toy(path(**late), 12000, 7)
+    own, white = filtered(toy, record, path(**late))
+    n = len(white)
+    assert np.abs(white.T @ white / n - np.eye(7)).max() < 4.5 * np.sqrt(2.0 / n) + 0.02
+    for lag in range(1, 5):
+        assert np.abs(white[lag:].T @ white[:-lag] / n).max() < 4.5 / np.sqrt(n) + 0.02, lag
+    blind, poor = filtered(toy, record, ())
+    assert np.sum(poor**2) + blind.log_size > np.sum(white**2) + own.log_size + 200.0
+
+
+def test_gusts_tell_how_late_a_vane_is() -> None:
+    """The likelihood is highest where the vane is as late as it is, of a delay and of a lag."""
+    for kind, truth in (("delay", 0.0235), ("lag", 0.02)):
+        toy, record = late_toy(path(**{kind: truth}), 6000, 8)
+        costs = []
+        for by in (-0.01, 0.0, 0.01):
+            own, white = filtered(toy, record, path(**{kind: truth + by}))
+            costs.append(float(np.sum(white**2)) + own.log_size)
+        assert costs[1] < min(costs[0], costs[2]) - 5.0, kind

@@ -1,18 +1,22 @@
 """A linearization taken together in blocks: all of a filter that no noise model changes.
 
-Samples are taken together in blocks of about 0.04 s; gusts join the states. What a block's start
-does to the means of its channels and to its end follows sample by sample.
+Samples are taken together in blocks of about 0.04 s. Gusts join the states, and behind them what
+late instruments are still to show. What a block's start does to the means of its channels and to
+its end follows sample by sample.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from gsapp.discrepancy.filtering.lateness import delay_of, lag_of, shares_seen
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
 from gsapp.discrepancy.filtering.noise import GUST_ROWS
+from gsapp.dynamics.signals import lag_weights
 from gsapp.quantities import BoolArray, FloatArray
 
 _BLOCK = 0.04
@@ -20,8 +24,11 @@ _BLOCK = 0.04
 _SCALES = (1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02)
 """Sizes (SI) that make the states comparable: V, alpha, beta, p, q, r, phi, theta."""
 _GUST_SCALES = (1.0, 0.01, 0.01)
+_READING_SCALE = 0.02
 _ENOUGH = 0.6
 """Share of its samples that must count for a channel to count in a block."""
+_LONGEST = 0.08
+"""Time through which a deviation is followed until a delayed instrument shows it, s."""
 
 
 class Way(NamedTuple):
@@ -42,6 +49,59 @@ class Way(NamedTuple):
     channels: FloatArray
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Reading:
+    """A reading that a late instrument is still to show, as a state.
+
+    It is made, from sample to sample, of itself (`decay`) and of what goes in, then (`old`) and
+    now (`new`): the channel without its path or, behind a lag or a sample of delay, another
+    reading.
+
+    Attributes
+    ----------
+    channel : int
+    row, source : int
+        Places among the states; without source the channel itself goes in.
+    decay, old, new : float
+    """
+
+    channel: int
+    row: int
+    source: int | None = None
+    decay: float = 0.0
+    old: float = 1.0
+    new: float = 0.0
+
+
+class _Late:
+    """The readings of all late instruments of a linearization, and what is shown of them."""
+
+    def __init__(self, found: Linearization) -> None:
+        self.readings: list[_Reading] = []
+        self.shown: dict[int, dict[int | None, float]] = {}
+        """By channel: shares of the readings at these rows (None: of the channel itself)."""
+        self._first = len(found.states) + len(GUST_ROWS)
+        dt = found.record.dt
+        for channel, path in found.paths.items():
+            tau, delay = lag_of(path), delay_of(path) / dt
+            last: int | None = None
+            if tau is not None:
+                decay, old, new = lag_weights(tau, dt)
+                last = self._add(channel, None, decay=decay, old=old, new=new)
+            delay = min(max(delay, 0.0), round(_LONGEST / dt))
+            for _ in range(int(delay)):
+                last = self._add(channel, last)
+            rest = delay - int(delay)
+            self.shown[channel] = {last: 1.0 - rest}
+            if rest > 0.0:
+                self.shown[channel][self._add(channel, last)] = rest
+
+    def _add(self, channel: int, source: int | None, **weights: float) -> int:
+        row = self._first + len(self.readings)
+        self.readings.append(_Reading(channel=channel, row=row, source=source, **weights))
+        return row
+
+
 class Blocks:
     """A maneuver's linearization in blocks; see the attributes of `Filter`.
 
@@ -58,9 +118,10 @@ class Blocks:
     ) -> None:
         record = linearization.record
         n_states, n = linearization.states.shape
-        size = n_states + 3
         self.linearization, self.gust, self.lengths = linearization, motion.gust, lengths
         self.V = float(np.mean(linearization.states[0]))
+        self._late = _Late(linearization)
+        size = n_states + len(GUST_ROWS) + len(self._late.readings)
         stepwise = np.zeros((n - 1, size, size))
         stepwise[:, :n_states, :n_states] = linearization.transition
         for place, (row, length) in enumerate(zip(GUST_ROWS, lengths or (), strict=False)):
@@ -68,6 +129,14 @@ class Blocks:
             column = n_states + place
             stepwise[:, :n_states, column] = -rate * record.dt * linearization.transition[:, :, row]
             stepwise[:, column, column] = np.exp(-rate * record.dt)
+        for one in self._late.readings:
+            if one.source is None:
+                goes_in = linearization.by_state[:, one.channel]
+                stepwise[:, one.row, :n_states] = one.old * goes_in[:-1]
+                stepwise[:, one.row] += one.new * (goes_in[1:, None] @ stepwise[:, :n_states])[:, 0]
+                stepwise[:, one.row, one.row] = one.decay
+            else:
+                stepwise[:, one.row, one.source] = 1.0
         block = max(1, round(_BLOCK / record.dt))
         n_blocks = n // block
         reach = np.empty((n_blocks, block + 1, size, size))
@@ -77,10 +146,10 @@ class Blocks:
             np.matmul(step, reach[: len(step), k], out=reach[: len(step), k + 1])
             reach[len(step) :, k + 1] = reach[len(step) :, k]
         whole = n_blocks * block
-        slopes = linearization.by_state[:whole].reshape(n_blocks, block, -1, n_states)
+        shows = self._shows()[:whole].reshape(n_blocks, block, -1, size)
         # All samples of a block side by side: one product each.
-        wide = slopes.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * n_states)
-        self.by_state = wide @ reach[:, :block, :n_states].reshape(n_blocks, -1, size) / block
+        wide = shows.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * size)
+        self.by_state = wide @ reach[:, :block].reshape(n_blocks, -1, size) / block
         counted = record.counted[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _ENOUGH
         self.counted: BoolArray = counted
         self.block = block
@@ -89,17 +158,70 @@ class Blocks:
         self.transition = np.ascontiguousarray(reach[:-1, block])
 
     @property
+    def n_states(self) -> int:
+        """Return the number of states of the equations, which come first."""
+        return len(self.linearization.states)
+
+    def unsure(self, process: FloatArray) -> FloatArray:
+        """Return the variance in means of channels that are shown as of between two samples.
+
+        Process noise of intensity `process`, (n_states, n_states), is not straight in between.
+        """
+        found, variances = self.linearization, np.zeros(len(self.linearization.record.channels))
+        dt = found.record.dt
+        for channel, path in found.paths.items():
+            between = delay_of(path) / dt % 1.0
+            if lag_of(path) is None:
+                slopes = found.by_state[:, channel].mean(axis=0)
+                intensity = float(slopes @ process @ slopes)
+                variances[channel] = between * (1.0 - between) * dt * intensity / self.block
+        return variances
+
+    def _shows(self) -> FloatArray:
+        """Return what channels show of all states, (n, n_channels, n_x)."""
+        found = self.linearization
+        n, n_channels, n_states = found.by_state.shape
+        shows = np.zeros((n, n_channels, len(self.scales)))
+        shows[:, :, :n_states] = found.by_state
+        for channel, shares in self._late.shown.items():
+            shows[:, channel] *= shares.get(None, 0.0)
+            for row, share in shares.items():
+                if row is not None:
+                    shows[:, channel, row] = share
+        return shows
+
+    @property
+    def at_rest(self) -> FloatArray:
+        """Return all states by those of the equations and gusts, at the start, (n_x, ...)."""
+        first = self.linearization.by_state[0]
+        rest = np.eye(len(self.scales))[:, : self.n_states + len(GUST_ROWS)]
+        for one in self._late.readings:
+            rest[one.row, : self.n_states] = first[one.channel]
+        return rest
+
+    @property
     def scales(self) -> FloatArray:
         """Return a size for each state: columns of initial states are in these units."""
-        own = (1.0,) * (self.by_state.shape[2] - len(_SCALES) - len(_GUST_SCALES))
-        return np.array((*_SCALES, *own, *_GUST_SCALES))
+        own = (1.0,) * (self.n_states - len(_SCALES))
+        late = (_READING_SCALE,) * len(self._late.readings)
+        return np.array((*_SCALES, *own, *_GUST_SCALES, *late))
 
     @cached_property
     def ways(self) -> tuple[Way, ...]:
         """Return how noise at each sample of a block comes through."""
         found = self.linearization
-        step, slopes = self.stepwise.mean(axis=0), found.by_state.mean(axis=0)
-        return _ways(step, slopes, self.block, found.record.dt)
+        step = self.stepwise.mean(axis=0)
+        half = 0.5 * (np.eye(len(step)) + step)
+        goes_in = found.by_state.mean(axis=0)
+        for one in self._late.readings:
+            half[one.row] = one.new * (goes_in[one.channel] @ half[: self.n_states])
+        shares = np.stack(
+            [
+                shares_seen(found.paths.get(channel, ()), found.record.dt, self.block)
+                for channel in range(len(goes_in))
+            ]
+        )
+        return _ways(step, half, self._shows().mean(axis=0), shares, found.record.dt)
 
     @cached_property
     def mean_transition(self) -> FloatArray:
@@ -127,39 +249,67 @@ class Blocks:
             what must be taken from it.
         """
         found = self.linearization
-        n_states, block, dt = len(found.states), self.block, found.record.dt
+        n_states, block, dt = self.n_states, self.block, found.record.dt
         n_blocks, n_channels, n_x = self.by_state.shape
         whole = n_blocks * block
-        slopes = found.by_state[:whole].reshape(n_blocks, block, n_channels, n_states)
+        shows = self._shows()[:whole].reshape(n_blocks, block, n_channels, n_x)
         steps = np.zeros((whole, n_x, n_x))
         steps[: len(self.stepwise)] = self.stepwise[:whole]
         steps = steps.reshape(n_blocks, block, n_x, n_x)
+        now, after = self._rates_into_readings()
         both = np.zeros((n_blocks, block + 1, n_channels + n_x, n_states))
-        seen, carried = both[:, :, :n_channels], both[:, :, n_channels:]
         # Backward through the block: how later channels, and its end, depend on a sample's state.
-        later = np.zeros((n_blocks, n_channels, n_x))
-        end = np.broadcast_to(np.eye(n_x), (n_blocks, n_x, n_x))
-        carried[:, block] = -0.5 * dt * end[:, :, :n_states]
+        later = np.zeros((n_blocks, n_channels + n_x, n_x))
+        later[:, n_channels:] = np.eye(n_x)
+        ends = np.minimum(np.arange(1, n_blocks + 1) * block, len(now) - 1)
+        both[:, block] = 0.5 * dt * (later[:, :, :n_states] + later @ now[ends])
         for sample in range(block - 1, -1, -1):
+            places = np.arange(n_blocks) * block + sample
+            lost = 0.5 * dt * (later @ after[places])
             later = later @ steps[:, sample]
-            end = end @ steps[:, sample]
-            share = 1.0 if sample else 0.5
-            seen[:, sample] = share * dt / block * later[:, :, :n_states]
-            carried[:, sample] = -share * dt * end[:, :, :n_states]
+            both[:, sample] = (1.0 if sample else 0.5) * dt * later[:, :, :n_states] - lost
             if sample:
-                seen[:, sample] += 0.5 * dt / block * slopes[:, sample]
-            later[:, :, :n_states] += slopes[:, sample]
+                both[:, sample] += 0.5 * dt * (later @ now[places])
+                both[:, sample, :n_channels] += (
+                    0.5 * dt * (shows[:, sample, :, :n_states] + shows[:, sample] @ now[places])
+                )
+            later[:, :n_channels] += shows[:, sample]
+        both[:, :, :n_channels] /= block
+        both[:, :, n_channels:] *= -1.0
         return both
+
+    def _rates_into_readings(self) -> tuple[FloatArray, FloatArray]:
+        """Return what rates do to late readings beside what steps make of them.
+
+        Returns
+        -------
+        now, after : ndarray, shape (n, n_x, n_states)
+            Half a step of a rate is in its own sample already, and so in the reading there; the
+            other half comes after it, and not in what the next reading makes of that sample.
+        """
+        found = self.linearization
+        now = np.zeros((len(found.by_state), len(self.scales), self.n_states))
+        after = np.zeros_like(now)
+        for one in self._late.readings:
+            if one.source is None:
+                goes_in = found.by_state[:, one.channel]
+                now[:, one.row], after[:, one.row] = one.new * goes_in, one.old * goes_in
+        return now, after
 
     @cached_property
     def defects(self) -> FloatArray:
         """Return by how much the model misses the motion in each step, shape (n - 1, n_x)."""
         found = self.linearization
-        n_states = len(found.states)
+        n_states, n_moved = self.n_states, self.n_states + len(GUST_ROWS)
         gone = np.vstack((found.stepped, np.zeros_like(self.gust[:, 1:])))
-        by_gust = self.stepwise[:, :, n_states:] @ self.gust[:, :-1].T[:, :, None]
-        gone = gone + by_gust[:, :, 0].T
-        return np.ascontiguousarray((gone - np.vstack((found.states, self.gust))[:, 1:]).T)
+        by_gust = self.stepwise[:, :n_moved, n_states:n_moved] @ self.gust[:, :-1].T[:, :, None]
+        missed = gone + by_gust[:, :, 0].T - np.vstack((found.states, self.gust))[:, 1:]
+        defects = np.zeros((missed.shape[1], len(self.scales)))
+        defects[:, :n_moved] = missed.T
+        for one in self._late.readings:
+            goes_in = found.by_state[1:, one.channel]
+            defects[:, one.row] = one.new * (goes_in * defects[:, :n_states]).sum(axis=1)
+        return defects
 
     @cached_property
     def _zeros(self) -> FloatArray:
@@ -168,8 +318,7 @@ class Blocks:
     @cached_property
     def _unbiased(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         found = self.linearization
-        record = found.record
-        n_states, size = len(found.states), self.block
+        record, size = found.record, self.block
         defects = self.defects
         n_blocks, _, n_x = self.by_state.shape
         within = np.zeros((n_blocks, size + 1, n_x))
@@ -183,8 +332,8 @@ class Blocks:
             carried = steps[:, k] @ within[:, k, :, None]
             within[:, k + 1] = carried[:, :, 0] + by_block[:, k]
         whole = n_blocks * size
-        by_state = found.by_state[:whole].reshape(n_blocks, size, -1, n_states)
-        seen = (by_state @ within[:, :size, :n_states, None])[:, :, :, 0]
+        shows = self._shows()[:whole].reshape(n_blocks, size, -1, n_x)
+        seen = (shows @ within[:, :size, :, None])[:, :, :, 0]
         z = (record.measured - found.computed)[:whole].reshape(n_blocks, size, -1) - seen
         counted = record.counted[:whole].reshape(n_blocks, size, -1)
         z = (z * counted).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
@@ -213,23 +362,25 @@ class Blocks:
         return total
 
 
-def _ways(step: FloatArray, slopes: FloatArray, block: int, dt: float) -> tuple[Way, ...]:
+def _ways(
+    step: FloatArray, half: FloatArray, output: FloatArray, shares: FloatArray, dt: float
+) -> tuple[Way, ...]:
     """Return how noise in the middle between one sample of a block and the next comes through.
 
     At a sample it would be seen there wholly, and act from there on only: half a sample late.
     """
-    size = len(step)
-    output = np.zeros((len(slopes), size))
-    output[:, : slopes.shape[1]] = slopes
-    reach = [0.5 * (np.eye(size) + step)]
+    block = shares.shape[1] // 2
+    reach = [half]
     for _ in range(block):
         reach.append(step @ reach[-1])
+    # What samples show of it: those before at once what they show, the others as it went on.
+    seen = [output @ half] * block + [output @ one for one in reach[:block]]
+    seen = [share[:, None] * one for share, one in zip(shares.T, seen, strict=True)]
     return tuple(
         Way(
             weight=dt,
             state=reach[block - 1 - k],
-            channels=sum((output @ one for one in reach[: block - 1 - k]), np.zeros_like(output))
-            / block,
+            channels=sum(seen[block - 1 - k : 2 * block - 1 - k], np.zeros_like(output)) / block,
         )
         for k in range(block)
     )

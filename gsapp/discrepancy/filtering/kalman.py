@@ -305,9 +305,12 @@ def _steady(
     A = transition / scales[:, None] * scales
     C = by_state * scales
     measured = noise.of_means(channels, blocks.block)
-    Q = noise.process(blocks.V, n_x - 3)
+    n_states = blocks.n_states
+    Q = np.zeros((n_x, n_x))
+    Q[: n_states + 3, : n_states + 3] = noise.process(blocks.V, n_states)
     moved = blocks.linearization.rate_by_control
-    Q[: n_x - 3, : n_x - 3] += np.einsum("nic,c,njc->ij", moved, noise.controls, moved) / len(moved)
+    Q[:n_states, :n_states] += np.einsum("nic,c,njc->ij", moved, noise.controls, moved) / len(moved)
+    measured += blocks.unsure(Q[:n_states, :n_states])
     Q = Q / blocks.scales[:, None] / blocks.scales
     # Channels in units of their noise: the equation is badly scaled otherwise.
     units = np.sqrt(measured)

@@ -2,9 +2,9 @@
 
 A filter predicts a motion; a late instrument shows what it was. Its reading is made of the
 prediction's values and rates up to now, never of later ones: those have seen the measurement that
-the reading is compared with. A deviation now was, a moment ago, what the equations make of it
-backward in time; without that, turbulence that a late instrument shows would be taken for
-something else.
+the reading is compared with. Deviations that a late instrument is still to show are states of the
+filter (`blocks`): turbulence that came in between could not be told from noise otherwise. One that
+is early, as the clock of a box can make it, shows what the equations make of a deviation now.
 """
 
 from __future__ import annotations
@@ -16,6 +16,16 @@ from gsapp.quantities import FloatArray
 
 _FINER = 4
 """Samples in the place of one, for the response of a lag."""
+
+
+def delay_of(path: Path) -> float:
+    """Return by how much a path is late, its lag left out, s; below zero if it is early."""
+    return float(sum(values[0] for term, values in path if isinstance(term, Delay)))
+
+
+def lag_of(path: Path) -> float | None:
+    """Return the time constant of the lag on a path, s; None without one."""
+    return next((values[0] for term, values in path if isinstance(term, Lag)), None)
 
 
 def shown(path: Path, signal: FloatArray, rate: FloatArray, dt: float) -> FloatArray:
@@ -47,8 +57,46 @@ def shown(path: Path, signal: FloatArray, rate: FloatArray, dt: float) -> FloatA
     return signal
 
 
-def looking_back(path: Path, jacobian: FloatArray) -> FloatArray | None:
-    """Return what turns a deviation now into the one that a path shows, (n, n_states, n_states).
+def by_lateness(
+    path: Path, signal: FloatArray, rate: FloatArray, dt: float
+) -> dict[str, FloatArray]:
+    """Return the derivatives of what comes out by how late the effects of a path are.
+
+    By the rates of the prediction only: where measurements correct it, it jumps, and to follow the
+    jumps would be to trust the model of turbulence to a thousandth of a second.
+
+    Parameters
+    ----------
+    path : Path
+    signal, rate : ndarray, shape (n,)
+        What goes in, and its time derivative.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        By parameter, ``<effect id>.<name>``.
+    """
+    out = rate
+    for term, values in path:
+        if isinstance(term, Lag):
+            out = lagged(out, values[0], dt)
+        elif isinstance(term, Delay):
+            _, out = _delayed(signal, out, values[0], dt)
+        else:
+            out = out * term.jacobian((signal,), (), values).reads[0]
+    return {
+        f"{term.id}.{term.parameters[0].name}": -lagged(out, values[0], dt)
+        if isinstance(term, Lag)
+        else -out
+        for term, values in path
+        if isinstance(term, Lag | Delay)
+    }
+
+
+def looking_ahead(path: Path, jacobian: FloatArray) -> FloatArray | None:
+    """Return what turns a deviation now into the one that an early path shows.
 
     Parameters
     ----------
@@ -58,19 +106,36 @@ def looking_back(path: Path, jacobian: FloatArray) -> FloatArray | None:
 
     Returns
     -------
-    ndarray or None
-        To second order in the lateness; None where nothing is late.
+    ndarray, shape (n, n_states, n_states), or None
+        To second order in what is early; None where nothing is.
     """
-    found = None
-    one = np.eye(jacobian.shape[1])
-    for term, values in path:
-        if isinstance(term, Delay | Lag):
-            step = values[0] * jacobian
-            # exp(-step) of a delay, 1/(1 + step) of a lag.
-            second = 0.5 if isinstance(term, Delay) else 1.0
-            back = one - step + second * (step @ step)
-            found = back if found is None else found @ back
+    early = -delay_of(path)
+    if early <= 0.0:
+        return None
+    step = early * jacobian
+    found: FloatArray = np.eye(jacobian.shape[1]) + step + 0.5 * (step @ step)
     return found
+
+
+def shares_seen(path: Path, dt: float, steps: int) -> FloatArray:
+    """Return what share of a change shows, that came about within a step between samples.
+
+    Parameters
+    ----------
+    path : Path
+        What is late on it is left out, and what the instrument multiplies.
+    dt : float
+        Sample time, s.
+    steps : int
+
+    Returns
+    -------
+    ndarray, shape (2 * steps,)
+        From steps that lie as far ahead to those that lie as far back; 0 for the former and 1 for
+        the latter where nothing is early.
+    """
+    early = max(-delay_of(path), 0.0)
+    return np.asarray(np.clip(np.arange(-steps, steps) + 1.0 + early / dt, 0.0, 1.0))
 
 
 def _lagged(

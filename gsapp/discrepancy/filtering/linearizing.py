@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.discrepancy.filtering.lateness import looking_back, shown
+from gsapp.discrepancy.filtering.lateness import looking_ahead, shown
 from gsapp.discrepancy.filtering.outputs import exposures
 from gsapp.discrepancy.filtering.record import STATES, Record
 from gsapp.discrepancy.filtering.slopes import (
@@ -66,6 +66,8 @@ class Linearization:
     Attributes
     ----------
     record : Record
+    paths : dict of int to Path
+        Effects on the paths of channels, by the channel's place.
     states : ndarray, shape (n_states, n)
     transition : ndarray, shape (n - 1, n_states, n_states)
     stepped : ndarray, shape (n_states, n - 1)
@@ -75,6 +77,7 @@ class Linearization:
     computed : ndarray, shape (n, n_channels)
         What they make of it; without free biases.
     by_state : ndarray, shape (n, n_channels, n_states)
+        What is late on their paths is left out.
     output_by_coefficient, rate_by_coefficient : ndarray, shape (n, ..., 6)
         Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn.
     output_by_control, rate_by_control : ndarray, shape (n, ..., 5)
@@ -93,6 +96,7 @@ class Linearization:
     """
 
     record: Record
+    paths: dict[int, Path]
     states: FloatArray
     transition: FloatArray
     stepped: FloatArray
@@ -166,14 +170,15 @@ def linearize(
     square = step @ step
     transition = np.eye(layout.n_states) + step + 0.5 * square + (square @ step) / 6.0
     by_state = np.ascontiguousarray(layout.stacked(rows, states, count))
-    computed = outputs.copy()
-    for column, path in _instrument_paths(record, model).items():
+    computed, paths = outputs.copy(), _instrument_paths(record, model)
+    for column, path in paths.items():
         computed[:, column] = shown(path, outputs[:, column], exposed_rates[:, column], dt)
-        back = looking_back(path, jacobian)
-        if back is not None:
-            by_state[:, column] = (by_state[:, column, None] @ back)[:, 0]
+        ahead = looking_ahead(path, jacobian)
+        if ahead is not None:
+            by_state[:, column] = (by_state[:, column, None] @ ahead)[:, 0]
     return Linearization(
         record=record,
+        paths=paths,
         states=x,
         transition=transition,
         stepped=_stepped(model, x, heading, inputs, found.rates, dt, parameters),

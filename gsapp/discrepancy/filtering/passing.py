@@ -71,15 +71,15 @@ def seen_through(own: Filter, columns: Sequence[Column], bias: FloatArray) -> Se
     columns : sequence of Column
     bias : ndarray, shape (n_channels,)
     """
-    scales = own.blocks.scales
-    n_x, count = len(scales), len(columns)
+    rest = own.blocks.at_rest
+    (n_x, n_local), count = rest.shape, len(columns)
     own_z, own_b, _ = own.blocks.residual(bias)
-    z, b = forcing(own, columns, room=n_x + 1)
+    z, b = forcing(own, columns, room=n_local + 1)
     z[:, :, -1], b[:, :, -1] = own_z, own_b
-    start = np.zeros((n_x, count + n_x + 1))
-    start[:, count : count + n_x] = -np.diag(scales)
+    start = np.zeros((n_x, count + n_local + 1))
+    start[:, count : count + n_local] = -rest * own.blocks.scales[:n_local]
     innovations, deviations = own.innovations(z, b, start)
-    return Seen(innovations=own.whitener @ innovations, deviations=deviations, n_local=n_x)
+    return Seen(innovations=own.whitener @ innovations, deviations=deviations, n_local=n_local)
 
 
 def followed(one: ManeuverState, moves: FloatArray, bias: FloatArray) -> Motion:
@@ -111,5 +111,6 @@ def followed(one: ManeuverState, moves: FloatArray, bias: FloatArray) -> Motion:
     moved = np.vstack((moved, *rest[1:])).T
     n_states = len(one.motion.states)
     return Motion(
-        states=one.motion.states + moved[:n_states], gust=one.motion.gust + moved[n_states:]
+        states=one.motion.states + moved[:n_states],
+        gust=one.motion.gust + moved[n_states : n_states + len(one.motion.gust)],
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from gsapp.discrepancy.filtering.columns import Column, Entry
-from gsapp.discrepancy.filtering.lateness import shown
+from gsapp.discrepancy.filtering.lateness import by_lateness, shown
 from gsapp.discrepancy.filtering.linearizing import CONTROLS, Linearization
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import acted
@@ -41,7 +41,9 @@ def path_columns(model: FlightModel, found: Linearization) -> dict[str, Column]:
         if channel in record.channels:
             column = record.channels.index(channel)
             signal, rate = found.exposed[:, column], found.exposed_rates[:, column]
-            for key, slope in _slopes(terms, _shown(signal, rate, dt)):
+            slopes = dict(_slopes(terms, _shown(signal, rate, dt)))
+            slopes |= by_lateness(found.paths[column], signal, rate, dt)
+            for key, slope in slopes.items():
                 old = columns.get(key, ())
                 columns[key] = (*old, Entry(place=f"channel.{channel}", history=slope))
     return columns

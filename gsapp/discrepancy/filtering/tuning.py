@@ -160,7 +160,7 @@ def _round(fit: Fit, chosen: Sequence[ManeuverState], noise: NoiseModel) -> Nois
         n_states = len(one.motion.states)
         V = float(np.mean(one.motion.states[0]))
         for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
-            entry = np.zeros(n_states + 3)
+            entry = np.zeros(len(own.blocks.scales))
             entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
             for way, seen, usual in zip(
                 own.blocks.ways, seen_of.process, usual_of.process, strict=True
