@@ -243,7 +243,7 @@ def _ranking(stage: Stage, held: HeldOut, number: int) -> tuple[Candidate, ...]:
         if decision.kind != "nothing"
         else probabilities(screening.competitors, screening.gain)
     )
-    order = np.argsort(-decision.gain, kind="stable")[:_TOLD]
+    order = np.lexsort((-decision.gain, -evidence))[:_TOLD]
     outside = held.gains_of(number, screening, [int(place) for place in order])
     return tuple(
         Candidate(

@@ -143,8 +143,8 @@ def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Invest
     assert answer.model.parent == answer.steps[0].model.name
     assert EFFECT in answer.model.evidence
     assert answer.model.effects[0].id == EFFECT
-    scores = [one.score for one in answer.steps[0].ranking]
-    assert scores == sorted(scores, reverse=True)
+    ranked = [(one.evidence, one.score) for one in answer.steps[0].ranking]
+    assert ranked == sorted(ranked, reverse=True)
     assert [one.held_out for one in answer.maneuvers] == [
         one.id in HELD_OUT for one in search.maneuvers
     ]
