@@ -47,6 +47,7 @@ WITH_EFFECTS = (
     .with_effect("control.elevator.lag", {"tau": 0.05})
     .with_effect("sensor.alpha.scale", {"scale": 1.1})
     .with_effect("sensor.q.lag", {"tau": 0.04})
+    .with_effect("sensor.r.delay", {"delay": 0.023})
 )
 
 
@@ -131,11 +132,11 @@ def test_derivatives(plain: Prepared) -> None:
 
 
 def test_parameters_of_effects_in_the_model(rich: Prepared) -> None:
-    """An effect in the equations, a servo lag, a scale and a lag of instruments, as they stand.
+    """An effect in the equations, a servo lag; a scale, a lag and a delay of instruments.
 
-    Within 2 %; a lag of an instrument within 5, its jumps left out.
+    As they stand, within 2 %; how late an instrument is within 5, its jumps left out.
     """
-    assert len(rich.fit.free) == 4
+    assert len(rich.fit.free) == 5
     columns = rich.fit.model_columns(rich.one, rich.own.linearization)
     for name, column in zip(rich.fit.free, columns, strict=True):
         effect, _, item = name.rpartition(".")
@@ -143,7 +144,7 @@ def test_parameters_of_effects_in_the_model(rich: Prepared) -> None:
         step = 1e-3 * abs(value)
         changed = WITH_EFFECTS.with_effect(effect, {item: value + step})
         expected = rich.lost(changed, step)
-        most = 0.05 if name.startswith("sensor.q.lag") else 0.02
+        most = 0.05 if effect in ("sensor.q.lag", "sensor.r.delay") else 0.02
         assert error(rich.innovations(column), expected) < most, name
 
 

@@ -208,7 +208,7 @@ class Blocks:
 
     @cached_property
     def ways(self) -> tuple[Way, ...]:
-        """Return how noise at each sample of a block comes through."""
+        """Return how noise in each step of a block comes through."""
         found = self.linearization
         step = self.stepwise.mean(axis=0)
         half = 0.5 * (np.eye(len(step)) + step)
