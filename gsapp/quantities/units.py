@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.foundation import UnitError, UnknownNameError
+from gsapp.quantities.unit_definitions import DEFINITIONS
 
 if TYPE_CHECKING:
     import pint
@@ -133,9 +134,11 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[^\s
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
-    import pint  # a third of a second, so only where a unit is really converted
+    import pint  # takes a while, so only where a unit is really converted
 
-    return pint.UnitRegistry(cache_folder=None)
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry(None, cache_folder=None)
+    registry.load_definitions(DEFINITIONS.strip().splitlines())
+    return registry
 
 
 def quantity(key: str) -> Quantity:

@@ -5,12 +5,22 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gsapp.foundation import UnitError
-from gsapp.quantities import CHANNELS, QUANTITIES, channel, from_si, normalize_unit, parse, to_si
+from gsapp.quantities import (
+    CHANNELS,
+    QUANTITIES,
+    channel,
+    from_si,
+    normalize_unit,
+    parse,
+    to_si,
+    units,
+)
 
 UNITS = [(key, unit) for key, entry in QUANTITIES.items() for unit in entry.units]
 
@@ -42,6 +52,21 @@ EXACT = [
 @pytest.mark.parametrize(("key", "unit", "factor"), EXACT)
 def test_factors_are_those_of_the_definitions(key: str, unit: str, factor: float) -> None:
     assert to_si(1.0, unit, key) == pytest.approx(factor, rel=3e-7)
+
+
+def test_pints_own_list_defines_every_unit_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against all of pint's units: value by value, offsets of temperatures too."""
+    values = np.array([0.0, 1.0, -40.0, 1234.5])
+    ours = {(key, unit): to_si(values, unit, key) for key, unit in UNITS}
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry(cache_folder=None)
+    units._linear.cache_clear()
+    monkeypatch.setattr(units, "_registry", lambda: registry)
+    try:
+        theirs = {(key, unit): to_si(values, unit, key) for key, unit in UNITS}
+    finally:
+        units._linear.cache_clear()
+    for pair, numbers in ours.items():
+        assert numbers == pytest.approx(theirs[pair], rel=1e-14, abs=1e-300), pair
 
 
 def test_temperatures_have_offsets() -> None:
