@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from threading import Thread
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
@@ -40,6 +42,10 @@ _TELL_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
 _GRACE = 1.0
 """Seconds without a sample after which the charts move on without one."""
+_OF_MANEUVERS = "scipy.signal"
+"""What the first maneuver needs and charts do not: a third of a second to load."""
+_SETTLING_MS = 500
+"""From the opening of a flight until its charts stand."""
 
 
 class Desk(QObject):
@@ -360,6 +366,7 @@ class Desk(QObject):
         self._snapshot = session.snapshot()
         self.changed.emit()
         self._timer.start()
+        QTimer.singleShot(_SETTLING_MS, self, _load_what_maneuvers_need)
 
     def close_flight(self) -> None:
         """Close the flight; what is recorded goes on being recorded."""
@@ -620,3 +627,8 @@ class Desk(QObject):
         if feed is None or feed.start is None or feed.end is None:
             return None
         return feed.start, feed.end
+
+
+def _load_what_maneuvers_need() -> None:
+    """Load it in a thread: in the middle of a flight the window would stand still for it."""
+    Thread(target=importlib.import_module, args=(_OF_MANEUVERS,), name="loading").start()

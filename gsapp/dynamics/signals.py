@@ -34,7 +34,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.signal import lfilter
 
 from gsapp.dynamics.arithmetic import Value, choose, clip
 from gsapp.dynamics.terms import Parameter, Term, TermFactory, TermJacobian, Values, register
@@ -321,6 +320,8 @@ class Lag(SignalTerm):
         if tau <= 0.0:
             by_tau = -np.gradient(signal, dt) if signal.size > 1 else np.zeros_like(signal)
         else:
+            from scipy.signal import lfilter  # a third of a second
+
             ratio = dt / tau
             mean = -math.expm1(-ratio) / ratio
             d_mean = (mean - decay) / tau
@@ -579,6 +580,8 @@ def lagged(signal: FloatArray, tau: float, dt: float) -> FloatArray:
 
     Exact for straight lines between the samples.
     """
+    from scipy.signal import lfilter  # a third of a second
+
     decay, old, new = lag_weights(tau, dt)
     start = (1.0 - new) * signal[:1]
     out, _ = lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)

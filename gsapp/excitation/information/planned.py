@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.first_order import first_order
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
@@ -140,7 +140,7 @@ def surfaces_of(
         smooth = asked
         for lag in (HAND, getattr(aircraft.controls, name).lag):
             keep = np.exp(-dt / lag) if lag > 0.0 else 0.0
-            smooth = lfilter([1.0 - keep], [1.0, -keep], smooth)
+            smooth = first_order(smooth, keep, 0.0)
         # What counts as amplitude is half of what the surface went from end to end; of a pulse,
         # its height.
         full = np.ptp(smooth) if card.kind == "pulse" else 0.5 * np.ptp(smooth)

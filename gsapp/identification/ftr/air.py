@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from gsapp.decoding.air_data import density, standard_density
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.first_order import first_order
 from gsapp.identification.ftr.channels import PLACE
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -93,7 +93,7 @@ class AirAndGround:
             return np.full(signal.size, state)
         first = float(picked[0]) if np.isnan(state) else state
         decay = float(np.exp(-self._dt / SMOOTHING))
-        smooth, _ = lfilter([1.0 - decay], [1.0, -decay], picked, zi=np.array([decay * first]))
+        smooth = first_order(picked, decay, first)
         self._pressures[place] = smooth[-1]
         return np.concatenate(([state], smooth))[np.cumsum(chosen)]
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft
+from gsapp.dynamics.first_order import first_order
 from gsapp.dynamics.propulsion import thrust
 from gsapp.identification.ftr.channels import PLACE
 from gsapp.quantities import FloatArray
@@ -70,11 +70,8 @@ class Engines:
                     continue
                 first = int(known[0])
                 state = float(one[first])
-            moved, _ = lfilter(
-                [1.0 - decay], [1.0, -decay], one[first:], zi=np.array([decay * state])
-            )
-            followed[first:, column] = moved
-            self._levers[column] = moved[-1]
+            followed[first:, column] = first_order(one[first:], decay, state)
+            self._levers[column] = followed[-1, column]
         return followed
 
     def masses(self, held: FloatArray) -> FloatArray:

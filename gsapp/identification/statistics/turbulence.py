@@ -27,7 +27,6 @@ from typing import Literal
 
 import numpy as np
 from scipy.fft import rfft, rfftfreq
-from scipy.signal.windows import tukey
 
 from gsapp.identification.statistics.correlation import ComplexArray
 from gsapp.quantities import FloatArray
@@ -144,6 +143,8 @@ class _Sums:
 
     def add(self, flow: FloatArray, rate: FloatArray, force: FloatArray, dt: float) -> None:
         """Add a segment: flow angle, its rate by kinematics, and the force that goes with it."""
+        from scipy.signal.windows import tukey  # a third of a second
+
         count = len(flow)
         window = tukey(count, TAPERED)
         frequency = rfftfreq(count, dt)

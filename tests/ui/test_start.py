@@ -1,0 +1,56 @@
+"""A window starts with what its first picture needs, and loads the rest beside the flight."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import write_flight
+
+HERE = Path(__file__).parent
+SLOW = ("scipy.signal", "scipy.stats", "matplotlib")
+"""Packages that take a third of a second and more to load."""
+PROGRAM = f"""
+import sys, time
+from pathlib import Path
+sys.path.insert(0, {str(HERE)!r})
+from PySide6.QtCore import QTimer
+from window_kit import open_window
+from ui.app import make_application
+
+def loaded():
+    return " ".join(name for name in {SLOW!r} if name in sys.modules) or "none"
+
+application = make_application()
+window = open_window(Path(sys.argv[1]))
+window.desk.changed.connect(lambda: print(loaded()))
+window.desk.open_flight(Path(sys.argv[2]))
+deadline = time.monotonic() + 30.0
+
+def look():
+    if "scipy.signal" in sys.modules or time.monotonic() > deadline:
+        application.quit()
+
+timer = QTimer()
+timer.timeout.connect(look)
+timer.start(50)
+application.exec()
+window.desk.close()
+print(loaded())
+"""
+
+
+def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None:
+    """It is not there when the flight is shown, and is there soon after, without a maneuver."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(tmp_path), str(write_flight(tmp_path / "flights"))],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    at_first, *_, in_the_end = done.stdout.split("\n")[:-1]
+    assert at_first == "none"
+    assert "scipy.signal" in in_the_end.split()
