@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import FlightError, LinkError
-from gsapp.foundation.files import folder_beside, put_in_place
+from gsapp.foundation.files import appearing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -180,22 +179,15 @@ def write_folder(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise FlightError(f"{out} exists already; choose another name for the new flight")
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        part = folder_beside(out)
+        with appearing(out) as part:
+            true_motion = _fill(settings, part, name=out.name, console=console)
+            if truth is not None:
+                write_truth(truth, true_motion)
     except OSError as error:
         raise FlightError(
-            f"{out} cannot be made ({error.strerror}); choose a place where you may write"
+            f"{out} cannot be made ({error.strerror or error}); choose a place where you may "
+            "write, with space on its disk"
         ) from error
-    try:
-        true_motion = _fill(settings, part, name=out.name, console=console)
-        if truth is not None:
-            write_truth(truth, true_motion)
-        if out.exists():
-            out.rmdir()
-        put_in_place(part, out)
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
-        raise
     console.print(f"Wrote the flight {out}.", highlight=False)
     return out
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import shutil
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -18,7 +15,7 @@ from gsapp.flight.loading import default_map, load_flight
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import folder_beside, put_in_place
+from gsapp.foundation.files import appearing
 
 
 def import_flight(
@@ -65,19 +62,14 @@ def import_flight(
         source=source.name,
         channel_map=chosen.name if chosen else "",
     )
-    with _appearing(target) as made:
-        folder = FlightFolder.create(made, info)
-        if chosen is not None:
-            _keep_map(folder, chosen)
-        if source.suffix.casefold() == ".tlog":
-            copy_atomically(source, folder.tlog_file)
-            folder.update_info(date=_begun(source))
-        else:
-            folder.keep_onboard_log(source)
-            # When the log was made is not known; that of the import would mislead.
-            folder.update_info(date=None)
-        if events_path(source).is_file():
-            copy_atomically(events_path(source), events_path(made))
+    try:
+        with appearing(target) as made:
+            _fill(made, info, source, chosen)
+    except OSError as error:
+        raise FlightError(
+            f"the flight folder {target} cannot be made ({error.strerror or error}); choose a "
+            "place where you may write, with space on its disk"
+        ) from error
     return Flight(
         name=info.name,
         path=target,
@@ -89,6 +81,22 @@ def import_flight(
         remarks=flight.remarks,
         certificates=flight.certificates,
     )
+
+
+def _fill(made: Path, info: FlightInfo, source: Path, chosen: ChannelMap | None) -> None:
+    """Write all that belongs to the flight into its folder."""
+    folder = FlightFolder.create(made, info)
+    if chosen is not None:
+        _keep_map(folder, chosen)
+    if source.suffix.casefold() == ".tlog":
+        copy_atomically(source, folder.tlog_file)
+        folder.update_info(date=_begun(source))
+    else:
+        folder.keep_onboard_log(source)
+        # When the log was made is not known; that of the import would mislead.
+        folder.update_info(date=None)
+    if events_path(source).is_file():
+        copy_atomically(events_path(source), events_path(made))
 
 
 def _keep_map(folder: FlightFolder, channel_map: ChannelMap) -> None:
@@ -103,28 +111,3 @@ def _begun(tlog: Path) -> datetime | None:
     if first is None:
         return None
     return datetime.fromtimestamp(first.stamp_us // 1_000_000, UTC)
-
-
-@contextlib.contextmanager
-def _appearing(target: Path) -> Iterator[Path]:
-    """Give a folder to fill, and put it in place as a whole."""
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        made = folder_beside(target)
-    except OSError as error:
-        raise FlightError(
-            f"the flight folder {target} cannot be made ({error.strerror}); choose a place where "
-            "you may write"
-        ) from error
-    try:
-        yield made
-        if target.is_dir():
-            target.rmdir()
-        put_in_place(made, target)
-    except OSError as error:
-        raise FlightError(
-            f"the flight folder {target} cannot be made ({error.strerror or error}); check the "
-            "permissions and the space on the disk"
-        ) from error
-    finally:
-        shutil.rmtree(made, ignore_errors=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
+import shutil
 import sys
 import tempfile
 import time
@@ -86,6 +87,38 @@ def folder_beside(target: Path | str) -> Path:
         with contextlib.suppress(FileExistsError):
             made.mkdir()
             return made
+
+
+@contextlib.contextmanager
+def appearing(target: Path | str) -> Iterator[Path]:
+    """Give a folder to fill, and put it in place as a whole if all goes well.
+
+    Parameters
+    ----------
+    target : Path or str
+        Where the folder shall stand. An empty folder may be there already; missing parents are
+        made.
+
+    Yields
+    ------
+    Path
+        An empty folder beside it; see `folder_beside`.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses, or something else stands there. Nothing is left behind.
+    """
+    place = Path(target)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    made = folder_beside(place)
+    try:
+        yield made
+        if place.is_dir():
+            place.rmdir()
+        put_in_place(made, place)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
 
 
 def put_in_place(temporary: Path, target: Path, patience: float = _PATIENCE) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from gsapp.foundation import write_atomically
-from gsapp.foundation.files import folder_beside, put_in_place
+from gsapp.foundation.files import appearing, folder_beside, put_in_place
 
 
 def test_a_failed_write_leaves_the_former_file_and_no_litter(
@@ -79,3 +79,26 @@ def test_a_folder_made_beside_its_place_is_open_like_any_other(tmp_path: Path) -
     assert (place / "raw.tlog").read_bytes() == b"x"
     with pytest.raises(FileNotFoundError):
         folder_beside(tmp_path / "missing" / "flight")
+
+
+def fill(place: Path, content: bytes, *, whole: bool = True) -> None:
+    with appearing(place) as made:
+        (made / "raw.tlog").write_bytes(content)
+        if not whole:
+            raise RuntimeError("half of it")
+
+
+def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
+    place = tmp_path / "flights" / "one"
+    with pytest.raises(RuntimeError, match="half of it"):
+        fill(place, b"half", whole=False)
+    assert list(place.parent.iterdir()) == []
+
+    place.mkdir()  # empty, as a dialog may have made it
+    fill(place, b"whole")
+    assert (place / "raw.tlog").read_bytes() == b"whole"
+
+    with pytest.raises(OSError, match=r"(?i)not empty"):
+        fill(place, b"other")
+    assert (place / "raw.tlog").read_bytes() == b"whole"
+    assert [one.name for one in place.parent.iterdir()] == ["one"]

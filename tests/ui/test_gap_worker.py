@@ -252,13 +252,18 @@ def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> 
     folder.mkdir()
     assert trial_folder(tmp_path, date(2026, 5, 12)).name == "2026-05-12 trial 2"
 
-    def tell(_share: float | None, _words: str) -> None:
-        raise CancelledError
+    flying = []
 
-    begun = time.monotonic()
+    def tell(_share: float | None, _words: str) -> None:
+        # Not before it has begun to write.
+        flying.extend(tmp_path.glob(".never.*/.never.*/flight.toml"))
+        if flying:
+            raise CancelledError
+
     with pytest.raises(CancelledError):
         fly_trial(tmp_path / "never", tell)
-    assert time.monotonic() - begun < 10.0
+    assert flying
+    assert [one.name for one in tmp_path.iterdir()] == [folder.name]
 
 
 # Words

@@ -5,6 +5,7 @@ No Qt.
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from datetime import date
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError
+from gsapp.foundation.files import folder_beside, put_in_place
 from ui.process.serving import Tell
 
 EFFECT = "propulsion.Cm.throttle"
@@ -47,13 +49,18 @@ def fly_trial(folder: Path, tell: Tell, *, hide: str = EFFECT) -> Path:
     GroundStationError
         If the flight is not written.
     """
-    command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(folder),
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    # A flight that is stopped leaves what it was about: in a folder that can be taken away.
+    scratch = folder_beside(folder)
+    written = scratch / folder.name
+    command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(written),
                "--plan", _PLAN, "--seed", "1", *(("--hide", hide) if hide else ())]  # fmt: skip
     words_of_it = "the virtual aircraft flies"
     if hide:
         words_of_it += " with an effect that its model lacks"
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile() as words:
+    with contextlib.ExitStack() as stack:
+        stack.callback(shutil.rmtree, scratch, ignore_errors=True)
+        words = stack.enter_context(tempfile.TemporaryFile())
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=words
         )
@@ -65,12 +72,11 @@ def fly_trial(folder: Path, tell: Tell, *, hide: str = EFFECT) -> Path:
             if process.poll() is None:
                 process.terminate()
                 process.wait(5.0)
-            if process.returncode != 0:
-                shutil.rmtree(folder, ignore_errors=True)
         if process.returncode != 0:
             words.seek(0)
             said = words.read().decode("utf-8", "replace").strip().splitlines()
             raise GroundStationError(
                 f"the virtual flight was not written: {said[-1] if said else 'no word from it'}"
             )
+        put_in_place(written, folder)
     return folder
