@@ -6,6 +6,7 @@ import re
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
+from stat import S_ISDIR
 from struct import Struct
 from typing import Final, Literal, NamedTuple
 
@@ -90,11 +91,15 @@ class RawFile:
     def size(self) -> int:
         """Return the size; 0 where the file is not there yet."""
         try:
-            return self.path.stat().st_size
+            status = self.path.stat()
         except FileNotFoundError:
             return 0
         except OSError as error:
             raise _unreadable(self.path, error) from error
+        # A folder has size 0 on Windows, and would pass for a file that nothing was written to.
+        if S_ISDIR(status.st_mode):
+            raise _unreadable(self.path, IsADirectoryError("it is a folder"))
+        return status.st_size
 
     def read(self, size: int, *, blocks: int | None = None) -> None:
         """Read new whole records up to a size of the file, or only so many blocks of it."""
