@@ -434,16 +434,16 @@ def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ticks stay; a list with a mistake is told and the one before counts."""
-    opened: list[str] = []
+    opened: list[Path] = []
     monkeypatch.setattr(
-        QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()) or True
+        QDesktopServices, "openUrl", lambda url: opened.append(Path(url.toLocalFile())) or True
     )
     page = go(window, qtbot, 3)
     page.list.choose("airframe")
     press(qtbot, Qt.Key.Key_Space)
     press(qtbot, Qt.Key.Key_E, CONTROL | SHIFT)
     own = window.store.path.parent / "checklist.toml"
-    assert opened == [str(own)]
+    assert opened == [own]
     text = own.read_text(encoding="utf-8")
     assert "[[items]]" in text
     short = 'name = "Ours"\n[[items]]\nid = "airframe"\nwords = "All tight"\n'

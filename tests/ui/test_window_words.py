@@ -187,7 +187,8 @@ def test_layouts_are_kept_by_name_and_damaged_ones_named(tmp_path: Path) -> None
     store.save(layout, "Dutch roll / spiral")
     store.save(layout, "dutch roll: spiral")
     store.save(layout, "Aux")  # no file can be called that on Windows
-    assert not (tmp_path / "aux.toml").exists()
+    # Whoever asks Windows for this one is told that it exists.
+    assert "aux.toml" not in [path.name for path in tmp_path.iterdir()]
     store.delete("Aux")
     (tmp_path / "broken.toml").write_text("groups = 3")
     again = LayoutStore(tmp_path)
