@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gc
+import multiprocessing.connection
 import os
 import pickle
 import tempfile
 from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,6 +60,27 @@ def _a_home_of_its_own() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@pytest.fixture
+def pipes_stay(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Let no pipe break by the death of the process at its end.
+
+    So it is on Windows until the process has taken its end over from the one that started it.
+    """
+    held: list[int] = []
+
+    def pipe(duplex: bool = True) -> tuple[Connection, Connection]:
+        ours, theirs = made(duplex)
+        held.append(os.dup(theirs.fileno()))
+        return ours, theirs
+
+    made = multiprocessing.connection.Pipe
+    if os.name != "nt":
+        monkeypatch.setattr(multiprocessing.connection, "Pipe", pipe)
+    yield
+    for descriptor in held:
+        os.close(descriptor)
 
 
 @pytest.fixture(scope="session")

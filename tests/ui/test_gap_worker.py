@@ -21,6 +21,7 @@ from gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
 from window_kit import KILL
 
 import gsapp.identification.flights
+import ui.process.serving
 from gsapp.discrepancy.results import Discrepancy, Observability
 from gsapp.discrepancy.settings import (
     Callback,
@@ -83,7 +84,8 @@ class Bench:
         self.connection: Connection
         self.connection, theirs = Pipe()
         monkeypatch.setattr(gsapp.identification.flights, "flown_flights", self._flown)
-        monkeypatch.setattr("os.nice", lambda _step: 0)
+        # This process is that of all tests.
+        monkeypatch.setattr(ui.process.serving, "stand_back", lambda _steps: None)
         self.thread = threading.Thread(target=serve, args=(theirs, self.stop, self._prepare))
         self.thread.start()
 
@@ -197,8 +199,8 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
     assert "Throttle pitches" in text
 
 
-def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> None:
-    """One real process: a flight that is not there, a stop, a kill from outside, the end."""
+def test_a_process_of_its_own_fails_and_stops_in_words(tmp_path: Path) -> None:
+    """One real process: a flight that is not there, a stop, the end."""
     engine = search_engine()
     assert engine.pid is None
     heard: list[str] = []
@@ -213,8 +215,16 @@ def test_a_process_of_its_own_fails_stops_and_dies_in_words(tmp_path: Path) -> N
 
     with pytest.raises(CancelledError):
         engine.do(job(flight=str(tmp_path / "nowhere")), stop)
+    engine.close()
+
+
+@pytest.mark.usefixtures("pipes_stay")
+def test_a_process_that_dies_while_it_starts_is_missed(tmp_path: Path) -> None:
+    engine = search_engine()
+    late = time.monotonic() + 20.0
 
     def kill(_share: float | None, _words: str) -> None:
+        assert time.monotonic() < late, "its death was not seen"
         if engine.pid is not None:
             os.kill(engine.pid, KILL)
 

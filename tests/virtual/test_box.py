@@ -6,6 +6,7 @@ import os
 import socket
 import threading
 from collections import Counter
+from multiprocessing import active_children
 from pathlib import Path
 
 import numpy as np
@@ -152,6 +153,19 @@ def test_the_virtual_link_is_a_source_like_any_other() -> None:
     source.close()
     assert source.read(0.0) == []
     assert "closed" in source.state
+
+
+@pytest.mark.usefixtures("pipes_stay")
+def test_a_flight_that_dies_while_it_starts_is_over() -> None:
+    """Else the recorder would wait for it without end."""
+    source = open_source("virtual", settings=FlightSettings(plan="short"))
+    source.read(0.0)
+    flying = next(child for child in active_children() if child.name == "virtual aircraft")
+    flying.kill()
+    flying.join()
+    assert source.read(0.0) == []
+    assert source.finished
+    assert "failed" in source.state
 
 
 def test_a_wrong_plan_is_told_in_the_state_of_the_link() -> None:

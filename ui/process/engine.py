@@ -89,7 +89,7 @@ class ProcessEngine:
                 connection.send(job)
                 while True:
                     tell(share, words)
-                    if not connection.poll(_LOOKS):
+                    if not self._has_word(connection):
                         continue
                     told = connection.recv()
                     if told.kind == "doing":
@@ -119,6 +119,15 @@ class ProcessEngine:
         theirs.close()
         self._connection = ours
         return ours
+
+    def _has_word(self, connection: Connection) -> bool:
+        if connection.poll(_LOOKS):
+            return True
+        # On Windows the pipe of a process that dies before it took its end does not break.
+        alive = self._process is not None and self._process.is_alive()
+        if not alive and not connection.poll():
+            raise EOFError
+        return False
 
     def _halt(self, connection: Connection) -> None:
         """Let the process stop the job and keep what it prepared; end it if it does not obey."""

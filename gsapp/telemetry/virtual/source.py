@@ -97,9 +97,15 @@ class VirtualSource(Source):
             ):
                 data = self._connection.recv_bytes()
                 chunks.append(Chunk(self.clock.now_us(), data))
+            # On Windows the pipe of a process that dies before it took its end does not break.
+            if not chunks and not self._flies() and not self._connection.poll():
+                self._end()
         except (EOFError, OSError):
             self._end()
         return chunks
+
+    def _flies(self) -> bool:
+        return self._process is not None and self._process.is_alive()
 
     def write(self, data: bytes) -> None:
         """Send bytes to the box, such as a request for its log."""
