@@ -6,10 +6,12 @@ may have a clock of its own. Every such clock is a *line*: flight time = stamp +
 line heard defines flight time. Another one that agrees with it within seconds is the same clock;
 one that does not is laid beside it by the time of arrival, and reported.
 
-A stamp that is far from where its line must be by now is held back. If the line goes on where it
-was, the stamp was an outlier and is dropped. If the next ones go on from the new place, the
-vehicle has restarted (or its clock was set): its line gets a new offset, so that flight time goes
-on by the time of arrival, which is uncertain by the delay of the link, and this is reported.
+A stamp that is far from where its line must be by now, or older than the line by more than its
+messages are wont to be, is held back. If the line goes on where it was, the stamp was reordered on
+the way or, where it is farther off, an outlier that is dropped. If the next ones go on from the new
+place, the vehicle has restarted (or its clock was set): its line gets a new offset, so that flight
+time goes on by the time of arrival, which is uncertain by the delay of the link, and this is
+reported.
 
 Everything is decided record by record, from stamps alone.
 """
@@ -30,6 +32,9 @@ CONFIRM_SPAN = 500_000
 CONFIRM_HOST = 5_000_000
 """So many stamps must agree before a clock is believed to have been set, over so much of its own
 time, or of the host's if it stands still."""
+
+SET_BACK = 60_000_000
+"""A clock that shows at most so much less than before was set; by more, it began anew at zero."""
 
 SAME_CLOCK = 5_000_000
 """Two clocks that agree within this much are the same clock."""
@@ -93,9 +98,10 @@ class _Held(NamedTuple):
 class _Line:
     """One clock of the vehicle."""
 
-    __slots__ = ("held", "host", "last", "offset", "repeats")
+    __slots__ = ("behind", "held", "host", "last", "offset", "repeats")
 
     def __init__(self) -> None:
+        self.behind = 0  # by how much stamps were behind the newest while it went on
         self.last: int | None = None
         self.host = 0
         self.offset = 0
@@ -179,9 +185,14 @@ class FlightClock:
         if period:
             unwrapped += (last + passed - stamp + period // 2) // period * period
         ahead = unwrapped - last
-        if -LATE <= ahead <= AHEAD + passed:
-            if line.held:
-                self._drop(line)
+        held = line.held
+        if held and _goes_on(line, unwrapped, host):
+            held.append(_Held(unwrapped, host, item))
+            self._move(line)
+            return None
+        if -line.behind <= ahead <= AHEAD + passed:
+            if held:
+                self._let_go(line)
             if ahead > 0:
                 line.last = unwrapped
                 line.host = host
@@ -193,7 +204,7 @@ class FlightClock:
             time = unwrapped + line.offset
             self._observe(time, host)
             return time
-        self._suspect(line, _Held(stamp, host, item))
+        self._suspect(line, _Held(unwrapped if abs(ahead) <= SET_BACK else stamp, host, item))
         return None
 
     def arrive(self, host: int, item: Any) -> int | None:
@@ -230,13 +241,16 @@ class FlightClock:
     def finish(self) -> None:
         """Release what still waits: no other stamp will come."""
         for key, line in list(self._lines.items()):
-            if line.last is not None or not line.held:
+            if not line.held:
                 continue
-            if self._envelope is None:
+            if line.last is not None:
+                self._let_go(line)
+            elif self._envelope is None:
                 self._settle_first(key[0], line)
             else:
                 # A clock that told one time only, beside one that goes on, is not believed.
-                self._drop(line)
+                self._drop(line.held)
+                line.held = []
         if self._envelope is None and (self._waiting or self._narrow):
             self._begin_by_arrival()
 
@@ -298,13 +312,29 @@ class FlightClock:
     def _suspect(self, line: _Line, held: _Held) -> None:
         """Hold a stamp that does not fit its line, and see whether the line has moved."""
         if line.held and not _follows(line.held[-1], held):
-            self._drop(line)
+            self._let_go(line)
         line.held.append(held)
         if len(line.held) < CONFIRM_COUNT:
             return
-        span = held.stamp - line.held[0].stamp
-        if span >= CONFIRM_SPAN or held.host - line.held[0].host >= CONFIRM_HOST:
+        first = line.held[0]
+        span, passed = held.stamp - first.stamp, held.host - first.host
+        if _is_reordered(line, first) and 2 * passed < span:
+            return  # they come all at once: what was kept back on the way
+        if span >= CONFIRM_SPAN or passed >= CONFIRM_HOST:
             self._move(line)
+
+    def _let_go(self, line: _Line) -> None:
+        """Place what was held and is but reordered, since the line goes on; drop the rest."""
+        held, line.held = line.held, []
+        late = [each for each in held if _is_reordered(line, each)]
+        if late and len(late) < CONFIRM_COUNT:
+            line.behind = max(line.behind, *((line.last or 0) - each.stamp for each in late))
+        for stamp, host, item in late:
+            time = stamp + line.offset
+            self._observe(time, host)
+            self.released.append(Placed(time, item))
+        if len(late) < len(held):
+            self._drop([each for each in held if not _is_reordered(line, each)])
 
     def _move(self, line: _Line) -> None:
         """Believe that the line goes on from another place."""
@@ -341,10 +371,10 @@ class FlightClock:
             self._observe(time, host)
             self.released.append(Placed(time, item))
 
-    def _drop(self, line: _Line) -> None:
-        strange = line.held[0].stamp / 1e6
-        count = len(line.held)
-        line.held.clear()
+    def _drop(self, held: list[_Held]) -> None:
+        """Leave out items with an impossible stamp."""
+        strange = held[-1].stamp / 1e6
+        count = len(held)
         before, self.dropped = self.dropped, self.dropped + count
         # Two vehicles of one number would tell at every message: the first, tenth, hundredth do.
         if len(str(before)) < len(str(self.dropped)) or not before:
@@ -434,3 +464,23 @@ def _follows(before: _Held, after: _Held) -> bool:
     """Return whether two stamps may stand on one line."""
     passed = max(after.host - before.host, 0)
     return -LATE <= after.stamp - before.stamp <= AHEAD + passed
+
+
+def _is_reordered(line: _Line, held: _Held) -> bool:
+    """Return whether a stamp is older than the newest by no more than the way may delay it."""
+    return line.last is not None and 0 <= line.last - held.stamp <= LATE
+
+
+def _goes_on(line: _Line, stamp: int, host: int) -> bool:
+    """Return whether a stamp goes on from those held, not from the newest of the line.
+
+    So it does after a small step back, when the clock comes again to where it was.
+    """
+    if len(line.held) < CONFIRM_COUNT or line.last is None or stamp < line.last:
+        return False
+    first, newest = line.held[0], line.held[-1]
+    behind = line.last + host - line.host - stamp
+    return (
+        behind > 2 * abs(stamp - newest.stamp - (host - newest.host))
+        and 2 * (host - first.host) >= stamp - first.stamp
+    )

@@ -327,13 +327,14 @@ class Decoder:
             else:
                 stamp = int.from_bytes(payload[stamp_at], "little") * stamp_scale
                 time = clock.place(head[1], stamp, host, (stream, payload), period=stamp_period)
+            if clock.released or clock.events:
+                # They came before this one.
+                self._take_released(host)
             if time is not None:
                 pending = self._pending[stream]
                 pending.times.append(time)
                 pending.nows.append(now)
                 pending.items.append(payload)
-            if clock.released or clock.events:
-                self._take_released(host)
 
     def _find_routes(self, head: bytes, host: int, payload: bytes) -> list[_Route]:
         """Return the routes that a frame takes: system, component and message of its header."""
@@ -511,13 +512,13 @@ class Decoder:
             else:
                 micros = round(stamp * self.channel_map.text_scale)
                 time = self.clock.place(0, micros, host, (stream, item))
+            if self.clock.released or self.clock.events:
+                self._take_released(host)
             if time is not None:
                 pending = self._pending[stream]
                 pending.times.append(time)
                 pending.nows.append(now)
                 pending.items.append(item)
-            if self.clock.released or self.clock.events:
-                self._take_released(host)
 
     def _has_vehicle_time(self, entry: MapEntry) -> bool:
         if entry.time == ARRIVAL:

@@ -33,10 +33,10 @@ class Case:
         self._take("", None)
 
     def _take(self, item: str, time: int | None) -> None:
-        if time is not None:
-            self.placed.append((item, time))
         self.placed += [(placed.item, placed.time) for placed in self.clock.released]
         self.clock.released.clear()
+        if time is not None:
+            self.placed.append((item, time))
 
     @property
     def times(self) -> list[int]:
@@ -125,6 +125,50 @@ def test_a_restart_goes_on_by_arrival_and_is_reported() -> None:
     # Four seconds after the first sample, as it arrived.
     assert case.times[100] == 504_000_000
     assert case.times[199] == 504_990_000
+
+
+@pytest.mark.parametrize("period", [0, US_TURN])
+@pytest.mark.parametrize("back", [150, 300, 800, 1500, 1990, 2010, 2500, 4000])
+def test_a_clock_that_is_set_back_a_little_loses_no_sample(back: int, period: int) -> None:
+    """By less than reordered messages may be late: told from them by going on steadily."""
+    case = Case()
+    for k in range(1000):
+        # From where it was set on, the link is slower and less even.
+        stamp = 7_000_000 + 10_000 * k - (1000 * back if k >= 500 else 0)
+        case.stamp(stamp, 10_000 * k + (k * 7919 % 15_000 if k >= 500 else 0), period=period)
+    case.finish()
+    assert case.kinds == ["restart"]
+    assert len(case.times) == 1000
+    assert case.times == sorted(case.times)
+    assert case.times[-1] == pytest.approx(16_990_000, abs=20_000)
+    assert case.clock.dropped == 0
+
+
+@pytest.mark.parametrize("count", [3, 60, 150])
+def test_what_was_kept_back_on_the_way_is_no_restart(count: int) -> None:
+    """The newest comes first, and at once all those before it: each keeps its own time."""
+    case = Case()
+    order = [*range(100), 100 + count, *range(100, 100 + count), *range(101 + count, 400)]
+    for k in order:
+        case.stamp(10_000 * k, 10_000 * max(k, 100 + count if k >= 100 else 0), item=str(k))
+    case.finish()
+    assert case.kinds == []
+    assert dict(case.placed) == {str(k): 10_000 * k for k in range(400)}
+
+
+@pytest.mark.parametrize("behind", [200, 700, 1200])
+def test_messages_that_are_always_late_may_be_the_only_ones_for_a_while(behind: int) -> None:
+    """Others pause for three seconds: the late ones go on with their own times."""
+    case = Case()
+    for k in range(1500):
+        if not 500 <= k < 800:
+            case.stamp(7_000_000 + 10_000 * k, 10_000 * k, item="quick")
+        if k % 5 == 0:
+            case.stamp(7_000_000 + 10_000 * k - 1000 * behind, 10_000 * k + 100, item="late")
+    case.finish()
+    assert case.kinds == []
+    late = [time for item, time in case.placed if item == "late"]
+    assert late == [7_000_000 + 10_000 * k - 1000 * behind for k in range(0, 1500, 5)]
 
 
 @pytest.mark.parametrize("wrong", [0, 499_000_000, 513_000_000, 600_000_000, 4_000_000_000_000_000])
