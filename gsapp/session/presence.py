@@ -21,6 +21,7 @@ class PresenceMonitor:
 
     Presence is kept in ticks of a quarter of a second of flight time, each judged a second
     late, when all that belongs to it has arrived; so a replay judges as the live flight did.
+    Ticks in which nothing came at all do not count: a link that was lost is no message's fault.
 
     Parameters
     ----------
@@ -29,7 +30,7 @@ class PresenceMonitor:
     group : callable
         What carries a channel, from its id; None for a channel that is not watched.
     patience : float
-        Seconds of silence after which it counts as lost.
+        Seconds of silence, while others come, after which it counts as lost.
     """
 
     TICK = 0.25
@@ -43,13 +44,15 @@ class PresenceMonitor:
         self._patience = max(1, math.ceil(patience / self.TICK))
         self._members: dict[tuple[str, ...], dict[str, list[int]]] = {}
         self._front: int | None = None
-        self._judged: int | None = None
-        self._last: dict[str, int] = {}
+        self._judged: int | None = None  # the last tick
+        self._count = 0  # of ticks judged in which anything came
+        self._last: dict[str, int] = {}  # of these, the one in which each came last
         self._coming: dict[str, list[npt.NDArray[np.int64]]] = {}
 
     def reset(self) -> None:
         """Forget every sample seen."""
         self._front = self._judged = None
+        self._count = 0
         self._last.clear()
         self._coming.clear()
 
@@ -97,40 +100,49 @@ class PresenceMonitor:
         last = self._front - self._DELAY
         if last <= self._judged:
             return
-        lost: list[tuple[int, str, bool]] = []
+        due: dict[str, npt.NDArray[np.int64]] = {}
         for name, parts in self._coming.items():
             seen = np.unique(np.concatenate(parts)) if parts else np.empty(0, np.int64)
-            due = seen[seen <= last]
-            self._coming[name] = [seen[seen > last]] if due.size < seen.size else []
-            lost += self._silences(name, due, last)
-        for tick, name, silent in sorted(lost):
+            due[name] = seen[seen <= last]
+            self._coming[name] = [seen[seen > last]] if due[name].size < seen.size else []
+        came = np.unique(np.concatenate([*due.values(), np.empty(0, np.int64)]))
+        came = came[came > self._judged]
+        lost: list[tuple[int, str, bool]] = []
+        for name, ticks in due.items():
+            # What is later still counts as of the last tick judged.
+            places = np.searchsorted(came, ticks, side="right") - 1 + self._count
+            lost += self._silences(name, places, self._count + came.size - 1)
+        for place, name, silent in sorted(lost):
             key = f"{name}:silent"
             if silent:
                 words = f"{name} stays away, while others come: check what sends it"
+                tick = int(came[place - self._count])
                 self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
                 self._board.clear(key)
         self._judged = last
+        self._count += came.size
 
     def _silences(
-        self, name: str, due: npt.NDArray[np.int64], last: int
+        self, name: str, places: npt.NDArray[np.intp], last: int
     ) -> list[tuple[int, str, bool]]:
-        """Return where a message stayed away (True) and where it came again (False)."""
-        patience = self._patience
+        """Return where a message stayed away (True) and where it came again (False).
+
+        Counted in ticks in which anything came: those where it did, up to the last of all.
+        """
         before = self._last.get(name)
-        spoken = due if before is None else np.union1d(np.array([before]), due)
+        spoken = places if before is None else np.union1d(np.array([before]), places)
         if not spoken.size:
             return []
         found: list[tuple[int, str, bool]] = []
-        judged = self._judged if self._judged is not None else last
-        for place in np.flatnonzero(np.diff(spoken) > patience).tolist():
-            falls = int(spoken[place]) + patience
-            if falls > judged:
+        for place in np.flatnonzero(np.diff(spoken) > self._patience).tolist():
+            falls = int(spoken[place]) + self._patience
+            if falls >= self._count:
                 found.append((falls, name, True))
             found.append((int(spoken[place + 1]), name, False))
         newest = int(spoken[-1])
-        falls = newest + patience
-        if judged < falls <= last:
+        falls = newest + self._patience
+        if self._count <= falls <= last:
             found.append((falls, name, True))
         self._last[name] = newest
         return found

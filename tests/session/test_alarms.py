@@ -335,6 +335,24 @@ def test_when_everything_is_silent_no_instrument_is_blamed() -> None:
     assert board.standing == ()
 
 
+@pytest.mark.parametrize("pause", [2.5, 5.0, 60.0])
+def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(pause: float) -> None:
+    """However long it was, and however rarely a message comes that has not come again yet."""
+    board = AlarmBoard()
+    monitor = PresenceMonitor(board, lambda name: name)
+    rare = np.full(800, np.nan)
+    rare[::200] = 1.0
+    for begin in (0, round((8.0 + pause) * RATE)):
+        monitor.feed(block(begin, {"q": np.ones(800), "alpha": np.ones(800)}))
+        monitor.feed(block(begin + 150, {"battery": rare}))
+        monitor.settle()
+    assert board.log == ()
+    gone = round((16.0 + pause) * RATE)
+    monitor.feed(block(gone, {"q": np.ones(800)}))
+    monitor.settle()
+    assert {alarm.key for alarm in board.standing} == {"alpha:silent", "battery:silent"}
+
+
 def test_a_box_that_falls_silent_is_one_alarm() -> None:
     """All channels of a message are one alarm, named by the message; derived ones are none."""
     board = AlarmBoard()
