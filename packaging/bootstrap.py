@@ -19,6 +19,7 @@ import ctypes
 import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -254,6 +255,13 @@ def run(
         return 1
 
 
+def hand_over(arguments: list[str], folder: Path | None = None) -> int:
+    """Run what ends by itself after Ctrl-C, in its own time: a record, for example, is closed."""
+    # It reaches what runs as well, which else would be killed a quarter of a second later.
+    signal.signal(signal.SIGINT, lambda _number, _frame: None)
+    return run(arguments, folder)
+
+
 def test(arguments: list[str]) -> int:
     """Run every check, the tests last; go on after a failure so that one run shows all."""
     checks = [
@@ -283,10 +291,10 @@ def main() -> int:
     command, arguments = (sys.argv[1] if len(sys.argv) > 1 else "help"), sys.argv[2:]
     actions = {
         "setup": lambda: 0,
-        "run": lambda: run(["-m", "gsapp.cli", *arguments]),
-        "demo": lambda: run(["-m", "gsapp.cli", "demo", *arguments]),
+        "run": lambda: hand_over(["-m", "gsapp.cli", *arguments]),
+        "demo": lambda: hand_over(["-m", "gsapp.cli", "demo", *arguments]),
         "test": lambda: test(arguments),
-        "bench": lambda: run(["tests/bench/run.py", *arguments], PROJECT),
+        "bench": lambda: hand_over(["tests/bench/run.py", *arguments], PROJECT),
     }
     if command not in actions:
         say(__doc__ or "")

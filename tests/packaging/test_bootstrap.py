@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import os
 import re
+import signal
 import subprocess
 import sys
 import tomllib
@@ -79,6 +81,29 @@ def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
     assert subprocess.run([sys.executable, "-c", look]).returncode == 1
     environment = bootstrap.environment()
     assert subprocess.run([sys.executable, "-c", look], env=environment).returncode == 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent another way on Windows")
+def test_what_runs_may_take_its_time_to_end_after_ctrl_c() -> None:
+    """A record, for example, is closed first."""
+    inner = (
+        "import sys, time\n"
+        "try:\n"
+        "    print('ready', flush=True); time.sleep(60)\n"
+        "except KeyboardInterrupt:\n"
+        "    time.sleep(1); sys.exit(7)\n"
+    )
+    outer = (
+        f"import sys; sys.path.insert(0, {str(BOOTSTRAP.parent)!r}); import bootstrap\n"
+        "from pathlib import Path; bootstrap.venv_python = lambda: Path(sys.executable)\n"
+        f"sys.exit(bootstrap.hand_over(['-c', {inner!r}]))\n"
+    )
+    command = [sys.executable, "-c", outer]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"ready\n"
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(20.0) == 7
 
 
 def test_without_root_the_one_command_is_named(
