@@ -5,6 +5,9 @@ from __future__ import annotations
 from ui.fonts import family
 from ui.look import Look, mixed
 
+TAB_SIDE = 4
+"""Points that the sheet leaves left and right of the words of a tab."""
+
 _SHEET = """
 QWidget {{ color: {text}; font-family: "{family}"; font-size: {body}px; }}
 QMainWindow, QDialog, QWidget#page, QWidget#frame {{ background: {background}; }}
@@ -107,8 +110,8 @@ QTableCornerButton::section {{ background: {panel}; border: 0; }}
 
 QTabWidget::pane {{ border: 0; border-top: 1px solid {line}; background: {panel}; }}
 QTabBar {{ background: {background}; }}
-QTabBar::tab {{ background: transparent; color: {muted}; padding: {p8}px {p10}px {p6}px {p10}px;
-  border-bottom: {p2}px solid transparent; font-size: {label}px; }}
+QTabBar::tab {{ background: transparent; color: {muted}; font-size: {label}px;
+  padding: {p8}px {tab_side}px {p6}px {tab_side}px; border-bottom: {p2}px solid transparent; }}
 QTabBar::tab:selected {{ color: {text}; border-bottom-color: {text}; font-weight: 600; }}
 QTabBar::tab:hover {{ background: {hover}; }}
 QTabBar:focus {{ background: {hover}; }}
@@ -160,6 +163,7 @@ def style_sheet(look: Look, signs: dict[str, str]) -> str:
     colors["ink_hover"] = mixed(theme.text, theme.background, 0.18).name()
     steps = (2, 3, 4, 6, 7, 8, 10, 11, 12, 14, 16, 20, 24, 28, 32, 34)
     sizes = {f"p{step}": str(look.px(step)) for step in steps}
+    sizes["tab_side"] = str(look.px(TAB_SIDE))
     types = {
         "body": str(look.sizes.body),
         "label": str(look.sizes.label),

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QLineEdit,
     QMessageBox,
+    QToolButton,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
@@ -254,6 +255,27 @@ def test_nothing_is_cut_and_nothing_overlaps(
     for one, other in pairwise([in_window(button, flight) for button in shown]):
         assert not one.intersects(other)
     assert flight.view.charts.height() >= 160 * scale / 100
+
+
+@pytest.mark.parametrize("scale", [100, 150, 250])
+def test_all_tabs_of_the_side_panel_are_in_sight(
+    flight: MainWindow, qtbot: QtBot, scale: int
+) -> None:
+    """At every scale, also while alarms wait, and whichever tab is the chosen one."""
+    flight.look.set_scale(scale)
+    for index in range(12):
+        flight.desk.session.board.raise_(f"x{index}", Severity.WARNING, 1.0, "too fast")
+    flight.desk.tick()
+    tabs = flight.view.tabs
+    bar = tabs.tabBar()
+    for chosen in range(tabs.count()):
+        flight.view.show_panel(chosen)
+        until(qtbot, lambda: tabs.tabText(3).startswith("Alarms 1"))
+        qtbot.wait(10)
+        places = [bar.tabRect(index) for index in range(tabs.count())]
+        assert all(tabs.rect().contains(place) for place in places)
+        # Qt shows its arrows when it leaves words out.
+        assert not any(arrow.isVisible() for arrow in bar.findChildren(QToolButton))
 
 
 def test_every_control_has_a_name(flight: MainWindow) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtGui import QAction, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
 
 from ui.commands import CHART_PREFIX
@@ -23,8 +24,12 @@ from ui.strips.columns import Samples
 from ui.strips.keys import KEY_ACTIONS
 from ui.strips.layout import StripLayout
 from ui.strips.widget import StripChart
+from ui.style import TAB_SIDE
 
 _PANEL_WIDTH = 344
+"""Points of the side panel, if the words of its tabs are not longer."""
+_ALARMS = "Alarms"
+_TAB_NAMES = ("Channels", "Values", "Marks", _ALARMS, "Messages", "Derivatives")
 _ROOM_FOR_PANEL = 1000
 _LEAST_FOR_CHARTS = 420
 
@@ -110,11 +115,10 @@ class FlightView(QWidget):
         self.alarms = AlarmsPanel(self._look)
         self.messages = MessagesPanel(self._look)
         self.estimates = EstimatesPanel(self._look)
-        self._tab_names = ("Channels", "Values", "Marks", "Alarms", "Messages", "Derivatives")
         panels = (
             self.channels, self.values, self.marks, self.alarms, self.messages, self.estimates,
         )  # fmt: skip
-        for name, panel in zip(self._tab_names, panels, strict=True):
+        for name, panel in zip(_TAB_NAMES, panels, strict=True):
             tabs.addTab(panel, name)
         return tabs
 
@@ -203,11 +207,24 @@ class FlightView(QWidget):
             self.tabs.setVisible(shown)
         self._actions["side_panel"].setChecked(shown)
         # Where both do not fit side by side, the open panel takes the place of the charts.
-        wide = self._look.px(_PANEL_WIDTH)
+        wide = max(self._look.px(_PANEL_WIDTH), self._tabs_width())
         alone = shown and self.width() - wide < self._look.px(_LEAST_FOR_CHARTS)
         self.charts.setVisible(not alone)
         if shown:
             self.tabs.setFixedWidth(max(self.width(), 1) if alone else wide)
+
+    def _tabs_width(self) -> int:
+        """Return the width at which all tabs are in sight, with up to 99 alarms waiting."""
+        look = self._look
+        plain = QFontMetricsF(look.font("label"))
+        chosen = QFontMetricsF(look.font("label", strong=True))
+        words = [_alarms_tab(99) if name == _ALARMS else name for name in _TAB_NAMES]
+        bolder = max(
+            chosen.horizontalAdvance(word) - plain.horizontalAdvance(word) for word in words
+        )
+        # Qt gives each tab whole pixels.
+        each = [math.ceil(plain.horizontalAdvance(word)) + 2 * look.px(TAB_SIDE) for word in words]
+        return sum(each) + math.ceil(bolder)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the charts the room where the window is narrow."""
@@ -315,9 +332,9 @@ class FlightView(QWidget):
         self.messages.show_lines(picture.message_lines)
         if picture.estimates is not former.estimates:
             self.estimates.show_rows(picture.estimates, picture.estimates_state)
-        waiting = f"Alarms {picture.waiting}" if picture.waiting else "Alarms"
-        if self.tabs.tabText(3) != waiting:
-            self.tabs.setTabText(3, waiting)
+        place, words = _TAB_NAMES.index(_ALARMS), _alarms_tab(picture.waiting)
+        if self.tabs.tabText(place) != words:
+            self.tabs.setTabText(place, words)
         self._show_replay(picture)
 
     def _show_replay(self, picture: FlightPicture) -> None:
@@ -365,3 +382,8 @@ class FlightView(QWidget):
         self._show_values()
         self._view_changed()
         self._size_panel()
+
+
+def _alarms_tab(waiting: int) -> str:
+    """Return the words of the tab of the alarms: how many nobody has acknowledged."""
+    return f"{_ALARMS} {waiting}" if waiting else _ALARMS
