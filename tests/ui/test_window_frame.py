@@ -278,6 +278,20 @@ def test_all_tabs_of_the_side_panel_are_in_sight(
         assert not any(arrow.isVisible() for arrow in bar.findChildren(QToolButton))
 
 
+def test_charts_reach_the_panel_also_after_a_layout_while_hidden(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """A picture of the empty window lays the flight out that is not on screen yet."""
+    window.grab()
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    view = window.view
+    until(qtbot, lambda: window.desk.is_loaded and view.tabs.isVisible())
+    qtbot.wait(20)
+    assert view.tabs.geometry().right() == view.width() - 1
+    gap = view.tabs.geometry().left() - view.charts.geometry().right() - 1
+    assert 0 <= gap <= 2
+
+
 def test_every_control_has_a_name(flight: MainWindow) -> None:
     """For those who hear the window."""
     for kind in (QAbstractButton, QComboBox, QLineEdit, QAbstractItemView):

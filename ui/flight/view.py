@@ -211,7 +211,10 @@ class FlightView(QWidget):
         alone = shown and self.width() - wide < self._look.px(_LEAST_FOR_CHARTS)
         self.charts.setVisible(not alone)
         if shown:
-            self.tabs.setFixedWidth(max(self.width(), 1) if alone else wide)
+            side = max(self.width(), 1) if alone else wide
+            self.tabs.setFixedWidth(side)
+            # Laid out while it was hidden, the splitter would keep the shares of that time.
+            self._split.setSizes([self.width() - side, side])
 
     def _tabs_width(self) -> int:
         """Return the width at which all tabs are in sight, with up to 99 alarms waiting."""
