@@ -471,6 +471,41 @@ def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
     assert len(geometry.charts) + geometry.hidden == 16
 
 
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0, 2.5])
+@pytest.mark.parametrize("height", [300, 420, 560])
+def test_every_chart_in_sight_has_two_labels_or_more(qtbot, strips, scale, height):
+    """Proves that an amplitude can be read also where charts are low: rather fewer of them."""
+    layout = default_layout()
+    strips.set_layout(layout.with_strip(2, layout.strips[2].model_copy(update={"height": 0.25})))
+    strips.resize(900, height)
+    strips.set_scale(scale)
+    settle(qtbot, strips)
+    geometry = strips.geometry_in_pixels
+    assert len(geometry.numbers) > 1
+    assert all(len(strips.charts[number].ticks) >= 2 for number in geometry.numbers)
+    assert len(geometry.charts) + geometry.hidden == 16
+
+
+def test_a_subscript_of_the_last_chart_is_whole(qtbot, strips):
+    """Proves that a name has all its ink in the lowest chart in sight, however low that is."""
+    lateral = Strip(traces=(Trace(channel="ay"),))
+    strips.set_layout(StripLayout(groups=(StripGroup(strips=(lateral, lateral)),)))
+    strips.set_scale(2.5)
+    inks = set()
+    for height in range(250, 350, 5):
+        strips.resize(2250, height)
+        settle(qtbot, strips)
+        geometry = strips.geometry_in_pixels
+        below = geometry.charts[-1]
+        if below.height >= 34 * 2.5:
+            continue  # with its title
+        left, right = geometry.columns.gutter, geometry.columns.gutter + geometry.columns.names
+        image = pixels_of(image_of(strips))[below.y : below.bottom, left:right]
+        inks.add(image.size - count(image, DAYLIGHT.background))
+    assert len(inks) == 1
+    assert inks.pop() > 100
+
+
 def test_charts_that_find_no_room_come_into_sight_when_chosen(qtbot, strips):
     """Proves that on a small window every chart can still be reached by keys."""
     strips.set_layout(default_layout())

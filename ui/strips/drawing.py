@@ -218,7 +218,9 @@ def _draw_name(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
         return
     step = min(box.height / count, pen.px(18))
     for place, (spec, color) in enumerate(zip(chart.specs, chart.inks, strict=True)):
+        # What hangs below the last line stays within the chart.
         center = box.center + (place - (count - 1) / 2.0) * step
+        center = min(center, box.bottom - pen.px(10))
         unit = chart.displays[place].unit
         _draw_symbol(painter, pen, x, center, spec.symbol, color, unit, room)
 

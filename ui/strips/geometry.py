@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-_LEAST_CHART = 16  # logical pixels: a line of values still stands in it
+_LEAST_CHART = 20
+"""Logical pixels in which a line of values and the two labels of a scale still stand."""
 _CHART_GAP = 3
 _GROUP_GAP = 9
 
@@ -213,17 +214,17 @@ def _stack(
             if fitting * _LEAST_CHART * ratio + sum(gaps_of(shown)) <= plot.height:
                 break
     gaps = gaps_of(shown)
-    weights = [flat[number][1] for number in shown]
-    free = max(plot.height - sum(gaps), len(weights))
+    free = max(plot.height - sum(gaps), len(shown))
+    heights = _heights(free, [flat[number][1] for number in shown], _LEAST_CHART * ratio)
     boxes: list[Box] = []
     spans: list[tuple[str, int, int]] = []
-    used_weight = 0.0
+    used = 0.0
     gap_sum = 0
-    for gap, weight, number in zip(gaps, weights, shown, strict=True):
+    for gap, height, number in zip(gaps, heights, shown, strict=True):
         gap_sum += gap
-        top = plot.y + gap_sum + round(free * used_weight / sum(weights))
-        used_weight += weight
-        bottom = plot.y + gap_sum + round(free * used_weight / sum(weights))
+        top = plot.y + gap_sum + round(used)
+        used += height
+        bottom = plot.y + gap_sum + round(used)
         boxes.append(Box(x=plot.x, y=top, width=plot.width, height=max(bottom - top, 1)))
         name = groups[flat[number][0]][0]
         if spans and gap == chart_gap and flat[number][0] == flat[number - 1][0]:
@@ -231,3 +232,18 @@ def _stack(
         else:
             spans.append((name, top, bottom))
     return boxes, list(shown), spans, 0 if alone else total - len(boxes)
+
+
+def _heights(free: float, weights: Sequence[float], least: float) -> list[float]:
+    """Share a height by weight, but give nobody less than `least` while there is enough."""
+    low: set[int] = set()
+    while True:
+        rest = free - least * len(low)
+        total = sum(weight for place, weight in enumerate(weights) if place not in low)
+        heights = [
+            least if place in low else rest * weight / total for place, weight in enumerate(weights)
+        ]
+        short = {place for place, height in enumerate(heights) if height < least - 1e-9}
+        if not short or free < least * len(weights):
+            return heights
+        low |= short
