@@ -280,6 +280,14 @@ class History:
         """Return the channels, in the order in which they came."""
         return tuple(self._tracks)
 
+    @property
+    def filled(self) -> tuple[str, ...]:
+        """Return the channels of which a number has come, not only the place for one.
+
+        As `channels`, it tells of all that is held, whatever the horizon.
+        """
+        return tuple(name for name, track in self._tracks.items() if track.last is not None)
+
     def has(self, channel_id: str) -> bool:
         """Return whether anything is held of a channel."""
         return channel_id in self._tracks

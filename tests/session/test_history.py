@@ -287,3 +287,17 @@ def test_the_work_follows_the_bins_and_not_the_samples() -> None:
         read.clear()
         history.extremes("q", 0, 100, bin_size)
         assert sum(read) < 100 * 240, bin_size
+
+
+def test_a_channel_of_which_no_number_came_is_not_filled() -> None:
+    """A place without a number does not count; what the horizon hides does."""
+    history = History(("alpha", "q"), RATE)
+    missing = np.full(4, np.nan)
+    history.append(block(0, {"alpha": missing, "q": np.array([np.nan, np.nan, 1.0, np.nan])}))
+    assert history.channels == ("alpha", "q")
+    assert history.filled == ("q",)
+    history.horizon = 0.0
+    assert history.filled == ("q",)
+    history.append(block(0, {"q": missing}))
+    assert history.filled == ()
+    history.close()

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
@@ -28,7 +29,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 from window_kit import answer_dialog, open_window, until, write_flight
 
 import ui.window
+from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import GroundStationError, LinkError
+from gsapp.quantities import Block
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
 from gsapp.session.limits import Bands, Severity
 from ui.commands import COMMANDS, CommandSet
@@ -157,6 +160,21 @@ def test_channels_are_chosen_ordered_and_saved_by_keys(
     again = open_window(tmp_path)
     qtbot.addWidget(again)
     assert again.view._layouts.load("Doublets").channels == order
+
+
+def test_a_channel_that_never_has_a_sample_gets_no_chart(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """A column of a file, or a field of a message, may be there and hold nothing."""
+    times = np.arange(1000) / 50.0
+    values = np.column_stack([0.05 * np.sin(times), np.full(times.size, math.nan)])
+    block = Block(channels=("alpha", "beta"), times=times, values=values)
+    path = write_flight_csv(tmp_path / "empty column.csv", block, "us")
+    window.desk.open_flight(path, playing=False)
+    charts = window.view.charts
+    until(qtbot, lambda: window.desk.is_loaded and charts.strip_layout.channels == ("alpha",))
+    # It can still be chosen, and is said to be empty.
+    assert window.view._picture.available == ("alpha", "beta")
 
 
 # Marks

@@ -83,7 +83,7 @@ class PictureTaker:
         playhead = snapshot.playhead
         return FlightPicture(
             available=self._available,
-            present=frozenset(session.history.channels),
+            present=frozenset(session.history.filled),
             uncalibrated=frozenset(
                 name for name, source in self._sources.items() if not source.calibrated
             ),

@@ -321,8 +321,9 @@ class FlightView(QWidget):
         if self._fresh_layout and picture.available:
             self._fresh_layout = False
             self.show_layout(self._layout_name or OVERVIEW)
-        elif (picture.available, picture.sources, picture.settled) != (
+        elif (picture.available, picture.present, picture.sources, picture.settled) != (
             former.available,
+            former.present,
             former.sources,
             former.settled,
         ):
