@@ -367,7 +367,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "place_review", "Review", "F4"),
     _command("View", "place_gap", "Model gap", "F5"),
     _command("View", "full_screen", "Full screen", "F11", rule=True),
-    _command("View", "side_panel", "Side panel", "F9"),
+    _command("View", "side_panel", "Side panel", "F9", needs="charts"),
     _command("View", "next_theme", "Next theme", "Ctrl+T", rule=True),
     _command("View", "units", "US or SI units", "Ctrl+U"),
     _command("View", "larger", "Larger", "Ctrl++", "Ctrl+="),

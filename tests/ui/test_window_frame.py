@@ -136,6 +136,23 @@ def test_escape_comes_back_to_the_charts(flight: MainWindow, qtbot: QtBot) -> No
     assert flight.view.charts.hasFocus()
 
 
+def test_the_side_panel_is_opened_and_closed_where_it_is_seen(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Without a flight, and at the other places, its key would act unseen on the next flight."""
+    view = window.view
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded and view.tabs.isVisible())
+    qtbot.keyClick(window, Qt.Key.Key_F1)
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    qtbot.keyClick(window, Qt.Key.Key_F2)
+    assert view.tabs.isVisible()
+    qtbot.keyClick(window, Qt.Key.Key_F9)
+    assert not view.tabs.isVisible()
+    assert not window.store.current.side_panel
+
+
 def test_channels_are_chosen_ordered_and_saved_by_keys(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
