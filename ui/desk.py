@@ -70,6 +70,8 @@ class Desk(QObject):
         A `Work` begins; what to say when it is done, empty for nothing.
     said : Signal(str, str)
         Level and sentence of a banner.
+    remarked : Signal(str, str)
+        The same of the open flight alone, void once another is open.
     map_wanted : Signal(object, str)
         A file needs a channel map: path, and why.
     ended : Signal(object)
@@ -81,6 +83,7 @@ class Desk(QObject):
     told = Signal()
     working = Signal(object, str)
     said = Signal(str, str)
+    remarked = Signal(str, str)
     map_wanted = Signal(object, str)
     ended = Signal(object)
 
@@ -347,7 +350,7 @@ class Desk(QObject):
         if wants_map is not None and wants_map.is_file() and isinstance(error, FlightError):
             self.map_wanted.emit(wants_map, str(error))
         else:
-            self.faults.report(error)
+            self.faults.report(error, opening=True)
 
     def _show(
         self, session: Session, aircraft: AircraftProcess | None, back_to: float | None
@@ -512,15 +515,15 @@ class Desk(QObject):
             self.ended.emit(session.path)
         if snapshot.problem and snapshot.problem != self._problem:
             self._problem = snapshot.problem
-            self.said.emit("caution", snapshot.problem)
+            self.remarked.emit("caution", snapshot.problem)
         if not self._remarked and self.is_loaded:
             self._remarked = True
             if self._back_to is not None:
                 self.seek(self._back_to)
             if session.remarks:
-                self.said.emit("note", sentences(session.remarks))
+                self.remarked.emit("note", sentences(session.remarks))
         if self._aircraft is not None and (complaint := self._aircraft.complaint()):
-            self.said.emit("warning", complaint)
+            self.remarked.emit("warning", complaint)
         self.told.emit()
 
     # What is shown

@@ -8,7 +8,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 
@@ -32,11 +32,14 @@ class Fault:
         For the log and the clipboard: the whole trace.
     expected : bool
         Whether the program raised it on purpose; a mistake of the program otherwise.
+    opening : bool
+        Whether a flight could not be opened, which nobody minds once another one is.
     """
 
     sentence: str
     details: str
     expected: bool
+    opening: bool = False
 
 
 def describe(error: BaseException) -> Fault:
@@ -96,9 +99,9 @@ class FaultDesk(QObject):
             sys.excepthook, threading.excepthook = self._former
             self._former = None
 
-    def report(self, error: BaseException) -> None:
-        """Log an error and show it."""
-        fault = describe(error)
+    def report(self, error: BaseException, *, opening: bool = False) -> None:
+        """Log an error and show it; `opening` if a flight could not be opened for it."""
+        fault = replace(describe(error), opening=opening)
         (log.warning if fault.expected else log.error)("%s", fault.details)
         self._arrived.emit(fault)
 

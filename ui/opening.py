@@ -62,8 +62,11 @@ class Opening(QObject):
         self._banners = banners
         self._found: tuple[RunningRecorder, ...] = ()
         self._offer: Banner | None = None
+        self._of_flight: list[Banner] = []
         desk.working.connect(self.run)
         desk.said.connect(banners.show_banner)
+        desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
+        desk.changed.connect(self._forget_former)
         desk.map_wanted.connect(self.offer_map)
         desk.ended.connect(self.offer_replay)
 
@@ -86,6 +89,16 @@ class Opening(QObject):
     def _flights(self) -> Path:
         chosen = self._store.current.flights
         return Path(chosen) if chosen else flights_path()
+
+    def until_next(self, banner: Banner) -> None:
+        """Take a banner away when another flight opens, of which it says nothing."""
+        self._of_flight.append(banner)
+
+    def _forget_former(self) -> None:
+        if self._desk.is_open:
+            for banner in self._of_flight:
+                self._banners.remove(banner)
+            self._of_flight.clear()
 
     # A flight to come
 
@@ -171,8 +184,10 @@ class Opening(QObject):
 
     def offer_map(self, path: Path, why: str) -> None:
         """Say that a file needs a channel map, and offer to choose one."""
-        self._banners.show_banner(
-            "caution", why, ("Choose a channel map…", lambda: self._ask_map(path))
+        self.until_next(
+            self._banners.show_banner(
+                "caution", why, ("Choose a channel map…", lambda: self._ask_map(path))
+            )
         )
 
     def _ask_map(self, path: Path) -> None:
@@ -197,10 +212,12 @@ class Opening(QObject):
         wrong with it is said then.
         """
         Work(f"Reading {folder.name}", lambda _progress: load_flight(folder), self).start()
-        self._banners.show_banner(
-            "note",
-            f"The recording of {folder.name} has ended.",
-            ("Replay it", lambda: self._desk.open_flight(folder)),
+        self.until_next(
+            self._banners.show_banner(
+                "note",
+                f"The recording of {folder.name} has ended.",
+                ("Replay it", lambda: self._desk.open_flight(folder)),
+            )
         )
 
     def export(self) -> None:

@@ -289,7 +289,9 @@ class MainWindow(QMainWindow):
     def _show_fault(self, fault: Fault) -> None:
         copy = ("Copy details", self.copy_details)
         choices = () if fault.expected else (copy,)
-        self.banners.show_banner("warning", fault.sentence, *choices)
+        banner = self.banners.show_banner("warning", fault.sentence, *choices)
+        if fault.opening:
+            self.opening.until_next(banner)
 
     def copy_details(self) -> None:
         """Put the details of the last error on the clipboard."""

@@ -178,9 +178,19 @@ def count_text(number: int, singular: str, plural: str | None = None) -> str:
     return f"{number or 'no'} {word}"
 
 
+_NAMES = re.compile(r"\S*[\d_/\\]|\S*\.\w|[b-z]\b")
+"""How a file, a folder, a channel is named at the beginning of a sentence: as no word is."""
+
+
 def sentences(remarks: Iterable[str]) -> str:
-    """Return remarks as sentences, one after the other, as a banner says them."""
-    return " ".join(f"{words[:1].upper()}{words[1:].rstrip('.')}." for words in remarks if words)
+    """Return remarks as sentences, one after the other, as a banner says them.
+
+    The name of a file or of a channel stays as it is written.
+    """
+    said = [words.rstrip(".") for words in remarks if words]
+    return " ".join(
+        f"{words}." if _NAMES.match(words) else f"{words[:1].upper()}{words[1:]}." for words in said
+    )
 
 
 _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)\s*(\..*)?", re.IGNORECASE)

@@ -365,6 +365,25 @@ def test_expected_errors_are_shown_in_their_own_words(window: MainWindow, qtbot:
     until(qtbot, lambda: "the port is gone; plug it in again" in window.banners.texts())
 
 
+def test_what_was_said_of_a_flight_goes_when_another_opens(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Also that one could not be opened; what happens on opening the next one stays."""
+    desk, banners = window.desk, window.banners
+    garbage = tmp_path / "garbage.tlog"
+    garbage.write_bytes(bytes(range(1, 250)) * 40)
+    desk.open_flight(garbage)
+    until(qtbot, lambda: any("garbage.tlog" in text for text in banners.texts()))
+    assert not any("Garbage" in text for text in banners.texts())
+    desk.open_flight(tmp_path / "absent.tlog")
+    until(qtbot, lambda: any("absent.tlog" in text for text in banners.texts()))
+    assert len(banners.texts()) == 2
+    window.faults.report(GroundStationError("the card of the flight cannot be read"))
+    desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: desk.name == "small")
+    assert banners.texts() == ("the card of the flight cannot be read",)
+
+
 def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbot: QtBot) -> None:
     def count(progress: Progress) -> None:
         while True:

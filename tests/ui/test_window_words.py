@@ -96,6 +96,14 @@ def test_remarks_become_sentences() -> None:
     assert said == "No link. 2 frames lost."
 
 
+def test_a_name_keeps_its_letters_at_the_beginning_of_a_sentence() -> None:
+    """On many systems Garbage.tlog is another file than garbage.tlog."""
+    for said in ("garbage.tlog holds nothing", "logs/a: empty", "first_flight: no clock",
+                 "f16 has no map", "q was not calibrated", "q.2 is silent"):  # fmt: skip
+        assert sentences([said]) == f"{said}."
+    assert sentences(["a gap of 2.5 s", "nothing is left"]) == "A gap of 2.5 s. Nothing is left."
+
+
 _REVIEW_PAGES = {
     **dict.fromkeys(
         ("review_flights", "review_flight", "review_maneuver", "review_open"), "maneuvers"
