@@ -10,6 +10,8 @@ if TYPE_CHECKING:
 
     from gsapp.session.session import Session
 
+_MOST_ALARMS = 20
+
 
 def run(
     *,
@@ -102,13 +104,19 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
 def summary_of(session: Session) -> dict[str, Any]:
     """Return what a replay that has ended showed, for programs; see `summarize`.
 
+    Among ``events`` are the alarms: kind ``alarm``, a sentence, the key, the severity, onset and
+    end (s; the end is null where the cause stayed), and whether the crew acknowledged it.
     ``cues`` are all changes of what the crew was told, and the spoken words, by time;
     ``verdicts`` those on its inputs; ``estimates`` the derivatives that it gave, by FTR and by
     maximum likelihood maneuver by maneuver.
     """
-    from gsapp.flight.summary import summarize
+    from gsapp.flight.events import in_order
+    from gsapp.flight.summary import events_json, summarize
+    from gsapp.session.alarm_log import alarm_events
 
-    summary = summarize(session.flight(), session.aircraft)
+    whole = session.flight()
+    summary = summarize(whole, session.aircraft)
+    summary["events"] = events_json(in_order((*whole.events, *alarm_events(session.board))))
     debrief = session.debrief()
     if debrief is not None:
         summary["cues"] = debrief.cues_json()
@@ -142,18 +150,18 @@ def _play(session: Session, console: Console) -> None:
 
 
 def _print_alarms(session: Session, console: Console) -> None:
-    log = session.board.log
-    if not log:
+    alarms = session.board.episodes
+    if not alarms:
         return
-    console.print(f"{len(log)} alarms", highlight=False)
-    for onset in log[:20]:
-        when = "" if onset.time is None else f"{onset.time:9.2f} s  "
-        name = f"{onset.key}: " if onset.words else onset.key
+    console.print(f"{len(alarms)} alarm{'' if len(alarms) == 1 else 's'}", highlight=False)
+    for one in alarms[:_MOST_ALARMS]:
+        when = "" if one.onset is None else f"{one.onset:9.2f} s  "
         console.print(
-            f"{when}{onset.severity.name.lower():8} {name}{onset.words}",
+            f"{when}{one.severity.name.lower():8} {one.sentence('US')}",
             highlight=False,
             markup=False,
-            emoji=False,  # danger:nose: is none
+            emoji=False,  # words between colons are no pictures
+            soft_wrap=True,
         )
-    if len(log) > 20:
-        console.print(f"and {len(log) - 20} more", highlight=False)
+    if len(alarms) > _MOST_ALARMS:
+        console.print(f"and {len(alarms) - _MOST_ALARMS} more", highlight=False)

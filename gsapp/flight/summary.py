@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.events import Event
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import survey
 from gsapp.foundation import FlightError
@@ -59,10 +61,15 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
             "unknown": frames.unknown if frames else None,
             "lost": frames.lost if frames else None,
         },
-        "events": [event.to_json() for event in flight.events],
+        "events": events_json(flight.events),
         "cues": [],
         "maneuvers": _maneuvers(flight, aircraft),
     }
+
+
+def events_json(events: Iterable[Event]) -> list[dict[str, Any]]:
+    """Return events for programs; a host time that nobody knows is None."""
+    return [{**event.to_json(), "host_time_us": event.host_time_us or None} for event in events]
 
 
 def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]]:

@@ -17,6 +17,25 @@ _EQUIPMENT = ("link", "recorder", "disk")
 _SAME_ALARM_US = 10_000_000
 
 
+def alarm_events(board: AlarmBoard) -> tuple[Event, ...]:
+    """Return every alarm so far as an event at its onset, with its end (s); units are SI."""
+    return tuple(
+        Event(
+            kind=ALARM,
+            text=one.sentence(),
+            time=one.onset,
+            data={
+                "alarm": one.key,
+                "severity": one.severity.name.lower(),
+                "onset": one.onset,
+                "end": one.end,
+                "acknowledged": one.acknowledged,
+            },
+        )
+        for one in board.episodes
+    )
+
+
 class AlarmLog:
     """Writes acknowledgments and alarms of the equipment, and takes in those of other windows.
 

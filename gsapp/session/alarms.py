@@ -58,17 +58,21 @@ class Alarm:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
         if self.rule is None or self.value is None:
             return self.words
-        spec = channel(self.rule.channel)
-        unit = spec.display_unit(system)
-        limit = self.rule.warning if self.severity is Severity.WARNING else self.rule.caution
-        if limit is None:
-            limit = self.rule.caution if self.rule.warning is None else self.rule.warning
-        shown = _number(self.value, unit, spec.quantity, spec.decimals(unit))
-        bound = _number(limit or 0.0, unit, spec.quantity, spec.decimals(unit))
-        beyond = "above" if self.rule.side == "high" else "below"
-        words = self.rule.words(self.severity)
-        tail = f", {words}" if words else ""
-        return f"{spec.title} {shown}, {beyond} {bound}{tail}"
+        return _told(self.rule, self.severity, self.value, system)
+
+
+def _told(rule: LimitRule, severity: Severity, value: float, system: str) -> str:
+    spec = channel(rule.channel)
+    unit = spec.display_unit(system)
+    limit = rule.warning if severity is Severity.WARNING else rule.caution
+    if limit is None:
+        limit = rule.caution if rule.warning is None else rule.warning
+    shown = _number(value, unit, spec.quantity, spec.decimals(unit))
+    bound = _number(limit or 0.0, unit, spec.quantity, spec.decimals(unit))
+    beyond = "above" if rule.side == "high" else "below"
+    words = rule.words(severity)
+    tail = f", {words}" if words else ""
+    return f"{spec.title} {shown}, {beyond} {bound}{tail}"
 
 
 def _number(value: float, unit: str, quantity: str, decimals: int) -> str:
@@ -86,6 +90,49 @@ class Onset:
     words: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Episode:
+    """An alarm from when its cause came to when it was gone.
+
+    Attributes
+    ----------
+    key : str
+        What it is about.
+    severity : Severity
+        The worst.
+    onset : float or None
+        Flight time at which it was raised, s.
+    end : float or None
+        Flight time at which the cause was gone, s; None while it stays, or if nobody knows.
+    words : str
+        As in `Alarm`.
+    rule : LimitRule or None
+        The limit, for alarms with a value.
+    value : float or None
+        The farthest value, SI.
+    raised : float or None
+        Flight time at which it was raised or last grew worse, s.
+    acknowledged : bool
+        Whether somebody has said so since then.
+    """
+
+    key: str
+    severity: Severity
+    onset: float | None
+    end: float | None = None
+    words: str
+    rule: LimitRule | None
+    value: float | None
+    raised: float | None
+    acknowledged: bool = False
+
+    def sentence(self, system: str = "SI") -> str:
+        """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
+        if self.rule is None or self.value is None:
+            return self.words
+        return _told(self.rule, self.severity, self.value, system)
+
+
 class AlarmBoard:
     """The alarms that stand, whoever raised them.
 
@@ -97,6 +144,9 @@ class AlarmBoard:
 
     def __init__(self) -> None:
         self._log: list[Onset] = []
+        self._episodes: list[Episode] = []
+        # Place in the list of the episode that goes on, by key.
+        self._going_on: dict[str, int] = {}
         self.revision = 0
         self._alarms: dict[str, Alarm] = {}
         self._acknowledged: set[tuple[str, float | None]] = set()
@@ -123,6 +173,17 @@ class AlarmBoard:
                 self._log,
                 key=lambda onset: (-math.inf if onset.time is None else onset.time, onset.key),
             )
+        )
+
+    @property
+    def episodes(self) -> tuple[Episode, ...]:
+        """Return every alarm so far from onset to end, by onset; those without one first."""
+        told = (
+            replace(one, acknowledged=(one.key, one.raised) in self._acknowledged)
+            for one in self._episodes
+        )
+        return tuple(
+            sorted(told, key=lambda one: (-math.inf if one.onset is None else one.onset, one.key))
         )
 
     def log_of(self, keys: Collection[str]) -> tuple[Onset, ...]:
@@ -180,23 +241,71 @@ class AlarmBoard:
             count=1 if former is None else former.count + (not former.active),
         )
         self._log.append(Onset(key=key, severity=severity, time=time, words=words))
+        self._go_on(key, severity, time, words, rule, value)
         self.revision += 1
+
+    def _go_on(
+        self,
+        key: str,
+        severity: Severity,
+        time: float | None,
+        words: str,
+        rule: LimitRule | None,
+        value: float | None,
+    ) -> None:
+        """Begin an episode, or let the one that goes on grow worse."""
+        place = self._going_on.get(key)
+        if place is None:
+            self._going_on[key] = len(self._episodes)
+            self._episodes.append(
+                Episode(
+                    key=key, severity=severity, onset=time, words=words, rule=rule, value=value,
+                    raised=time,
+                )
+            )  # fmt: skip
+            return
+        former = replace(self._episodes[place], raised=time)
+        if severity > former.severity:
+            former = replace(former, severity=severity, words=words, rule=rule)
+        self._episodes[place] = former
+        self._stretch(key, value)
+
+    def _stretch(self, key: str, value: float | None) -> None:
+        """Let the episode that goes on keep its farthest value."""
+        place = self._going_on.get(key)
+        former = None if place is None else self._episodes[place]
+        if place is None or former is None or former.rule is None or value is None:
+            return
+        farthest = former.rule.farther(value, former.value)
+        if farthest != former.value:
+            self._episodes[place] = replace(former, value=farthest)
 
     def reach(self, key: str, value: float) -> None:
         """Note how far the value of an alarm went that stands; the farthest is kept."""
         former = self._alarms.get(key)
         if former is None or former.rule is None:
             return
+        self._stretch(key, value)
         farthest = former.rule.farther(value, former.value)
         if farthest != former.value:
             self._alarms[key] = replace(former, value=farthest)
             self.revision += 1
 
-    def clear(self, key: str) -> None:
-        """Say that the cause is gone. The alarm stays until it is acknowledged."""
+    def clear(self, key: str, time: float | None = None) -> None:
+        """Say that the cause is gone. The alarm stays until it is acknowledged.
+
+        Parameters
+        ----------
+        key : str
+            What it was about.
+        time : float, optional
+            Flight time at which the cause was gone, s.
+        """
         former = self._alarms.get(key)
         if former is None or not former.active:
             return
+        place = self._going_on.pop(key)
+        self._episodes[place] = replace(self._episodes[place], end=time)
         self.revision += 1
         if former.acknowledged:
             del self._alarms[key]
@@ -223,4 +332,6 @@ class AlarmBoard:
         """Begin anew, as before the first sample; acknowledgments are kept."""
         self._alarms.clear()
         self._log.clear()
+        self._episodes.clear()
+        self._going_on.clear()
         self.revision += 1

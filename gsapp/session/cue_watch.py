@@ -226,7 +226,7 @@ class CueWatch:
     def _alarm(self, event: CueEvent) -> None:
         key = f"danger:{event.data['key']}"
         if event.state == "over":
-            self._board.clear(key)
+            self._board.clear(key, event.time)
         else:
             words = str(event.data["sentence"])
             self._board.raise_(key, _SEVERITY[event.state], event.time, words)

@@ -201,7 +201,7 @@ class EquipmentMonitor:
         if severity is not Severity.NORMAL:
             self._board.raise_(key, severity, now, words)
         elif former is not Severity.NORMAL:
-            self._board.clear(key)
+            self._board.clear(key, now)
 
     def _look_at_recorder(self, now: float | None) -> RecorderView:
         former = self.recorder
@@ -288,7 +288,7 @@ class EquipmentMonitor:
         if remarks:
             self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(remarks))
         else:
-            self._board.clear("aircraft")
+            self._board.clear("aircraft", now)
         return link_view(report, words=words, severity=severity, loss=loss, age=age)
 
     def _state_of_link(self, age: float | None, loss: float) -> tuple[str, Severity, str]:

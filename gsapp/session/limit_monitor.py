@@ -326,7 +326,7 @@ class LimitMonitor:
         for step, rule in sorted(steps, key=lambda pair: pair[0][:2]):
             if step.severity is Severity.NORMAL:
                 self._board.reach(step.key, step.value)
-                self._board.clear(step.key)
+                self._board.clear(step.key, step.place / self._rate)
             else:
                 self._board.raise_(
                     step.key,

@@ -119,7 +119,7 @@ class PresenceMonitor:
                 tick = int(came[place - self._count])
                 self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
-                self._board.clear(key)
+                self._board.clear(key, tick * self.TICK)
         self._judged = last
         self._count += came.size
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.cli import replay
@@ -56,6 +58,7 @@ def same_but_for_cues(told: dict[str, Any], flight: Flight) -> bool:
     assert {cue["kind"] for cue in told["cues"]} >= {"trim"}
     assert isinstance(told["verdicts"], list)
     rest = {name: told[name] for name in told if name not in ("cues", "verdicts")}
+    rest["events"] = [event for event in told["events"] if event["kind"] != "alarm"]
     whole = json.loads(json.dumps(summarize(flight)))
     del whole["cues"]
     return rest == whole
@@ -124,6 +127,39 @@ def test_wrong_speeds_and_missing_flights_are_named(tmp_path: Path) -> None:
     assert parse_speed(" Max ") == MAX_SPEED
     with pytest.raises(FlightError, match="no flight"):
         replay.run(flight=tmp_path / "nothing.csv")
+
+
+def test_alarms_are_told_for_people_and_for_programs(tmp_path: Path) -> None:
+    """One that is over and acknowledged, and one that is not: sentence, onset, end; no keys."""
+    times = np.arange(3000) / 100.0
+    alpha = np.where((times >= 5.0) & (times < 9.0), 15.2, 3.0)
+    normal = np.where(times >= 20.0, 3.7, 1.0)
+    flight, target = tmp_path / "flight.csv", tmp_path / "out.json"
+    rows = [f"{t:.2f},{a},{n}" for t, a, n in zip(times, alpha, normal, strict=True)]
+    flight.write_text("time [s],alpha [deg],an [g]\n" + "\n".join(rows) + "\n")
+    watched = Session.replay(flight, aircraft="b777", speed=MAX_SPEED)
+    run_through(watched)
+    assert watched.acknowledge("alpha:high")
+    watched.close()
+    again = Session.replay(flight, aircraft="b777", speed=MAX_SPEED)
+    run_through(again)
+    screen = Console(file=io.StringIO(), width=80)
+    replay.sum_up(again, screen, target)
+    again.close()
+    told = json.loads(target.read_text())["events"]
+    alarms = {event["data"]["alarm"]: event for event in told if event["kind"] == "alarm"}
+    stall, load = alarms["alpha:high"], alarms["an:high"]
+    assert stall["text"] == "Angle of attack 15.2 deg, above 14.0 deg, stall"
+    assert stall["data"]["severity"] == "warning"
+    assert stall["time"] == stall["data"]["onset"] == pytest.approx(5.1, abs=0.15)
+    assert stall["data"]["end"] == pytest.approx(9.1, abs=0.15)
+    assert stall["data"]["acknowledged"] is True
+    assert (load["data"]["end"], load["data"]["acknowledged"]) == (None, False)
+    assert stall["host_time_us"] is None
+    said = screen.file.getvalue()
+    assert f"{len(alarms)} alarms\n" in said
+    assert "warning  Angle of attack 15.2 deg, above 14.0 deg, stall\n" in said
+    assert not any(key in said for key in alarms)
 
 
 def test_jumps_show_the_past_as_it_was(tmp_path: Path, box: Any) -> None:
