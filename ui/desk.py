@@ -16,7 +16,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
 from gsapp.flight.next_flight import hand_over
 from gsapp.flight.writers import write_block
-from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation import FlightError, GroundStationError, UnmappedError
 from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
 from gsapp.session.estimating.workers import OtherProcess
 from gsapp.telemetry.address import parse_link
@@ -347,7 +347,7 @@ class Desk(QObject):
         work.start()
 
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
-        if wants_map is not None and wants_map.is_file() and isinstance(error, FlightError):
+        if wants_map is not None and wants_map.is_file() and isinstance(error, UnmappedError):
             self.map_wanted.emit(wants_map, str(error))
         else:
             self.faults.report(error, opening=True)

@@ -20,7 +20,7 @@ from gsapp.flight.events import event_of, in_order, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import EVENTS_FILE
-from gsapp.flight.raw import RawDamage, RawTail, read_tlog
+from gsapp.flight.raw import RawDamage, RawTail, read_log
 from gsapp.flight.readers.columns import ColumnFlight, flight_of_columns
 from gsapp.flight.readers.dataflash import read_dataflash
 from gsapp.flight.readers.flight_csv import read_flight_csv
@@ -33,7 +33,7 @@ from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.records import RawRecord
 from gsapp.flight.setting import Name, Setting
 from gsapp.flight.uniform import even_grid, typical_step, union
-from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation import FlightError, GroundStationError, UnmappedError
 from gsapp.quantities import Block
 
 _RECORDS_AT_ONCE = 20_000
@@ -199,7 +199,7 @@ def _decode_folder(folder: FlightFolder, setting: Setting, log: Path | None) -> 
         return Decoded(
             block=Block(channels=(), times=np.empty(0), values=np.empty((0, 0))),
             sources={},
-            remarks=("nothing has been recorded in this flight yet",),
+            remarks=("nothing was recorded in this flight",),
         )
     files = [*raw, *(file for file in (onboard,) if file is not None)]
     key = _key(files, setting)
@@ -258,7 +258,7 @@ def default_map(path: Path) -> ChannelMap | None:
     if ending in _LOG_MAPS:
         return load_channel_map(_LOG_MAPS[ending])
     if ending == ".tlog":
-        return guess_map(list(islice(read_tlog(path), _RECORDS_AT_ONCE)), path)
+        return guess_map(list(islice(read_log(path), _RECORDS_AT_ONCE)), path)
     return None
 
 
@@ -313,7 +313,7 @@ def _own_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFlight:
         raise FlightError(f"{path} holds no arrays of numbers; export the flight again")
     if not units and not any("[" in name for name in arrays):
         listed = ", ".join(list(arrays)[:12]) + (" ..." if len(arrays) > 12 else "")
-        raise FlightError(
+        raise UnmappedError(
             f"{path} does not say which variable is which channel in which unit; give a channel "
             f"map of format 'table' with --map. Its variables are: {listed}"
         )
@@ -373,7 +373,7 @@ def _decode_log(log: Log, channel_map: ChannelMap, setting: Setting) -> Decoded:
 
 def _decode_tlog(path: Path, setting: Setting) -> Decoded:
     damage = RawDamage(name=path.name)
-    decoded = _decode_records(_batches(read_tlog(path, damage)), setting, path)
+    decoded = _decode_records(_batches(read_log(path, damage)), setting, path)
     if decoded.frames is not None and damage:
         frames = replace(decoded.frames, damaged=decoded.frames.damaged + damage.places)
         decoded = replace(decoded, frames=frames, remarks=(damage.sentence(), *decoded.remarks))
@@ -442,8 +442,10 @@ def guess_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
 
     Raises
     ------
-    FlightError
+    UnmappedError
         If none is known to fit.
+    FlightError
+        If there is nothing to go by.
     """
     autopilots: Counter[int] = Counter()
     for record in records:
@@ -463,18 +465,18 @@ def guess_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
     ]
     named = f"name one with --map: {', '.join(fitting)}, or a file"
     if kinds["frame"]:
-        raise FlightError(f"{path} does not tell which channel map fits it; {named}")
+        raise UnmappedError(f"{path} does not tell which channel map fits it; {named}")
     if kinds["line"]:
-        raise FlightError(
+        raise UnmappedError(
             f"{path} holds lines of text; name with --map a file of your own that says which "
             "channel is line[0], line[1] and so on"
         )
     if kinds["residue"]:
-        raise FlightError(
+        raise UnmappedError(
             f"{path} holds no whole MAVLink frame, only bytes that cannot be read; check the baud "
             f"rate, the wiring and what the sender speaks, or {named}"
         )
-    raise FlightError(f"{path} holds no record yet; {named}")
+    raise FlightError(f"{path} holds no record that can be read")
 
 
 def _message(frame: bytes) -> tuple[int, bytes]:

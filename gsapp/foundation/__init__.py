@@ -8,6 +8,7 @@ from gsapp.foundation.errors import (
     LinkError,
     UnitError,
     UnknownNameError,
+    UnmappedError,
 )
 from gsapp.foundation.files import write_atomically
 from gsapp.foundation.toml import StrictModel, read_toml, toml_text, write_toml
@@ -21,6 +22,7 @@ __all__ = [
     "StrictModel",
     "UnitError",
     "UnknownNameError",
+    "UnmappedError",
     "read_toml",
     "toml_text",
     "write_atomically",

@@ -35,6 +35,10 @@ class FlightError(GroundStationError, ValueError):
     """A flight cannot be read, or lacks what was asked of it."""
 
 
+class UnmappedError(FlightError):
+    """A flight needs a channel map, or another one: naming it is the remedy."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FileProblem:
     """One mistake in a file.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
 from calibration import Certificate
@@ -12,7 +12,7 @@ from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.flight import Flight
 from gsapp.flight.loading import guess_map
-from gsapp.flight.raw import RAW_FILES, RawDamage, RawTail, read_tlog
+from gsapp.flight.raw import RAW_FILES, RawDamage, RawTail, read_log
 from gsapp.flight.records import RawRecord
 from gsapp.flight.setting import Setting
 from gsapp.foundation import FlightError
@@ -154,9 +154,17 @@ def folder_reader(folder: Path, setting: Setting, *, grows: bool) -> tuple[Recor
 
 
 def tlog_reader(path: Path, setting: Setting) -> tuple[RecordReader, RawDamage]:
-    """Return a reader of a ``.tlog`` of any ground station, and what it had to step over."""
+    """Return a reader of a ``.tlog`` of any ground station, and what it had to step over.
+
+    Raises
+    ------
+    FlightError
+        If the file cannot be read, or holds no message at all.
+    """
     damage = RawDamage(name=path.name)
-    records: Iterator[RawRecord] = read_tlog(path, damage)
+    log = read_log(path, damage)
+    # The first is read now: what is no log at all does not open.
+    records: Iterator[RawRecord] = chain(list(islice(log, 1)), log)
     whole = max(path.stat().st_size, 1)
     read = 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -49,6 +50,27 @@ def test_damaged_files_are_told_and_the_next_flight_opens(
     assert not window.desk.is_open
     window.desk.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
+
+
+def test_a_log_of_nothing_is_no_flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    """Neither charts nor the offer of a channel map, which would not help."""
+    garbage = tmp_path / "garbage.tlog"
+    garbage.write_bytes(random.Random(3).randbytes(5000))
+    window.desk.open_flight(garbage)
+    until(qtbot, lambda: told(window, "holds no MAVLink message"))
+    assert not window.desk.is_open
+    assert not told(window, "map")
+
+
+def test_a_recording_in_which_nothing_arrived_opens(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """It says so, and does not wait for more."""
+    window.desk.open_flight(prepare_flight(tmp_path / "silent", channel_map="b777").path)
+    until(qtbot, lambda: window.desk.is_loaded)
+    until(qtbot, lambda: told(window, "othing was recorded in this flight"))
+    picture = window.desk.picture("US")
+    assert picture.empty == "This flight holds no samples"
 
 
 def test_an_aircraft_with_mistakes_is_told_before_anything_is_made(

@@ -21,6 +21,7 @@ from gsapp.flight.raw import (
     RawDamage,
     RawTail,
     RawWriter,
+    read_log,
     read_tlog,
 )
 from gsapp.flight.records import RawRecord
@@ -230,6 +231,16 @@ def test_a_real_log_is_read_whole(real_log: Path) -> None:
     assert not damage
     assert {record.data[0] for record in records} == {0xFE, 0xFD}
     assert (records[-1].stamp_us - records[0].stamp_us) / 1e6 == pytest.approx(132.3, abs=0.1)
+
+
+def test_a_log_without_a_message_is_none(tmp_path: Path, frames) -> None:
+    """Where nothing is going to come; what grows may still be empty."""
+    log = tmp_path / "other.tlog"
+    for content in (b"", random.Random(3).randbytes(5000)):
+        log.write_bytes(content)
+        assert list(read_tlog(log)) == []
+        with pytest.raises(FlightError, match=r"other\.tlog holds no MAVLink message"):
+            list(read_log(log))
 
 
 def test_an_unreadable_file_gets_a_sentence(tmp_path: Path) -> None:

@@ -59,6 +59,8 @@ class FlightPicture:
         None while live.
     now : float or None
         Flight time, s.
+    empty : str
+        What the charts say while there is no sample at all.
     """
 
     available: tuple[str, ...] = ()
@@ -77,6 +79,7 @@ class FlightPicture:
     estimates_state: str = ""
     replay: ReplayPicture | None = None
     now: float | None = None
+    empty: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -109,7 +109,15 @@ class PictureTaker:
                 complete=playhead.complete,
             ),
             now=snapshot.now,
+            empty=self._empty(),
         )
+
+    def _empty(self) -> str:
+        """Return what the charts say without a sample; more may come to a live flight alone."""
+        replay = self._session.replaying
+        if replay is None:
+            return "Nothing has arrived yet"
+        return "This flight holds no samples" if replay.complete else ""
 
     def _look_at_estimates(self) -> None:
         estimates = self._session.estimates

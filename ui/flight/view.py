@@ -316,6 +316,7 @@ class FlightView(QWidget):
             self.charts.set_limits(picture.limits)
         if picture.sources != former.sources:
             self.charts.set_sources(picture.sources)
+        self.charts.set_empty(picture.empty)
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
         if self._fresh_layout and picture.available:

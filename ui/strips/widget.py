@@ -103,6 +103,7 @@ class StripChart(QWidget):
         self._stale_of: Mapping[str, float] = {}
         self._given_now: float | None = None
         self._recording = False
+        self._empty = ""
         self.view = StripView(window=self._layout.window)
         self._charts: dict[int, Chart] = {}
         self._pen = Pen(self._theme, 1.0)
@@ -220,6 +221,12 @@ class StripChart(QWidget):
         """Say whether a recorder runs; a paused display then tells that it goes on."""
         if recording != self._recording:
             self._recording = recording
+            self.update()
+
+    def set_empty(self, words: str) -> None:
+        """Say why there is no sample at all; shown while there is none."""
+        if words != self._empty:
+            self._empty = words
             self.update()
 
     def refresh(self) -> None:
@@ -593,7 +600,7 @@ class StripChart(QWidget):
             painter.fillRect(_rect(plot), QColor(self._theme.background))
             for box in geometry.charts:
                 painter.fillRect(_rect(box), QColor(self._theme.plot))
-            words = "Nothing has arrived yet" if geometry.charts else "No chart chosen"
+            words = self._empty if geometry.charts else "No chart chosen"
             drawing.draw_nothing(painter, self._pen, geometry, words)
             return
         seam = self.view.columns[0] % image.width()

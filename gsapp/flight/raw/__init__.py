@@ -17,7 +17,7 @@ growing folder yields the very sequence that a reader of the finished one gets.
 
 from gsapp.flight.names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
 from gsapp.flight.raw.files import STAMP, FrameFile, RawDamage
-from gsapp.flight.raw.reading import RawPosition, RawTail, read_tlog
+from gsapp.flight.raw.reading import RawPosition, RawTail, read_log, read_tlog
 from gsapp.flight.raw.writing import RawWriter, WriterState
 
 __all__ = [
@@ -32,5 +32,6 @@ __all__ = [
     "RawTail",
     "RawWriter",
     "WriterState",
+    "read_log",
     "read_tlog",
 ]

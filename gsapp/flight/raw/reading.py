@@ -180,3 +180,22 @@ def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[Raw
             yield file.records.popleft()
         if file.exhausted:
             return
+
+
+def read_log(path: Path | str, damage: RawDamage | None = None) -> Iterator[RawRecord]:
+    """Read a ``.tlog`` that is not growing; see `read_tlog`.
+
+    Raises
+    ------
+    FlightError
+        If the file cannot be read, or holds no message at all.
+    """
+    found = False
+    for record in read_tlog(path, damage):
+        found = True
+        yield record
+    if not found:
+        raise FlightError(
+            f"{path} holds no MAVLink message; check that it is a telemetry log and was copied "
+            "whole"
+        )

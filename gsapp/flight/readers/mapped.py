@@ -20,7 +20,7 @@ from gsapp.decoding.conversions import CONVERSIONS
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.flight.readers.log_table import Log, LogTable
 from gsapp.flight.uniform import union
-from gsapp.foundation import FlightError, UnitError
+from gsapp.foundation import FlightError, UnitError, UnmappedError
 from gsapp.quantities import Block, FloatArray, channel, normalize_unit
 
 
@@ -95,7 +95,7 @@ def map_log(
     if not found:
         listed = ", ".join(log.messages[:20]) + (" ..." if len(log.messages) > 20 else "")
         holds = f". It holds: {listed}" if listed else ""
-        raise FlightError(
+        raise UnmappedError(
             f"{log.path} holds nothing of what the channel map '{channel_map.name}' names; give "
             f"another with --map{holds}"
         )

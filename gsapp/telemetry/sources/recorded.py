@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
-from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RAW_FILES, RawTail, read_tlog
+from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RAW_FILES, RawTail, read_log
 from gsapp.flight.records import RawRecord
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.telemetry.address import LinkAddress
@@ -72,7 +72,7 @@ class RecordedSource(Source):
             raise FlightError(
                 f"{path} is no raw record; only a flight folder or a .tlog can be played as a link"
             )
-        return read_tlog(path)
+        return read_log(path)
 
     def read(self, timeout: float) -> list[Chunk]:
         """Return what is due, waiting for it up to `timeout` seconds; never raises."""
