@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt, QTimer
+from PySide6.QtCore import QPoint, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -41,6 +41,7 @@ from ui.dialogs.limits import LimitsDialog, judge
 from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
 from ui.faults import FaultDesk
+from ui.flight.channel_panel import ChannelPanel
 from ui.flight.panels import MarksPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
@@ -325,6 +326,19 @@ def test_charts_reach_the_panel_also_after_a_layout_while_hidden(
     assert view.tabs.geometry().right() == view.width() - 1
     gap = view.tabs.geometry().left() - view.charts.geometry().right() - 1
     assert 0 <= gap <= 2
+
+
+@pytest.fixture
+def _wide_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    for hint in ("sizeHint", "minimumSizeHint"):
+        monkeypatch.setattr(ChannelPanel, hint, lambda _self: QSize(500, 300), raising=False)
+
+
+@pytest.mark.usefixtures("_wide_words")
+def test_the_panel_leaves_no_gap_where_its_words_are_wide(flight: MainWindow) -> None:
+    panel = flight.view.tabs
+    assert panel.minimumSizeHint().width() > panel.width()
+    assert in_window(panel, flight).right() == flight.rect().right()
 
 
 def test_every_control_has_a_name(flight: MainWindow) -> None:

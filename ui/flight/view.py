@@ -213,7 +213,8 @@ class FlightView(QWidget):
         if shown:
             side = max(self.width(), 1) if alone else wide
             self.tabs.setFixedWidth(side)
-            # Laid out while it was hidden, the splitter would keep the shares of that time.
+            # Else the splitter would keep the shares of a time when it was hidden, or room for
+            # words that are wider than the panel.
             self._split.setSizes([self.width() - side, side])
 
     def _tabs_width(self) -> int:
