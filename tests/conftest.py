@@ -48,7 +48,8 @@ _HOMES = {
 
 @pytest.fixture(scope="session", autouse=True)
 def _a_home_of_its_own() -> Iterator[None]:
-    with tempfile.TemporaryDirectory(prefix="gsapp-tests-") as home:
+    # On Windows what a session that was not closed still holds cannot be removed.
+    with tempfile.TemporaryDirectory(prefix="gsapp-tests-", ignore_cleanup_errors=True) as home:
         before = {name: os.environ.get(name) for name in _HOMES}
         for name, folder in _HOMES.items():
             path = Path(home) / folder
