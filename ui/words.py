@@ -145,6 +145,14 @@ def duration_text(seconds: float | None) -> str:
     return f"{seconds / 3600:.1f} h" if seconds < 36000 else f"{seconds / 3600:.0f} h"
 
 
+def span_text(seconds: float) -> str:
+    """Return a length of time as it is chosen: ``0.5 s``, ``30 s``, ``2 min``, ``1 h``."""
+    for size, unit in ((3600, "h"), (60, "min")):
+        if seconds >= size:
+            return f"{seconds / size:g} {unit}"
+    return f"{seconds:g} s"
+
+
 def bytes_text(count: float | None) -> str:
     """Return a size with three digits: ``950 B``, ``12.4 kB``, ``3.02 MB``, ``118 GB``."""
     if count is None or not math.isfinite(count):

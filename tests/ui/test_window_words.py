@@ -31,6 +31,8 @@ from ui.flight.choice import (
 from ui.flight.controls import SPEEDS, next_speed
 from ui.flight.layout_store import LayoutStore
 from ui.settings import Settings, SettingsStore
+from ui.strips.drawing import sight_text
+from ui.strips.view import StripView
 from ui.words import (
     DASH,
     bytes_text,
@@ -42,6 +44,7 @@ from ui.words import (
     parse_clock,
     percent_text,
     sentences,
+    span_text,
     value_text,
 )
 
@@ -89,6 +92,17 @@ def test_sizes_keep_three_digits() -> None:
     assert [bytes_text(size) for size in (0, 950, 12_400, 3_021_000, 118e9)] == [
         "0 B", "950 B", "12.4 kB", "3.02 MB", "118 GB",
     ]  # fmt: skip
+
+
+def test_a_time_in_sight_is_said_as_it_was_chosen() -> None:
+    assert [span_text(window) for window in (0.5, 30.0, 60.0, 90.0, 600.0, 7200.0)] == [
+        "0.5 s", "30 s", "1 min", "1.5 min", "10 min", "2 h",
+    ]  # fmt: skip
+    for width, seconds in ((900, 60.0), (640, 120.0), (1000, 10.0)):
+        view = StripView(width=width, window=seconds)
+        assert sight_text(view) == f"{span_text(seconds)} in sight"
+    # Whole columns of whole samples: 700 of them take 14 s at 100 Hz.
+    assert sight_text(StripView(width=700, window=10.0)) == "10 s chosen, 14 s in sight"
 
 
 def test_remarks_become_sentences() -> None:

@@ -27,7 +27,7 @@ from ui.commands import key_text
 from ui.glyphs import glyph_icon
 from ui.layouts import FlowLayout
 from ui.look import Look
-from ui.words import clock_text
+from ui.words import clock_text, span_text
 
 SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)
 """Seconds in sight that have a button."""
@@ -47,11 +47,6 @@ _ROOM_FOR_NOTE = 520
 def speed_text(speed: float) -> str:
     """Return ``0.1x``, ``1x``, ``max``."""
     return "max" if speed == float("inf") else f"{speed:g}x"
-
-
-def span_text(seconds: float) -> str:
-    """Return ``30 s``, ``2 min``."""
-    return f"{seconds:g} s" if seconds < 60 else f"{seconds / 60:g} min"
 
 
 def _spaced(words: str, glyph: str) -> str:

@@ -19,7 +19,7 @@ from ui.strips.geometry import Box, Columns, Geometry
 from ui.strips.ticks import clock, multiples, number, step_decimals
 from ui.strips.view import StripView
 from ui.theme import Theme
-from ui.words import DASH, unit_text
+from ui.words import DASH, span_text, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
 _KNOWN_WIDTHS = 4096
@@ -481,8 +481,7 @@ def draw_header(
         room = plot.x - geometry.columns.gutter - pen.px(8)
         x = geometry.columns.gutter + pen.px(4)
         pen.text(painter, x, center, title, theme.muted, _LABEL, room=room)
-        window = f"{window_text(view.seconds)} in sight"
-        pen.text(painter, plot.right, center, window, theme.muted, _LABEL, align="right")
+        pen.text(painter, plot.right, center, sight_text(view), theme.muted, _LABEL, align="right")
     for name, column in geometry.cursors:
         x = column.right - pen.px(6)
         color = cursor_color(theme, name)
@@ -524,8 +523,19 @@ def behind_text(seconds: float) -> str:
     return f"{seconds:.1f} s" if seconds < 600.0 else clock(seconds)
 
 
+def sight_text(view: StripView) -> str:
+    """Return how much time is in sight, in the words in which it was chosen.
+
+    Whole columns make it a little more; where much more, both are said.
+    """
+    chosen = span_text(view.window)
+    if view.seconds <= 1.1 * view.window:
+        return f"{chosen} in sight"
+    return f"{chosen} chosen, {window_text(view.seconds)} in sight"
+
+
 def window_text(seconds: float) -> str:
-    """Return a length of time with the digits that matter: ``0.52 s``, ``61 s``, ``10:20``."""
+    """Return a length of time with the digits that matter: ``0.52 s``, ``14 s``, ``14:20``."""
     if seconds < 1.0:
         return f"{seconds:.2f} s"
     if seconds < 10.0:
