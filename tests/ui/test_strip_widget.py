@@ -471,6 +471,26 @@ def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
     assert len(geometry.charts) + geometry.hidden == 16
 
 
+@pytest.mark.parametrize("key", [Qt.Key.Key_C, Qt.Key.Key_Right, Qt.Key.Key_A, Qt.Key.Key_B])
+def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
+    """Proves it at the beginning of a flight, and while nothing comes any more."""
+    young = History(CHANNELS, RATE)
+    young.append(rows(2.0, 2800))
+    strips.set_history(young)
+    strips.set_window(120.0)
+    strips.set_now(45.0)
+    settle(qtbot, strips)
+    moves = key == Qt.Key.Key_Right
+    held = Qt.KeyboardModifier.ControlModifier if moves else Qt.KeyboardModifier.NoModifier
+    press(qtbot, strips, key, held)
+    ((name, time),) = strips.view.cursors.items()
+    assert name == {Qt.Key.Key_A: "a", Qt.Key.Key_B: "b"}.get(key, "cursor")
+    assert math.isfinite(strips.value_at("alpha", time))
+    wanted = 16.0 if name == "cursor" else 30.0
+    assert time == pytest.approx(wanted, abs=0.5)
+    young.close()
+
+
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.0, 2.5])
 @pytest.mark.parametrize("height", [300, 420, 560])
 def test_every_chart_in_sight_has_two_labels_or_more(qtbot, strips, scale, height):

@@ -7,6 +7,7 @@ import time as wall_clock
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
@@ -33,7 +34,7 @@ from ui.strips.charts import (
     make_chart,
     read_value,
 )
-from ui.strips.columns import Samples
+from ui.strips.columns import Samples, column_extremes
 from ui.strips.drawing import Pen
 from ui.strips.exposed import Exposed
 from ui.strips.furniture import Limits, Mark, Source, Span
@@ -803,11 +804,11 @@ class StripChart(QWidget):
         self.view_changed.emit()
 
     def toggle_cursor(self) -> None:
-        """Set the cursor to the middle of the display, or take it away."""
+        """Set the cursor to the middle of the samples in sight, or take it away."""
         if "cursor" in self.view.cursors:
             self.set_cursor("cursor", None)
         elif self.view.now is not None:
-            self.set_cursor("cursor", self.view.sample_time(self.view.width // 2))
+            self.set_cursor("cursor", self._sampled_time(0.5))
 
     def step_cursor(self, columns: int) -> None:
         """Move the cursor by columns, at least by one sample; it comes into sight if need be."""
@@ -815,7 +816,7 @@ class StripChart(QWidget):
             return
         at = self.view.cursors.get("cursor")
         if at is None or not 0 <= self.view.x(at) < self.view.width:
-            self.set_cursor("cursor", self.view.sample_time(self.view.width // 2))
+            self.set_cursor("cursor", self._sampled_time(0.5))
             return
         scale = self.view.scale
         self.set_cursor("cursor", at + columns * max(scale.seconds, 1.0 / scale.rate))
@@ -836,9 +837,23 @@ class StripChart(QWidget):
             return
         here = self.view.cursors.get("cursor")
         if here is None:
-            here = self.view.sample_time(self.view.width - 1)
-            here = min(here, self.view.now)
+            here = min(self._sampled_time(1.0), self.view.now)
         self.set_cursor(name, here)
+
+    def _sampled_time(self, share: float) -> float:
+        """Return the time (s) of a column in sight that holds samples, 0 the first and 1 the last.
+
+        Where none does, any column counts.
+        """
+        view, history = self.view, self._history
+        first, last = view.columns
+        held = np.zeros(view.width, dtype=bool)
+        known = () if history is None else history.channels
+        for name in {*self._layout.channels} & {*known}:
+            low, _ = column_extremes(history, name, view.scale, first, last)
+            held |= np.isfinite(low)
+        places = np.flatnonzero(held) if held.any() else np.arange(view.width)
+        return view.sample_time(int(places[round(share * (places.size - 1))]))
 
     def clear(self) -> None:
         """Take the cursors away and show all charts."""
