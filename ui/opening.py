@@ -90,6 +90,15 @@ class Opening(QObject):
         chosen = self._store.current.flights
         return Path(chosen) if chosen else flights_path()
 
+    @property
+    def _start(self) -> Path:
+        """Return the folder in which dialogs begin: where a flight was opened last, or should be.
+
+        One that is not there (yet) would be taken for the name of a file.
+        """
+        wanted = Path(self._store.current.folder or self._flights)
+        return next((place for place in (wanted, *wanted.parents) if place.is_dir()), wanted)
+
     def until_next(self, banner: Banner) -> None:
         """Take a banner away when another flight opens, of which it says nothing."""
         self._of_flight.append(banner)
@@ -165,14 +174,14 @@ class Opening(QObject):
 
     def open_file(self) -> None:
         """Ask for a file and open it."""
-        start = self._store.current.folder or str(self._flights)
+        start = str(self._start)
         path, _kind = QFileDialog.getOpenFileName(self._window, "Open a flight", start, _FILES)
         if path:
             self.open_path(Path(path))
 
     def open_folder(self) -> None:
         """Ask for a flight folder and open it."""
-        start = self._store.current.folder or str(self._flights)
+        start = str(self._start)
         path = QFileDialog.getExistingDirectory(self._window, "Open a flight folder", start)
         if path:
             self.open_path(Path(path))

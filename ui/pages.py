@@ -107,7 +107,7 @@ CHOICES = (
     Choice(
         command="open_file",
         title="Open a flight",
-        text="A flight folder or a file: tlog, bin, ulg, csv, mat.",
+        text=f"A file: tlog, bin, ulg, csv, mat. A flight folder: {key_text('Ctrl+Shift+O')}.",
         glyph="folder",
         key="Ctrl+O",
     ),
