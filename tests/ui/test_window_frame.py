@@ -17,6 +17,8 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
     QComboBox,
+    QFileDialog,
+    QLabel,
     QLineEdit,
     QMessageBox,
     QToolButton,
@@ -34,7 +36,7 @@ from gsapp.foundation import GroundStationError, LinkError
 from gsapp.quantities import Block
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
 from gsapp.session.limits import Bands, Severity
-from ui.commands import COMMANDS, CommandSet
+from ui.commands import COMMANDS, CommandSet, key_text
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.limits import LimitsDialog, judge
@@ -47,6 +49,7 @@ from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
 from ui.settings import Settings, SettingsStore
+from ui.strips.keys import KEY_ACTIONS
 from ui.theme import THEMES
 from ui.window import MainWindow
 from ui.work import Progress, Work
@@ -135,6 +138,20 @@ def test_escape_comes_back_to_the_charts(flight: MainWindow, qtbot: QtBot) -> No
     assert flight.view.channels.search.hasFocus()
     qtbot.keyClick(flight.view.channels.search, Qt.Key.Key_Escape)
     assert flight.view.charts.hasFocus()
+
+
+def test_the_empty_list_of_values_names_the_keys_that_set_cursors(flight: MainWindow) -> None:
+    sentence = " ".join(label.text() for label in flight.view.values.findChildren(QLabel))
+    first = {action.id: action.keys[0] for action in KEY_ACTIONS}
+    for action in ("cursor", "set_a", "set_b"):
+        assert f" {first[action]}" in sentence
+
+
+def test_the_start_page_names_the_keys_of_files_and_of_folders(window: MainWindow) -> None:
+    card = window.flight_place.start.buttons["open_file"]
+    for command in ("open_file", "open_folder"):
+        keys = key_text(window.commands.actions[command].shortcut().toString())
+        assert keys in f"{card.accessibleName()} {card.accessibleDescription()}"
 
 
 def test_the_side_panel_is_opened_and_closed_where_it_is_seen(
@@ -396,6 +413,26 @@ def test_what_was_said_of_a_flight_goes_when_another_opens(
     desk.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: desk.name == "small")
     assert banners.texts() == ("the card of the flight cannot be read",)
+
+
+def test_a_dialog_begins_in_a_folder_that_is_there(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a fresh computer the folder of the flights is not made yet."""
+    begun: list[str] = []
+
+    def asked(_parent: QWidget, _title: str, start: str, *_: object) -> tuple[str, str]:
+        begun.append(start)
+        return "", ""
+
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", asked)
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *all_: asked(*all_)[0])
+    window.store.change(flights=str(tmp_path / "documents" / "flights"))
+    held = Qt.KeyboardModifier.ControlModifier
+    qtbot.keyClick(window, Qt.Key.Key_O, held)
+    (tmp_path / "documents" / "flights").mkdir(parents=True)
+    qtbot.keyClick(window, Qt.Key.Key_O, held | Qt.KeyboardModifier.ShiftModifier)
+    assert begun == [str(tmp_path), str(tmp_path / "documents" / "flights")]
 
 
 def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbot: QtBot) -> None:

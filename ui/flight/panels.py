@@ -82,7 +82,9 @@ class ValuesPanel(ListPanel):
             widths={1: 62, 2: 62, 3: 62, 4: 62},
             wrap=False,
         )
-        super().__init__(view, look, "No cursor is set. Point at the charts, or press 1 and 2.")
+        super().__init__(
+            view, look, "No cursor is set. Point at the charts, or press C; A and B hold two times."
+        )
         self.times = QLabel()
         self.times.setProperty("role", "label")
         self.times.setContentsMargins(8, 8, 8, 4)
