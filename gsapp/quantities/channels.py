@@ -72,8 +72,9 @@ class ChannelSpec:
         zero = units.from_si(0.0, unit, self.quantity)
         step = abs(units.from_si(self.precision, unit, self.quantity) - zero)
         digits = 0
-        # A step of 0.05 earns one digit, not two: the last one may be uncertain by half.
-        while digits < 6 and step < 0.5 * 10.0**-digits:
+        # Of units that are no round multiples of each other one shows steps a little coarser than
+        # the sensor's: 0.1 ft/s are 0.03 m/s, which earn one digit, not two.
+        while digits < 6 and step < 0.25 * 10.0**-digits:
             digits += 1
         return digits
 

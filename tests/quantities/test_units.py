@@ -135,3 +135,15 @@ def test_digits_follow_the_precision_of_the_sensor() -> None:
     assert channel("rpm_left").decimals("rpm") == 0
     assert channel("an").decimals("g") == 2
     assert channel("temperature").decimals("degF") == 0
+
+
+def test_another_unit_shows_no_digits_that_the_sensor_does_not_earn() -> None:
+    """The last digit is never much finer than the difference that the sensor tells."""
+    assert [channel("V").decimals(unit) for unit in ("ft/s", "m/s")] == [1, 1]
+    assert [channel("altitude").decimals(unit) for unit in ("ft", "m")] == [0, 0]
+    for spec in CHANNELS.values():
+        for unit in {spec.si_display, spec.us_display}:
+            zero = from_si(0.0, unit, spec.quantity)
+            step = abs(from_si(spec.precision, unit, spec.quantity) - zero)
+            digits = spec.decimals(unit)
+            assert digits in (0, 6) or step < 2.5001 * 10.0**-digits, (spec.id, unit)

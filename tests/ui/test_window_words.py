@@ -65,7 +65,7 @@ def test_a_missing_number_is_a_dash_and_never_a_number() -> None:
 def test_values_have_their_unit_and_no_more_digits_than_the_sensor_earns() -> None:
     assert value_text(channel("alpha"), math.radians(-3.14159), "US") == "−3.1 °"
     assert value_text(channel("V"), 30.48, "US") == "100.0 ft/s"
-    assert value_text(channel("V"), 30.48, "SI") == "30.48 m/s"
+    assert value_text(channel("V"), 30.48, "SI") == "30.5 m/s"
     assert value_text(channel("an"), -9.80665, "SI", unit=False) == "−1.00"
     assert number_text(-0.001, 1) == "0.0"
 

@@ -99,12 +99,16 @@ def symbol_parts(symbol: str) -> tuple[str, str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """How a channel's values are shown: displayed = factor * SI + offset."""
+    """How a channel's values are shown: displayed = factor * SI + offset.
+
+    `step` is the smallest difference that the sensor earns, displayed.
+    """
 
     unit: str
     factor: float
     offset: float
     decimals: int
+    step: float
 
     @classmethod
     def of(cls, spec: ChannelSpec, system: str) -> Display:
@@ -113,7 +117,13 @@ class Display:
         offset = float(from_si(0.0, unit, spec.quantity))
         # From far apart, so that a large offset does not eat the factor's digits.
         factor = (float(from_si(1e6, unit, spec.quantity)) - offset) / 1e6
-        return cls(unit=unit, factor=factor, offset=offset, decimals=spec.decimals(unit))
+        return cls(
+            unit=unit,
+            factor=factor,
+            offset=offset,
+            decimals=spec.decimals(unit),
+            step=abs(factor) * spec.precision,
+        )
 
     def shown(self, value: float) -> float:
         """Return an SI value in the displayed unit."""
@@ -126,4 +136,4 @@ class Display:
     @property
     def least_span(self) -> float:
         """Return the smallest span of an automatic axis: 20 steps of the sensor."""
-        return 20.0 * 10.0**-self.decimals
+        return 20.0 * self.step
