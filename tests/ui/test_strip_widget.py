@@ -422,6 +422,39 @@ def test_spans_and_marks_are_labeled_across_all_charts(qtbot, strips):
     assert dark[:, geometry.plot.x :].sum() > 60
 
 
+@pytest.mark.parametrize("from_edge", [1, 300])
+def test_marks_of_one_moment_share_their_label(qtbot, strips, from_edge):
+    """Proves that a note written at the place of a mark is read there, too, beside the mark."""
+
+    def lane(*labels):
+        time = strips.view.time(strips.view.width - from_edge)
+        strips.set_marks([Mark(label=label, time=time) for label in labels])
+        settle(qtbot, strips)
+        box = strips.geometry_in_pixels.lane
+        return pixels_of(image_of(strips))[box.y : box.bottom]
+
+    settle(qtbot, strips)
+    both = lane("Mark 1", "gusty here")
+    assert np.array_equal(both, lane("Mark 1, gusty here"))
+    assert not np.array_equal(both, lane("Mark 1"))
+
+
+def test_words_without_room_before_a_mark_are_cut_there(qtbot, strips):
+    """Proves that a long note at the right edge is told as far as it fits, not left out."""
+    settle(qtbot, strips)
+    geometry = strips.geometry_in_pixels
+    latest = strips.view.time(strips.view.width - 1)
+    lane = slice(geometry.lane.y, geometry.lane.bottom)
+
+    def shown(label):
+        strips.set_marks([Mark(label=label, time=latest)])
+        settle(qtbot, strips)
+        return pixels_of(image_of(strips))[lane, geometry.plot.x :]
+
+    written = (shown("turbulence " * 30) != shown("")).any(axis=0)
+    assert written[: geometry.plot.width - 20].sum() > 200
+
+
 def test_a_mark_just_made_has_its_words_before_it(qtbot, strips):
     """Proves that a label without room at the right edge is not cut, but stands at the left."""
     settle(qtbot, strips)

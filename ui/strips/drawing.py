@@ -568,17 +568,14 @@ def draw_lane(
         painter.fillRect(QRect(plot.x + left, top, right - left, lane.bottom - top), color)
         painter.fillRect(QRect(plot.x + left, top, right - left, line), pen.color(theme.span_edge))
         labels.append((left, span.label, True))
-    for mark in marks:
-        x = view.x(mark.time)
-        if not 0 <= x < latest:
-            continue
+    for x, label in _marks_at(view, marks).items():
         flag = QRect(plot.x + x, lane.y + pen.px(5), pen.px(6), pen.px(7))
         painter.fillRect(flag, pen.color(theme.span_edge))
         painter.fillRect(
             QRect(plot.x + x, lane.y + pen.px(5), line, lane.height - pen.px(5)),
             pen.color(theme.span_edge),
         )
-        labels.append((x, mark.label, False))
+        labels.append((x, label, False))
     labels.sort(key=lambda label: label[0])
     taken = 0
     for place, (left, text, within) in enumerate(labels):
@@ -589,15 +586,26 @@ def draw_lane(
         end = min([latest, *others]) - pen.px(4)
         room = end - start
         needed = math.ceil(pen.width(text, _LABEL))
-        if not within and room < needed and left - pen.px(4) - needed >= taken:
+        before = left - pen.px(4) - taken
+        if not within and room < needed and (before >= needed or room < pen.px(16)):
             # A mark just made stands at the right edge; its words stand before it.
-            start, room = left - pen.px(4) - needed, needed + 1
+            start, room = left - pen.px(4) - min(needed, before), min(needed + 1, before)
         if room < pen.px(16):
             continue
         width = pen.text(
             painter, plot.x + start, lane.center + pen.px(1), text, theme.text, _LABEL, room=room
         )
         taken = start + math.ceil(width) + pen.px(6)
+
+
+def _marks_at(view: StripView, marks: Sequence[Mark]) -> dict[int, str]:
+    """Return the words of the marks in sight by column; marks in one column share a label."""
+    found: dict[int, list[str]] = {}
+    for mark in marks:
+        x = view.x(mark.time)
+        if 0 <= x < view.width:
+            found.setdefault(x, []).append(mark.label)
+    return {x: ", ".join(labels) for x, labels in found.items()}
 
 
 def draw_axis(
