@@ -1,7 +1,8 @@
 """Pictures of the window in flight, made by the window itself.
 
-``python -m ui.screenshot --out docs/images/flight.png`` flies a short virtual flight, opens it,
-goes to a maneuver, and saves what is on screen.
+``python -m ui.screenshot --out docs/images/flight.png`` flies the virtual aircraft, records and
+follows it live, and saves what is on screen a minute and a half later, after two maneuvers. With
+``--flight`` it opens that one and goes to a maneuver.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from ui.window import MainWindow
 
 _PATIENCE = 60.0
+_FLOWN = 90.0
+"""Flight time (s) of the picture of a live flight."""
 
 
 def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
@@ -109,6 +112,40 @@ def photograph(
     return out
 
 
+def photograph_live(out: Path, *, theme: str, scale: int, size: tuple[int, int]) -> Path:
+    """Fly the virtual aircraft in real time, follow it, and save what the window shows.
+
+    Parameters
+    ----------
+    out : Path
+        Picture to write, ``.png``.
+    theme : str
+        Name of a theme.
+    scale : int
+        Percent, 100 to 250.
+    size : tuple of int
+        Width and height of the window.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight does not come in time, or the picture cannot be written.
+    """
+    from ui.dialogs.requests import VirtualRequest
+    from ui.photographer import Photographer, studio
+
+    with studio(theme=theme, scale=scale, size=size) as window:
+        desk = window.desk
+        crew = Photographer(window, out.parent, settles=0.5, patience=_FLOWN + _PATIENCE)
+        desk.fly_virtual(
+            VirtualRequest(
+                plan="short", seed=1, speed=1.0, hidden=(), thin=False, folder=desk.next_folder()
+            )
+        )
+        crew.wait(lambda: (desk.time or 0.0) >= _FLOWN, "the flight")
+        return crew.take(out.stem)
+
+
 @contextlib.contextmanager
 def no_recorders(folder: Path) -> Iterator[None]:
     """See no recorders that happen to run on this computer."""
@@ -145,26 +182,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Take one picture; see the module's text."""
     parser = argparse.ArgumentParser(prog="python -m ui.screenshot", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="picture to write")
-    parser.add_argument("--flight", type=Path, help="flight to show; a virtual one by default")
+    parser.add_argument("--flight", type=Path, help="flight to show; by default one flown live")
     parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
     parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
     parser.add_argument("--size", default="1280x800", help="of the window")
-    parser.add_argument("--at", type=float, help="share of the flight to go to, 0 to 1")
+    parser.add_argument("--at", type=float, help="share of --flight to go to, 0 to 1")
     given = parser.parse_args(arguments)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     width, _, height = given.size.partition("x")
-    with tempfile.TemporaryDirectory() as scratch:
-        try:
+    size = (int(width), int(height))
+    try:
+        if given.flight is None:
+            photograph_live(given.out, theme=given.theme, scale=given.scale, size=size)
+        else:
             photograph(
-                given.flight or write_virtual_flight(Path(scratch)),
+                given.flight,
                 given.out,
                 theme=given.theme,
                 scale=given.scale,
-                size=(int(width), int(height)),
+                size=size,
                 at=given.at,
             )
-        except GroundStationError as error:
-            sys.exit(str(error))
+    except GroundStationError as error:
+        sys.exit(str(error))
     return 0
 
 
