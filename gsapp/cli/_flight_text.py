@@ -119,14 +119,14 @@ def calibration_list(flights: Iterable[Flight]) -> list[dict[str, Any]]:
 
 
 def check_catalog(catalog: Path | None, calibration: str | None) -> None:
-    """Raise `FlightError` where results with other certificates would go into a catalog.
+    """Raise `WrongCallError` where results with other certificates would go into a catalog.
 
     A catalog keeps one set of maneuvers and estimates of a flight: those of its own certificates.
     """
-    from gsapp.foundation import FlightError
+    from gsapp.cli._calls import WrongCallError
 
     if catalog is not None and calibration is not None:
-        raise FlightError(
+        raise WrongCallError(
             f"{catalog} keeps what the flights' own certificates give; leave out --catalog or "
             "--calibration"
         )

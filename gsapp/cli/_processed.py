@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from gsapp.flight.flight import Flight
     from gsapp.quantities import Block
@@ -34,21 +34,48 @@ def load(path: Path, channel_map: str | None, calibration: str | None) -> Flight
     return flight
 
 
-def selected(block: Block, channels: str | None, without: str | None, rename: list[str]) -> Block:
-    """Apply ``--channels``, ``--without`` and ``--rename OLD=NEW`` to a block."""
+def check_rate(rate: float | None) -> None:
+    """Raise `WrongCallError` where there can be no such rate, samples per second."""
+    from gsapp.cli._calls import wrong_call
+    from gsapp.flight import processing
+
+    if rate is not None:
+        with wrong_call():
+            processing.check_rate(rate)
+
+
+def new_names(rename: Iterable[str]) -> dict[str, str]:
+    """Return what each ``--rename OLD=NEW`` says, by the old id.
+
+    Raises
+    ------
+    WrongCallError
+        If one says no such thing, or no channel can be called so.
+    """
+    from gsapp.cli._calls import WrongCallError, wrong_call
+    from gsapp.quantities import channel
+
+    names: dict[str, str] = {}
+    for text in rename:
+        old, equals, new = (part.strip() for part in text.partition("="))
+        if not equals or not old or not new:
+            raise WrongCallError(f"'{text}' does not rename anything; write OLD=NEW, such as q=q.2")
+        with wrong_call():
+            channel(new)
+        names[old] = new
+    return names
+
+
+def selected(
+    block: Block, channels: str | None, without: str | None, names: Mapping[str, str]
+) -> Block:
+    """Apply ``--channels``, ``--without`` and the new names to a block."""
     from gsapp.flight.processing import rename_channels, without_channels
-    from gsapp.foundation import FlightError
 
     if channels:
         block = block.select([name.strip() for name in channels.split(",")])
     if without:
         block = without_channels(block, [name.strip() for name in without.split(",")])
-    names: dict[str, str] = {}
-    for text in rename:
-        old, equals, new = text.partition("=")
-        if not equals or not old or not new:
-            raise FlightError(f"'{text}' does not rename anything; write OLD=NEW, such as q=q.2")
-        names[old.strip()] = new.strip()
     return rename_channels(block, names) if names else block
 
 
@@ -57,15 +84,15 @@ def check_out(out: Path) -> str:
 
     Raises
     ------
-    GroundStationError
+    WrongCallError
         If there is no such format.
     """
+    from gsapp.cli._calls import WrongCallError
     from gsapp.flight.writers import WRITERS
-    from gsapp.foundation import FlightError
 
     suffix = out.suffix.lower().lstrip(".")
     if suffix not in WRITERS:
-        raise FlightError(
+        raise WrongCallError(
             f"{out.name} does not say the format; end the name in .csv, .mat or .parquet "
             "(gsapp import makes a flight folder of such a file)"
         )

@@ -51,17 +51,21 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._calls import wrong_call
     from gsapp.cli.fly import open_line, shown
     from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
+    from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.virtual.bench import BenchDownlink
     from gsapp.telemetry.virtual.transmit import Transmitter
 
     console = Console(stderr=True)
     clock = HostClock()
-    bench = VirtualBench(
-        seed, faults=[parse_bench_fault(fault) for fault in faults], aircraft=aircraft
-    )
+    with wrong_call():
+        broken = [parse_bench_fault(fault) for fault in faults]
+        if control not in (None, "-"):
+            parse_link(control)
+    bench = VirtualBench(seed, faults=broken, aircraft=aircraft)
     with open_line(to, clock, speed) as line, _listening(control, clock, console) as heard:
         downlink = BenchDownlink(bench, heard, thin=thin, unix_us=clock.now_us())
         transmitter = Transmitter(downlink, line, clock=clock, speed=speed, thin=thin)

@@ -73,15 +73,26 @@ def run(
     from calibration.comparing import compare
     from calibration.points_file import load_points
     from calibration.remarks import remarks
+    from gsapp.cli._calls import WrongCallError, wrong_call
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.foundation import GroundStationError
+    from gsapp.quantities import channel as spec_of
     from gsapp.quantities import to_si
 
+    ends = _travel(travel)
+    with wrong_call():
+        spec_of(channel)
+        if report is not None:
+            from gsapp.report.certificate_report import check_ending
+
+            check_ending(report)
+    if excitation is not None and not 0.5 <= excitation <= 30.0:
+        raise WrongCallError(f"a supply of {excitation:g} V is not possible; give it in volts")
     taken = load_points(points, channel)
     supply = taken.excitation or excitation
     if supply is not None and not 0.5 <= supply <= 30.0:
         raise GroundStationError(f"a supply of {supply:g} V is not possible; give it in volts")
-    made = calibrate(taken.points, degree=degree, travel=_travel(travel))
+    made = calibrate(taken.points, degree=degree, travel=ends)
     certificate = certify(
         made,
         taken.points,
@@ -129,7 +140,7 @@ def _write_report(
 
 def _travel(text: str | None) -> tuple[float, float] | None:
     """Read ``LOW:HIGH``."""
-    from gsapp.foundation import GroundStationError
+    from gsapp.cli._calls import WrongCallError
 
     if text is None:
         return None
@@ -139,7 +150,7 @@ def _travel(text: str | None) -> tuple[float, float] | None:
     except ValueError:
         low = high = 0.0
     if not low < high:
-        raise GroundStationError(f"--travel '{text}' is no range; write LOW:HIGH, as -25:25")
+        raise WrongCallError(f"--travel '{text}' is no range; write LOW:HIGH, as -25:25")
     return low, high
 
 

@@ -50,6 +50,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.catalog import Catalog, maneuvers_csv, search_maneuvers, search_runs
     from gsapp.foundation import FlightError, write_atomically
@@ -57,7 +58,8 @@ def run(
     if not catalog.is_file():
         raise FlightError(f"there is no catalog {catalog}; gsapp maneuvers --catalog makes one")
     console = Console(stderr=on_screen(json))
-    conditions = dict(_condition(text) for text in where)
+    with wrong_call():
+        conditions = dict(_condition(text) for text in where)
     with Catalog(catalog) as store:
         found = search_maneuvers(
             store, flight=flight, kind=kind, worst_grade=worst_grade, conditions=conditions,

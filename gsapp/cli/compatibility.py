@@ -48,6 +48,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._flight_text import calibration_list, tell_calibration
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
@@ -55,7 +56,9 @@ def run(
     from gsapp.identification.compatibility import DEFAULT_FREE, CompatibilitySettings, check
 
     console = Console(stderr=on_screen(json))
-    settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
+    check_windows(maneuver, flights)
+    with wrong_call():
+        settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
     flown = flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
         given=maneuver, every_grade=True, as_found=as_found, console=console,

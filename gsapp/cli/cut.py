@@ -47,13 +47,16 @@ def run(
     GroundStationError
         If something cannot be read, does not exist, or cannot be written.
     """
-    from gsapp.cli._processed import check_out, load, selected, write
+    from gsapp.cli._calls import wrong_call
+    from gsapp.cli._processed import check_out, load, new_names, selected, write
     from gsapp.flight.processing import cut_windows, parse_window, shifted
 
     check_out(out)
-    wanted = [parse_window(text) for text in windows]
+    with wrong_call():
+        wanted = [parse_window(text) for text in windows]
+    names = new_names(rename)
     loaded = load(flight, channel_map, calibration)
-    block = selected(loaded.block, channels, without, list(rename))
+    block = selected(loaded.block, channels, without, names)
     if wanted:
         block = cut_windows(block, wanted)
     if from_zero:

@@ -52,6 +52,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._calls import WrongCallError
     from gsapp.cli._debrief_text import describe_debrief, describe_trends
     from gsapp.cli._flight_text import check_catalog
     from gsapp.cli._results import on_screen, result_text, write_result
@@ -59,8 +60,10 @@ def run(
     from gsapp.flight.catalog import Catalog
     from gsapp.foundation import FlightError
 
-    if not flights and (catalog is None or not catalog.is_file()):
-        raise FlightError("there is nothing to debrief; name a flight, or a catalog that has some")
+    if not flights and catalog is None:
+        raise WrongCallError("there is nothing to debrief; name a flight, or a --catalog")
+    if not flights and catalog is not None and not catalog.is_file():
+        raise FlightError(f"there is no catalog {catalog}; name a flight, or one that has some")
     console = Console(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     debriefs: list[Debrief] = []

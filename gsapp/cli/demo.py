@@ -62,6 +62,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._calls import check_pace
     from gsapp.cli._demo_campaign import make_campaign, show_review
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.flight.preparing import prepare_flight
@@ -70,6 +71,7 @@ def run(
     from ui.display import NoDisplayError, require_display
 
     console = Console(highlight=False, soft_wrap=True, stderr=on_screen(json))
+    check_pace(speed)
     if not headless:
         try:
             require_display()

@@ -81,6 +81,7 @@ def run(
     from rich.console import Console
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._discrepancy_text import describe
     from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
@@ -94,7 +95,9 @@ def run(
 
     console = Console(stderr=on_screen(json))
     _check_place(out)
-    _check_effects((*refuse, *force))
+    check_windows(maneuver, flights)
+    with wrong_call():
+        _check_effects((*refuse, *force))
     settings = DiscrepancySettings(
         model=None if model is None else load_model(model),
         held_out=tuple(held_out) or None,
@@ -127,7 +130,7 @@ def run(
         _fill(part, found, out, own, provenance, system, draw)
     if json is not None:
         write_result(json, result_text(discrepancy_json(found, model=out / MODEL)))
-    warn_of_aircraft(console, own)
+    warn_of_aircraft(console, [own], rests_on_it=True)
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings

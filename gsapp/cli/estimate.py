@@ -91,6 +91,7 @@ def run(
     from rich.console import Console
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._estimate_text import describe_outcome
     from gsapp.cli._flight_text import calibration_list, check_catalog
     from gsapp.cli._results import on_screen, write_result
@@ -105,27 +106,32 @@ def run(
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.running import run as run_request
     from gsapp.identification.runs.shelf import FlightShelf
+    from gsapp.quantities import channel
 
     console = Console(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     if catalog is not None and (catalog.exists() or not catalog.parent.is_dir()):
         # What cannot be kept is told before the work; a new file is made after it.
         Catalog(catalog).close()
+    check_windows(maneuver, flights)
     known = None if model is None else load_model(model)
-    likelihood = MLSettings(
-        axis="lon",
-        states=_names(states),
-        responses=_names(responses),
-        biases=_names(biases),
-        scale_factors=_names(scales) or (),
-        time_shifts=_names(shifts) or (),
-        priors=_priors(prior),
-        stand_ins=_values(stand_in, "--stand-in"),
-        integration="euler" if euler else "rk4",
-        bound_factor=bound_factor,
-    )
-    held = _values(hold, "--hold")
-    _check_derivatives((*held, *(_names(free) or ()), *likelihood.priors), known)
+    with wrong_call():
+        likelihood = MLSettings(
+            axis="lon",
+            states=_names(states),
+            responses=_names(responses),
+            biases=_names(biases),
+            scale_factors=_names(scales) or (),
+            time_shifts=_names(shifts) or (),
+            priors=_priors(prior),
+            stand_ins=_values(stand_in, "--stand-in"),
+            integration="euler" if euler else "rk4",
+            bound_factor=bound_factor,
+        )
+        for name in likelihood.stand_ins:
+            channel(name)
+        held = _values(hold, "--hold")
+        _check_derivatives((*held, *(_names(free) or ()), *likelihood.priors), known)
     request = RunRequest(
         flights=tuple(flights),
         settings=CampaignSettings(
@@ -154,9 +160,7 @@ def run(
     )
     result = outcome.result
     opened = [shelf.open(one).opened for one in openings_of(outcome.request)]
-    for number, one in enumerate(opened):
-        if one.aircraft not in [before.aircraft for before in opened[:number]]:
-            warn_of_aircraft(console, one.aircraft)
+    warn_of_aircraft(console, (one.aircraft for one in opened), rests_on_it=True)
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:

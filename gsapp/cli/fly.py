@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.foundation import FlightError, LinkError
+from gsapp.foundation import FlightError
 from gsapp.foundation.files import appearing
 
 if TYPE_CHECKING:
@@ -87,9 +87,19 @@ def run(
 
     from gsapp.aircraft import load_aircraft
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import WrongCallError, check_pace, wrong_call
+    from gsapp.dynamics.model import load_model
+    from gsapp.dynamics.pilot.faults import parse_fault
+    from gsapp.dynamics.pilot.hidden import flown_model
     from gsapp.telemetry.virtual.settings import FlightSettings
 
     console = Console(stderr=True)
+    check_pace(speed)
+    flown, believed = load_aircraft(aircraft), load_model(model)
+    with wrong_call():
+        for text in faults:
+            parse_fault(text)
+        flown_model(flown, believed, hide)
     settings = FlightSettings(
         plan=plan,
         aircraft=aircraft,
@@ -103,7 +113,7 @@ def run(
         position=position,
         airborne=airborne,
     )
-    warn_of_aircraft(console, load_aircraft(aircraft))
+    warn_of_aircraft(console, [flown], rests_on_it=False)
     if out is not None:
         write_folder(settings, out, truth=truth, console=console)
     elif to is not None and sticks:
@@ -113,7 +123,7 @@ def run(
     elif to is not None:
         send(settings, to, speed=speed, onboard=onboard, truth=truth, console=console)
     else:
-        raise LinkError("nothing says where to fly to; give a link or a flight folder")
+        raise WrongCallError("nothing says where to fly to; give a link or a flight folder")
 
 
 def send(
@@ -241,17 +251,20 @@ def open_line(to: str, clock: Clock, speed: float) -> Iterator[Line]:
 
     Raises
     ------
+    WrongCallError
+        If it is no link to send over, or the speed leads nowhere.
     LinkError
-        If it cannot be opened, is no link to send over, or the speed leads nowhere.
+        If it cannot be opened.
     """
+    from gsapp.cli._calls import WrongCallError, check_pace, wrong_call
     from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.sources import LinkAwaitedError, open_source
 
-    if not speed > 0.0:
-        raise LinkError(f"a speed of {speed} leads nowhere; choose one above 0")
-    address = parse_link(to)
+    check_pace(speed)
+    with wrong_call():
+        address = parse_link(to)
     if address.kind in ("virtual", "flight", "text"):
-        raise LinkError(
+        raise WrongCallError(
             f"the virtual aircraft cannot send to '{to}'; give a network link or a serial port, "
             "for example udpout:127.0.0.1:14550"
         )

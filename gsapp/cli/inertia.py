@@ -27,10 +27,12 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
         If the file holds mistakes.
     """
     from gsapp.aircraft.swings import inertia_of, load_swings
+    from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, write_result
     from gsapp.quantities import units
 
-    scale = units.to_si(1.0, unit, "inertia")
+    with wrong_call():
+        scale = units.to_si(1.0, unit, "inertia")
     result = inertia_of(load_swings(swings))
     if json is not None:
         content = {

@@ -67,6 +67,7 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen
@@ -121,6 +122,7 @@ def run(
         _write_json(json, found, reasons)
     if out is not None:
         _save(out, found, [one.flight.name for one in every[:-1]])
+    warn_of_aircraft(console, (one.aircraft for one in every), rests_on_it=True)
     for axis, models in found.items():
         _describe(console, axis, models, published_errors(), other.flight.name)
     for sentence in reasons:
@@ -180,12 +182,12 @@ def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
 
 
 def _order(text: str) -> int | None:
-    from gsapp.foundation import FlightError
+    from gsapp.cli._calls import WrongCallError
 
     if text == "auto":
         return None
     if not text.isdigit() or int(text) < 1:
-        raise FlightError(f"'{text}' is not an order; give a whole number from 1, or auto")
+        raise WrongCallError(f"'{text}' is not an order; give a whole number from 1, or auto")
     return int(text)
 
 

@@ -80,7 +80,7 @@ def demo(
         Path,
         typer.Option(readable=False, metavar="DIR", help="Where the flight and its pictures go"),
     ] = Path("demo-flight"),
-    seed: Annotated[int, typer.Option(help="Another seed is another flight")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed is another flight")] = 1,
     speed: Annotated[
         Optional[float],  # noqa: UP045
         typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without"),
@@ -125,7 +125,7 @@ def fly(
             "swapped:with=CHANNEL, noisy or clipped; repeatable",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Same seed, same flight")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight")] = 0,
     speed: Annotated[float, typer.Option(metavar="X", help="Times real time")] = 1.0,
     thin: Annotated[bool, typer.Option("--thin", help="Fit a 57,600-baud radio")] = False,
     aircraft: Annotated[
@@ -276,7 +276,12 @@ def replay(
     Example: gsapp replay flights/2026-05-12-a --headless --json summary.json
     """
     if not headless and json is None:
+        from gsapp.cli._calls import wrong_call
+        from gsapp.session.feeds import parse_speed
         from ui.app import run_window
+
+        with wrong_call():
+            parse_speed(speed or "1")
 
         raise typer.Exit(
             run_window(
@@ -337,7 +342,9 @@ def onboard(
     ] = False,
     number: Annotated[
         Optional[int],  # noqa: UP045
-        typer.Option(metavar="N", help="Of the autopilot's logs; by default the flight's, by date"),
+        typer.Option(
+            metavar="N", min=0, help="Of the autopilot's logs; by default the flight's, by date"
+        ),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,
     use: Annotated[
@@ -1135,6 +1142,7 @@ def resample(
         Optional[float],  # noqa: UP045
         typer.Option(
             metavar="HZ",
+            min=0.0,
             help="Corner of a zero-phase filter; 0.4 of a lower rate by default, 0 for none",
         ),
     ] = None,
@@ -1292,6 +1300,11 @@ def main() -> None:
         sentence = _sentence(error)
         if sentence is None:
             raise
+        from gsapp.cli._calls import WrongCallError
+
+        if isinstance(error, WrongCallError):
+            sys.stderr.write(f"gsapp: {sentence}\n")
+            sys.exit(2)
         sys.exit(f"gsapp: {sentence}")
 
 

@@ -79,7 +79,7 @@ def run(
         write_result(json, text + "\n")
     tell_calibration(console, [loaded])
     if not on_screen(json):
-        warn_of_aircraft(console, flown)
+        warn_of_aircraft(console, [flown], rests_on_it=False)
         _describe(console, loaded, found)
         describe_cards(console, flight, found.maneuvers)
         for path in (json, catalog):

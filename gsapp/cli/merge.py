@@ -53,16 +53,18 @@ def run(
     GroundStationError
         If something cannot be read, aligned or written.
     """
-    from gsapp.cli._processed import check_out, load, write
+    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._processed import check_out, check_rate, load, write
     from gsapp.flight.processing import append_in_time, beside_each_other, resample, shifted
-    from gsapp.foundation import FlightError
 
     check_out(out)
     if len(flights) < 2:
-        raise FlightError("one flight alone cannot be merged; name two or more")
+        raise WrongCallError("one flight alone cannot be merged; name two or more")
+    check_rate(rate)
+    shifts = _shifts(shift, len(flights))
     loaded = [load(path, channel_map, calibration) for path in flights]
     blocks = [each.block for each in loaded]
-    for number, seconds in _shifts(shift, len(blocks)).items():
+    for number, seconds in shifts.items():
         blocks[number - 1] = shifted(blocks[number - 1], seconds)
     if rate is not None:
         blocks = [resample(block, rate) for block in blocks]
@@ -77,7 +79,7 @@ def run(
 
 
 def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
-    from gsapp.foundation import FlightError
+    from gsapp.cli._calls import WrongCallError
 
     found: dict[int, float] = {}
     for text in texts:
@@ -87,7 +89,7 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
         except ValueError:
             colon = ""
         if not colon or not 1 <= int(number) <= count:
-            raise FlightError(
+            raise WrongCallError(
                 f"'{text}' shifts nothing; write K:SECONDS with K from 1 to {count}, such as "
                 "2:-0.35"
             )

@@ -82,11 +82,16 @@ def fetch(
     """
     from rich.console import Console
 
+    from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.flight.onboard.keeping import place_log
+    from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.log_download import LogFetcher
 
     console = Console(stderr=on_screen(json))
+    if link:
+        with wrong_call():
+            parse_link(link)
     with _shown(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
         if listing:
             entries = fetcher.list()

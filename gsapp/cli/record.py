@@ -45,6 +45,7 @@ def run(
     from rich.console import Console
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import check_pace, wrong_call
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.address import parse_link
@@ -59,14 +60,17 @@ def run(
     stop = threading.Event()
     stop_on_signals(stop)
     teller = _Teller(say, f"Recording {link} into {out}; Ctrl-C ends it.")
-    parse_link(link)  # before anything is made
+    # Before anything is made.
+    check_pace(speed)
+    with wrong_call():
+        parse_link(link)
     options = {} if speed is None else {"speed": speed}
     with new_flight(out):
         folder = prepare_flight(
             out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
             tell=say,
         )  # fmt: skip
-        warn_of_aircraft(console, folder.aircraft())
+        warn_of_aircraft(console, [folder.aircraft()], rests_on_it=False)
         status = record(link, out, heartbeat=heartbeat, stop=stop, on_status=teller.tell, **options)
     seconds = (status.updated_us - status.started_us) / 1e6
     console.print(

@@ -47,9 +47,11 @@ def run(
     GroundStationError
         If the flight cannot be read, or the speed is none.
     """
+    from gsapp.cli._calls import wrong_call
     from gsapp.session.feeds import parse_speed
 
-    times = parse_speed(speed)
+    with wrong_call():
+        times = parse_speed(speed)
     from rich.console import Console
 
     from gsapp.cli._aircraft_text import warn_of_aircraft
@@ -62,7 +64,7 @@ def run(
         flight, channel_map=channel_map, certificates=calibration, speed=times, workers=AtOnce()
     )
     try:
-        warn_of_aircraft(console, session.aircraft)
+        warn_of_aircraft(console, [session.aircraft], rests_on_it=False)
         _play(session, console)
         sum_up(session, console, json)
     finally:

@@ -66,9 +66,12 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._running import check_fitted, with_bar
     from gsapp.flight.info import now
     from gsapp.identification.campaign import CampaignSettings
+    from gsapp.identification.runs.inputs import openings_of
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.running import run as estimate
     from gsapp.identification.runs.shelf import FlightShelf
@@ -77,10 +80,13 @@ def run(
     from gsapp.report.linear_words import compare_linear_models, kept_out_numbers
     from gsapp.report.writing import check_place
 
-    check_place(out)
+    with wrong_call():
+        check_place(out)
     console = Console()
     paths = flights_in(flights)
-    kept_out_numbers(paths, validate)
+    check_windows(maneuver, paths)
+    with wrong_call():
+        kept_out_numbers(paths, validate)
     request = RunRequest(
         flights=paths,
         settings=CampaignSettings(method=method, axis=axis, joint=joint),
@@ -109,6 +115,8 @@ def run(
 
     outcome, written = with_bar(console, work)
     console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
+    opened = (shelf.open(one).opened for one in openings_of(outcome.request))
+    warn_of_aircraft(console, (one.aircraft for one in opened), rests_on_it=True)
     for sentence in wild_words(outcome.summary):
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
     place = out if out.is_dir() else written[0]

@@ -43,15 +43,17 @@ def run(
     GroundStationError
         If something cannot be read, does not fit the rate, or cannot be written.
     """
-    from gsapp.cli._processed import check_out, load, selected, write
+    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._processed import check_out, check_rate, load, new_names, selected, write
     from gsapp.flight import processing
-    from gsapp.foundation import FlightError
 
     check_out(out)
     if rate is None and not low_pass:
-        raise FlightError("nothing to do; give --rate HZ, --low-pass HZ, or both")
+        raise WrongCallError("nothing to do; give --rate HZ, --low-pass HZ, or both")
+    check_rate(rate)
+    names = new_names(rename)
     loaded = load(flight, channel_map, calibration)
-    block = selected(loaded.block, channels, without, list(rename))
+    block = selected(loaded.block, channels, without, names)
     if rate is None:
         block = processing.low_pass(block, low_pass or 0.0)
     else:

@@ -51,17 +51,20 @@ def run(
     """
     from rich.console import Console
 
+    from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import WrongCallError, check_windows
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.dynamics.model import load_model
-    from gsapp.foundation import FlightError, UnknownNameError
+    from gsapp.foundation import FlightError
     from gsapp.identification.equation_error.stepwise import choose_terms
 
     unknown = [name for name in coefficient if name not in _AXES]
     if unknown:
-        raise UnknownNameError(
+        raise WrongCallError(
             f"there is no coefficient '{unknown[0]}'; there are {', '.join(_AXES)}"
         )
+    check_windows(maneuver, flights)
     console = Console(stderr=on_screen(json))
     known = None if model is None else load_model(model)
     flown = flown_flights(
@@ -86,6 +89,7 @@ def run(
     if json is not None:
         content = {"coefficients": {one.coefficient: _content(one) for one in found}}
         write_result(json, result_text({**content, "remarks": reasons}))
+    warn_of_aircraft(console, (one.aircraft for one in flown), rests_on_it=True)
     for one in found:
         _describe(console, one)
     for sentence in reasons:

@@ -49,17 +49,13 @@ def write_certificate_report(standing: Standing, path: Path, *, written: str = "
     GroundStationError
         If the name ends otherwise, or the file cannot be written.
     """
+    check_ending(path)
     document = certificate_document(standing, written=written)
-    kind = path.suffix.casefold()
-    if kind == ".html":
+    if path.suffix.casefold() == ".html":
         images = {picture.name: picture_png(picture) for picture in document.pictures}
         content = html_page(document, images).encode()
-    elif kind == ".pdf":
-        content = pdf_pages(document)
     else:
-        raise GroundStationError(
-            f"{path.name} does not say what the report is to be; end the name in .html or .pdf"
-        )
+        content = pdf_pages(document)
     try:
         return write_atomically(path, content)
     except OSError as error:
@@ -67,6 +63,14 @@ def write_certificate_report(standing: Standing, path: Path, *, written: str = "
             f"{path} cannot be written ({error.strerror or error}); choose a file in a folder "
             "where you may write"
         ) from error
+
+
+def check_ending(path: Path) -> None:
+    """Raise `GroundStationError` where the name of a page does not say what it is to be."""
+    if path.suffix.casefold() not in (".html", ".pdf"):
+        raise GroundStationError(
+            f"{path.name} does not say what the report is to be; end the name in .html or .pdf"
+        )
 
 
 def certificate_document(standing: Standing, *, written: str = "") -> Document:

@@ -21,7 +21,6 @@ from command_kit import gsapp
 
 from calibration.reading import FOLDER as CERTIFICATES
 from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
-from gsapp.cli.main import main
 from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
 from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
@@ -247,7 +246,7 @@ def test_an_aircraft_with_mistakes(tmp_path: Path) -> None:
     )
 
 
-def test_a_plan_with_mistakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_with_mistakes(tmp_path: Path) -> None:
     from gsapp.dynamics.pilot.plan import SHIPPED as PLANS
 
     name = altered(
@@ -260,7 +259,7 @@ def test_a_plan_with_mistakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         "maneuvers[0].inputs[0]: input should be 'de', 'da' or 'dr' (found 'dx')",
         "maneuvers[0].step: 'm' is not a unit of time",
     )
-    refused_here(("fly", "--out", "new", "--plan", name), words, tmp_path, monkeypatch)
+    refused_here(("fly", "--out", "new", "--plan", name), words, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -271,23 +270,16 @@ def test_a_plan_with_mistakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         ("aero.Cm.alpha2:Cm_alpha2=x", ("is not PARAM=VALUE; write for example",)),
     ],
 )
-def test_an_effect_that_is_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, effect: str, words: tuple[str, ...]
-) -> None:
-    refused_here(("fly", "--out", "new", "--hide", effect), words, tmp_path, monkeypatch)
+def test_an_effect_that_is_none(tmp_path: Path, effect: str, words: tuple[str, ...]) -> None:
+    refused_here(("fly", "--out", "new", "--hide", effect), words, tmp_path, 2)
 
 
-def refused_here(
-    call: tuple[str, ...], words: tuple[str, ...], cwd: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def refused_here(call: tuple[str, ...], words: tuple[str, ...], cwd: Path, code: int = 1) -> None:
     """Refuse in this process, since the virtual aircraft takes long to import."""
     there = everything_in(cwd)
-    monkeypatch.chdir(cwd)
-    monkeypatch.setattr(sys, "argv", ["gsapp", *call])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    sentence = str(ended.value.code)  # Python prints it and ends with 1
-    assert sentence.startswith("gsapp: ")
+    done = gsapp(*call, folder=cwd)
+    assert done.returncode == code
+    *_, sentence = done.stderr.split("gsapp: ")
     for word in words:
         assert word in sentence
     assert everything_in(cwd) == there

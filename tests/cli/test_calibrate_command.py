@@ -12,7 +12,7 @@ import pytest
 from calibration import load_certificate
 from calibration.points_file import load_points
 from gsapp.cli.calibrate import run
-from gsapp.foundation import FileProblemsError, GroundStationError, UnknownNameError
+from gsapp.foundation import FileProblemsError, GroundStationError
 from gsapp.quantities.constants import DEGREE
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "calibration"))
@@ -162,7 +162,7 @@ def test_all_slips_are_told_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "error", "words"),
     [
-        ({"channel": "elevator"}, UnknownNameError, "elevator"),
+        ({"channel": "elevator"}, GroundStationError, "elevator"),
         ({"points": Path("absent.csv")}, FileProblemsError, "cannot be read"),
         ({"travel": "25"}, GroundStationError, "LOW:HIGH"),
         ({"travel": "25:-25"}, GroundStationError, "LOW:HIGH"),

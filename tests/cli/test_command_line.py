@@ -10,10 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.cli import fly, replay
+sys.path.insert(0, str(Path(__file__).parent))
+
+from command_kit import gsapp as here
+
+from gsapp.aircraft.reading import SHIPPED
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
-from gsapp.foundation import UnknownNameError
 
 HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavlink", "rich")
 
@@ -65,29 +68,66 @@ def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
     assert "Usage:" in done.stderr
 
 
-def test_suspicious_numbers_of_an_aircraft_are_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (("replay", "flight.csv", "--headless", "--speed", "0"), "give 0.1 to 50 times real time"),
+        (("replay", "flight.csv", "--speed", "fast"), "does not run at speed 'fast'"),
+        (("record", "foo:bar", "--out", "x"), "'foo:bar' is neither a link nor a flight"),
+        (("record", "udpin:nowhere", "--out", "x"), "lacks its port"),
+        (("record", "udpin:127.0.0.1:99999", "--out", "x"), "port 99999"),
+        (("record", "flight.csv", "--out", "x", "--speed", "0"), "leads nowhere"),
+        (("fly", "--to", "udpout:127.0.0.1:0"), "port 0"),
+        (("fly", "--out", "x", "--speed", "nan"), "leads nowhere"),
+        (("fly", "--out", "x", "--hide", "aero.Cm.none"), "no effect is called"),
+        (("fly", "--out", "x", "--fault", "alpha:spam"), "is not a fault"),
+        (("onboard", "flight", "--link", "udpin"), "lacks its port"),
+        (("debrief",), "nothing to debrief"),
+        (("estimate", "flight.csv", "--stand-in", "speed=30"), "no channel is called 'speed'"),
+        (("estimate", "flight.csv", "--bound-factor", "-1"), "give above 0"),
+        (("compatibility", "flight.csv", "--maneuver", "5"), "the maneuver '5' cannot be read"),
+        (("discrepancy", "flight.csv", "--out", "x", "--refuse", "none"), "no effect 'none'"),
+        (("cut", "flight.csv", "--out", "x.csv", "--window", "5:2"), "is not a window of time"),
+        (("cut", "flight.csv", "--out", "x.csv", "--rename", "q=none"), "no channel is called"),
+        (("calibrate", "p.csv", "--channel", "none", "--out", "x"), "no channel is called"),
+        (("inertia", "swings.toml", "--unit", "ft/s"), "not a unit of inertia"),
+    ],
+)
+def test_words_that_no_file_could_fit_exit_with_2(
+    tmp_path: Path, call: tuple[str, ...], sentence: str
 ) -> None:
-    """By the commands that read its file: the inertias of the source are those of no fuselage."""
-    doubt = "B777: ixx + iyy - izz says that the mass lies"
-    with pytest.raises(UnknownNameError, match="absent"):
-        fly.run(out=tmp_path / "x", plan="absent")
-    assert capsys.readouterr().err.count(doubt) == 1
-    folder = prepare_flight(tmp_path / "flight", aircraft="b777", channel_map="b777")
-    frame = dialect().MAVLink(None, srcSystem=1).heartbeat_encode(1, 3, 0, 0, 4)
-    packed = frame.pack(dialect().MAVLink(None, srcSystem=1))
-    folder.tlog_file.write_bytes(struct.pack(">Q", 1_760_000_000_000_000) + packed)
-    replay.run(flight=folder.path)
-    assert capsys.readouterr().out.count(doubt) == 1
-    again = str(tmp_path / "again")
-    recorded = gsapp("record", str(folder.path), "--aircraft", "b777", "--out", again)
-    assert recorded.stdout.count(doubt) == 1
+    """Whether the flight is there or not: it is not looked at."""
+    done = here(*call, folder=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("gsapp: ")
+    assert sentence in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_suspicious_numbers_of_ones_own_aircraft_are_told(tmp_path: Path) -> None:
+    """By every command that reads the file; those of the shipped example only where they count."""
+    doubt = "ixx + iyy - izz says that the mass lies"
+    mine = tmp_path / "mine.toml"
+    shipped = (SHIPPED.folder / "b777.toml").read_text(encoding="utf-8")
+    mine.write_text(shipped.replace('name = "B777"', 'name = "Mine"'), encoding="utf-8")
+    for aircraft, said in (("b777", 0), (mine, 1)):
+        flight, again = tmp_path / f"flight-{said}", tmp_path / f"again-{said}"
+        failed = here("fly", "--out", again, "--plan", "absent", "--aircraft", aircraft)
+        assert failed.stderr.count(f"Mine: {doubt}") == said
+        assert failed.stderr.count(doubt) == said
+        folder = prepare_flight(flight, aircraft=str(aircraft), channel_map="b777")
+        frame = dialect().MAVLink(None, srcSystem=1).heartbeat_encode(1, 3, 0, 0, 4)
+        packed = frame.pack(dialect().MAVLink(None, srcSystem=1))
+        folder.tlog_file.write_bytes(struct.pack(">Q", 1_760_000_000_000_000) + packed)
+        assert here("replay", flight, "--headless").stdout.count(doubt) == said
+        recorded = gsapp("record", str(flight), "--aircraft", str(aircraft), "--out", str(again))
+        assert recorded.stdout.count(doubt) == said
 
 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (("record", "udpin:nowhere", "--out", "x"), "lacks its port"),
         (("replay", "absent-flight", "--headless"), "absent-flight"),
         (("export", "absent.csv", "--to", "mat", "--out", "x.mat"), "absent.csv"),
         (("import", "absent.bin", "--map", "ardupilot-log", "--out", "x"), "absent.bin"),

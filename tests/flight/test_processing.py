@@ -210,26 +210,26 @@ def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "code", "sentence"),
     [
-        (("cut", "a.csv", "--out", "b.txt"), "does not say the format"),
-        (("cut", "a.csv", "--window", "50:60", "--out", "b.csv"), "covers 0 to 10 s"),
-        (("cut", "a.csv", "--channels", "qq", "--out", "b.csv"), "no channel 'qq'"),
-        (("resample", "a.csv", "--out", "b.csv"), "nothing to do"),
-        (("resample", "a.csv", "--rate", "-5", "--out", "b.csv"), "not possible"),
-        (("resample", "a.csv", "--low-pass", "80", "--out", "b.csv"), "does not suit"),
-        (("merge", "a.csv", "--out", "b.csv"), "two or more"),
-        (("merge", "a.csv", "a.csv", "--shift", "3:1", "--out", "b.csv"), "K from 1 to 2"),
+        (("cut", "a.csv", "--out", "b.txt"), 2, "does not say the format"),
+        (("cut", "a.csv", "--window", "50:60", "--out", "b.csv"), 1, "covers 0 to 10 s"),
+        (("cut", "a.csv", "--channels", "qq", "--out", "b.csv"), 1, "no channel 'qq'"),
+        (("resample", "a.csv", "--out", "b.csv"), 2, "nothing to do"),
+        (("resample", "a.csv", "--rate", "-5", "--out", "b.csv"), 2, "not possible"),
+        (("resample", "a.csv", "--low-pass", "80", "--out", "b.csv"), 1, "does not suit"),
+        (("merge", "a.csv", "--out", "b.csv"), 2, "two or more"),
+        (("merge", "a.csv", "a.csv", "--shift", "3:1", "--out", "b.csv"), 2, "K from 1 to 2"),
     ],
 )
 def test_wrong_calls_get_one_sentence_and_write_nothing(
-    tmp_path: Path, arguments: tuple[str, ...], sentence: str
+    tmp_path: Path, arguments: tuple[str, ...], code: int, sentence: str
 ) -> None:
-    """Exit code 1, the sentence, no traceback, no file."""
+    """The exit code, the sentence, no traceback, no file."""
     write_block(tmp_path / "a.csv", block(q=sine(1.0)), "csv")
     placed = [str(tmp_path / one) if one.endswith((".csv", ".txt")) else one for one in arguments]
     done = gsapp(*placed)
-    assert done.returncode == 1
+    assert done.returncode == code
     assert sentence in " ".join(done.stderr.split())
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "b.csv").exists()

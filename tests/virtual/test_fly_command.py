@@ -13,8 +13,9 @@ os.environ.setdefault("MAVLINK20", "1")
 from pymavlink import mavutil
 
 from gsapp.cli import fly as command
+from gsapp.cli._calls import WrongCallError
 from gsapp.flight.loading import load_flight
-from gsapp.foundation import FlightError, LinkError
+from gsapp.foundation import FlightError
 from gsapp.telemetry.virtual import record
 
 DEG = np.pi / 180.0
@@ -93,5 +94,5 @@ def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
     ],
 )
 def test_a_link_that_makes_no_sense_is_refused(to: str, speed: float, words: str) -> None:
-    with pytest.raises(LinkError, match=words):
+    with pytest.raises(WrongCallError, match=words):
         command.run(to=to, plan="short", speed=speed)

@@ -66,6 +66,15 @@ def low_pass(block: Block, corner: float) -> Block:
     return Block(channels=block.channels, times=block.times, values=values)
 
 
+def check_rate(rate: float) -> None:
+    """Raise `FlightError` where there can be no such rate, samples per second."""
+    if not 0.0 < rate < 1e6:
+        raise FlightError(
+            f"{rate:g} samples per second are not possible; give more than 0 and less than a "
+            "million"
+        )
+
+
 def resample(
     block: Block, rate: float, *, corner: float | None = None, kind: Interpolation = "linear"
 ) -> Block:
@@ -89,11 +98,7 @@ def resample(
     FlightError
         If the rate is not positive, or the block too short.
     """
-    if not 0.0 < rate < 1e6:
-        raise FlightError(
-            f"{rate:g} samples per second are not possible; give more than 0 and less than a "
-            "million"
-        )
+    check_rate(rate)
     if len(block) < 2:
         raise FlightError("fewer than two samples cannot be resampled")
     before = 1.0 / typical_step(block.times)

@@ -108,6 +108,8 @@ class MLSettings:
                 raise FlightError(
                     f"the a-priori value of {name} needs a standard deviation above zero"
                 )
+        if self.bound_factor is not None and not self.bound_factor > 0.0:
+            raise FlightError(f"bounds cannot be multiplied by {self.bound_factor:g}; give above 0")
         for where in (self.weights, *(self.joint_weights or {}).values()):
             for name, weight in (where or {}).items():
                 if not weight >= 0.0:
