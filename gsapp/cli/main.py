@@ -9,7 +9,9 @@ from typing import Annotated, Literal, Optional
 
 import typer
 
-app = typer.Typer(
+from gsapp.cli._help import Commands
+
+app = Commands(
     add_completion=False,
     pretty_exceptions_enable=False,
     # Plain help is twice as quick as the colored one.
@@ -87,7 +89,9 @@ def demo(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Do the whole job on virtual flights: stream, record, replay, estimate, report, review.
+    """Do the whole job once, on virtual flights.
+
+    Stream, record, replay, estimate, report, review.
 
     Example: gsapp demo --headless --out demo-flight
     """
@@ -175,7 +179,7 @@ def fly(
         bool, typer.Option("--airborne", help="With --sticks, begin in the air, in the pattern")
     ] = False,
 ) -> None:
-    """Fly the virtual aircraft, or have it on the ground to calibrate its instruments.
+    """Fly the virtual aircraft, or calibrate it on the ground.
 
     Example: gsapp fly --to udpout:127.0.0.1:14550 --plan short
 
@@ -244,7 +248,7 @@ def record(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Record everything that comes over a link, until stopped with Ctrl-C.
+    """Record all that comes over a link, until Ctrl-C.
 
     LINK is one of udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT,
     serial:PATH:BAUD, text:PATH:BAUD, virtual, or a FLIGHT.
@@ -271,7 +275,9 @@ def replay(
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
 ) -> None:
-    """Replay a flight in the window, or headless as fast as it goes.
+    """Replay a flight in the window, or sum it up without one.
+
+    Without a window it goes as fast as it can.
 
     Example: gsapp replay flights/2026-05-12-a --headless --json summary.json
     """
@@ -353,20 +359,20 @@ def onboard(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Let the on-board log take the place of what came over the radio; or tell how it stands.
+    """Let the on-board log replace what came over the radio.
+
+    Without an option it is told how it stands.
 
     The log is aligned with the live record by what both show, offset and drift of its clock, and
     refused where they do not match. Flight time stays, and with it marks, grades and edges of
     maneuvers. A fetch that was broken off goes on where it was. The former log stays in the
     folder.
 
-    Examples
-    --------
-    gsapp onboard flights/2026-05-12-a --log /media/card/00000017.BIN
+    Example: gsapp onboard flights/2026-05-12-a --log /media/card/00000017.BIN
 
-    gsapp onboard flights/2026-05-12-a --link serial:/dev/ttyACM0:115200
+    Example: gsapp onboard flights/2026-05-12-a --link serial:/dev/ttyACM0:115200
 
-    gsapp onboard flights/2026-05-12-a --use none
+    Example: gsapp onboard flights/2026-05-12-a --use none
     """
     chosen = [log is not None, link is not None or fetch, use is not None]
     if sum(chosen) > 1:
@@ -414,7 +420,7 @@ def export(
 FlightPaths = Annotated[
     list[Path],
     typer.Argument(
-        metavar="FLIGHT...",
+        metavar="FLIGHT",
         readable=False,
         help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
     ),
@@ -457,7 +463,9 @@ def maneuvers(
     catalog: CatalogFile = None,
     json: JsonFile = None,
 ) -> None:
-    """Find the maneuvers of a flight and grade them; what was changed by hand counts.
+    """Find the maneuvers of a flight and grade them.
+
+    What was changed by hand counts.
 
     Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
     """
@@ -479,7 +487,7 @@ def debrief(
     flights: Annotated[
         Optional[list[Path]],  # noqa: UP045
         typer.Argument(
-            metavar="[FLIGHT]...", readable=False, help="Without any, the trends of the catalog"
+            metavar="FLIGHT", readable=False, help="Without any, the trends of the catalog"
         ),
     ] = None,
     aircraft: AircraftName = None,
@@ -503,7 +511,9 @@ def debrief(
     catalog: CatalogFile = None,
     json: JsonFile = None,
 ) -> None:
-    """Tell what every input of a flight was worth, how the test cards were flown, and trends.
+    """Tell what every input of a flight was worth.
+
+    Also how the test cards were flown, and trends from flight to flight.
 
     Verdicts are those that the pilot heard in flight: too small, too large, not trimmed, spoiled,
     good, and what to do next time. With a catalog they are kept beside the grades of the
@@ -615,17 +625,17 @@ def estimate(
     ] = "",
     json: JsonFile = None,
 ) -> None:
-    """Estimate stability and control derivatives with honest bounds.
+    """Estimate stability and control derivatives, with bounds.
 
-    Examples
-    --------
-    gsapp estimate flights/a flights/b --aircraft b777 --json derivatives.json
+    The bounds are honest: they count that residuals are colored.
 
-    gsapp estimate flights/a --method ml --axis lon --weights table-6.2.7 --hold CN_q=5
+    Example: gsapp estimate flights/a flights/b --aircraft b777 --json derivatives.json
 
-    gsapp estimate flights/a --catalog campaign.sqlite --label "weights of the source"
+    Example: gsapp estimate flights/a --method ml --axis lon --weights table-6.2.7 --hold CN_q=5
 
-    gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
+    Example: gsapp estimate flights/a --catalog campaign.sqlite --label "weights of the source"
+
+    Example: gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
     """
     from gsapp.cli import estimate as command
 
@@ -644,7 +654,7 @@ def report(
     flights: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FLIGHT|DIR...", help="Flights, or folders that hold some", show_default=False
+            metavar="FLIGHT|DIR", help="Flights, or folders that hold some", show_default=False
         ),
     ],
     out: Annotated[
@@ -696,13 +706,13 @@ def report(
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
 ) -> None:
-    """Write the report on one flight or a campaign: derivatives that can be defended.
+    """Write the report on one flight or a campaign.
 
-    Examples
-    --------
-    gsapp report flights/e --aircraft b777 --out "flight E.pdf"
+    It gives derivatives that can be defended.
 
-    gsapp report flights --model b777 --out results
+    Example: gsapp report flights/e --aircraft b777 --out "flight E.pdf"
+
+    Example: gsapp report flights --model b777 --out results
     """
     from gsapp.cli import report as command
 
@@ -730,7 +740,9 @@ def compatibility(
     calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
-    """Check the instruments against one another, without any aerodynamic model.
+    """Check the instruments against one another.
+
+    No aerodynamic model is needed.
 
     Rates, accelerations, flow angles and speed must follow from one motion: bias, scale factor
     and delay of each instrument, reversed axes, redundant sensors that disagree.
@@ -762,7 +774,9 @@ def terms(
     calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
-    """Choose the terms that each coefficient needs: linear ones, effects, products without a name.
+    """Choose the terms that each coefficient needs.
+
+    They are linear ones, effects, and products without a name.
 
     Equation error, stepwise: a term enters if it is proven and predicts stretches of the record
     that were left out; it goes again if later ones make it superfluous.
@@ -814,7 +828,7 @@ def catalog(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Search the maneuvers of a campaign and what was estimated from them.
+    """Search the maneuvers and estimates of a campaign.
 
     Example: gsapp catalog campaign.sqlite --inputs da+dr --where "V=90 ft/s:110 ft/s"
     """
@@ -837,7 +851,7 @@ def runs(
     ] = "list",
     rest: Annotated[
         Optional[list[str]],  # noqa: UP045
-        typer.Argument(metavar="[N] [M|LABEL]", help="Numbers of runs; a label"),
+        typer.Argument(metavar="N|LABEL", help="Numbers of runs; a label"),
     ] = None,
     out: Annotated[
         Optional[Path],  # noqa: UP045
@@ -847,20 +861,20 @@ def runs(
     dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
     json: JsonFile = None,
 ) -> None:
-    """List the runs kept in a catalog; show, compare, repeat, report, rename or forget them.
+    """List the runs kept in a catalog, compare or repeat them.
+
+    They can also be shown, reported, renamed, forgotten and recalled.
 
     A run that is repeated uses the same maneuvers with the same edges and settings; it gives the
     same numbers to the last bit, or you are told what has changed.
 
-    Examples
-    --------
-    gsapp runs campaign.sqlite
+    Example: gsapp runs campaign.sqlite
 
-    gsapp runs campaign.sqlite compare 3 5
+    Example: gsapp runs campaign.sqlite compare 3 5
 
-    gsapp runs campaign.sqlite repeat 3
+    Example: gsapp runs campaign.sqlite repeat 3
 
-    gsapp runs campaign.sqlite report 3 --out results
+    Example: gsapp runs campaign.sqlite report 3 --out results
     """
     from gsapp.cli import runs as command
 
@@ -900,7 +914,7 @@ def linear_models(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Fit three linear models on flights and judge them on another one.
+    """Fit three linear models, and judge them on another flight.
 
     Batch least squares, subspace with prediction error, and maximum likelihood derivatives
     through appendix A; RMS error over range as in tables 7.4.1 and 7.4.2 of the source.
@@ -921,7 +935,7 @@ def discrepancy(
     flights: Annotated[
         Optional[list[Path]],  # noqa: UP045
         typer.Argument(
-            metavar="FLIGHT...",
+            metavar="FLIGHT",
             readable=False,
             help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
         ),
@@ -985,15 +999,16 @@ def discrepancy(
     calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
-    """Find where simulation and flight disagree, name the effect, add it, show the gap shrink.
+    """Name and add the effect that a model lacks.
 
-    Examples
-    --------
-    gsapp discrepancy flights/a flights/b --aircraft b777 --model b777 --out missing
+    Find where simulation and flight disagree, name the effect, add it, show the gap shrink.
 
-    gsapp discrepancy flights/a --out missing --refuse aero.Cm.speed --held-out 3 --held-out 7
+    Example: gsapp discrepancy flights/a flights/b --aircraft b777 --model b777 --out missing
 
-    gsapp discrepancy --catalog
+    Example: gsapp discrepancy flights/a --out missing --refuse aero.Cm.speed
+    --held-out 3 --held-out 7
+
+    Example: gsapp discrepancy --catalog
     """
     if catalog:
         from gsapp.cli._effects_text import run as list_effects
@@ -1057,17 +1072,15 @@ def cut(
     calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
-    """Cut windows of time, or some of the channels, from a flight.
+    """Cut windows of time, or channels, from a flight.
 
     Between two windows that do not touch a gap is left.
 
-    Examples
-    --------
-    gsapp cut flights/a --window 120.5:131 --out doublet.csv
+    Example: gsapp cut flights/a --window 120.5:131 --out doublet.csv
 
-    gsapp cut flights/a --window :60 --window 300: --without flap --out ends.mat
+    Example: gsapp cut flights/a --window :60 --window 300: --without flap --out ends.mat
 
-    gsapp cut flights/a --channels alpha,q,de --rename q=q.2 --out pitch.csv
+    Example: gsapp cut flights/a --channels alpha,q,de --rename q=q.2 --out pitch.csv
     """
     from gsapp.cli import cut as command
 
@@ -1081,7 +1094,7 @@ def cut(
 @app.command()
 def merge(
     flights: Annotated[
-        list[Path], typer.Argument(metavar="FLIGHT...", readable=False, help="Two or more")
+        list[Path], typer.Argument(metavar="FLIGHT", readable=False, help="Two or more")
     ],
     out: TableFile,
     append: Annotated[
@@ -1111,15 +1124,13 @@ def merge(
     calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
-    """Merge several records into one, by time or one after the other.
+    """Merge records by time, or one after the other.
 
-    Examples
-    --------
-    gsapp merge live.csv onboard.bin --align --conflict last --out whole.parquet
+    Example: gsapp merge live.csv onboard.bin --align --conflict last --out whole.parquet
 
-    gsapp merge a.csv gps.csv --shift 2:-0.35 --out both.csv
+    Example: gsapp merge a.csv gps.csv --shift 2:-0.35 --out both.csv
 
-    gsapp merge flight-1 flight-2 --append --pause 60 --out day.csv
+    Example: gsapp merge flight-1 flight-2 --append --pause 60 --out day.csv
     """
     from gsapp.cli import merge as command
 
@@ -1157,17 +1168,17 @@ def resample(
     calibration: OtherCertificates = None,
     json: JsonFile = None,
 ) -> None:
-    """Lay a flight on another rate, or filter it without a shift of phase.
+    """Lay a flight on another rate, or filter it.
+
+    The filter shifts no phase.
 
     Before decimation a zero-phase low-pass takes out what the new rate cannot hold. Gaps stay.
 
-    Examples
-    --------
-    gsapp resample flights/a --rate 50 --out half.csv
+    Example: gsapp resample flights/a --rate 50 --out half.csv
 
-    gsapp resample flights/a --low-pass 5 --channels q,alpha --out smooth.mat
+    Example: gsapp resample flights/a --low-pass 5 --channels q,alpha --out smooth.mat
 
-    gsapp resample gps.csv --rate 100 --kind cubic --out gps100.csv
+    Example: gsapp resample gps.csv --rate 100 --kind cubic --out gps100.csv
     """
     from gsapp.cli import resample as command
 
@@ -1219,14 +1230,14 @@ def calibrate(
     ] = None,
     json: JsonFile = None,
 ) -> None:
-    """Turn calibration points into a certificate: the curve they deserve, and how good it is.
+    """Turn calibration points into a certificate.
 
-    Examples
-    --------
-    gsapp calibrate points.csv --channel elevator_left --out calibration/elevator_left.toml
+    It holds the curve that they deserve, and how good it is.
 
-    gsapp calibrate points.csv --channel rudder --out new.toml --excitation 5 --travel -30:30
-    --who "B. Jones" --temperature 16 --former old.toml
+    Example: gsapp calibrate points.csv --channel elevator_left --out calibration/elevator_left.toml
+
+    Example: gsapp calibrate points.csv --channel rudder --out new.toml --excitation 5
+    --travel -30:30 --who "B. Jones" --temperature 16 --former old.toml
     """
     from gsapp.cli import calibrate as command
 
@@ -1262,7 +1273,7 @@ def certificates(
     page: Annotated[Literal["pdf", "html"], typer.Option("--format", help="Of the pages")] = "pdf",
     json: JsonFile = None,
 ) -> None:
-    """List the certificates in force: how old they are, how good, moved how far.
+    """List the certificates in force: age, quality, drift.
 
     Example: gsapp certificates flights/2026-05-12-a --report pages
     """
@@ -1280,7 +1291,9 @@ def inertia(
     unit: Annotated[str, typer.Option(help="Of the values on the screen")] = "slug ft^2",
     json: JsonFile = None,
 ) -> None:
-    """Find moments of inertia from pendulum swings, with their uncertainties.
+    """Find moments of inertia from pendulum swings.
+
+    Each comes with its uncertainty.
 
     Example: gsapp inertia swings.toml --unit "kg m^2"
     """

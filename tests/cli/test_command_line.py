@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from command_kit import gsapp as here
 
 from gsapp.aircraft.reading import SHIPPED
+from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
 
@@ -40,6 +41,41 @@ def test_help_imports_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8")
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_list_of_commands_fits_a_terminal() -> None:
+    """Each with its whole sentence."""
+    listed = here("--help").stdout.partition("Commands:")[2].strip().splitlines()
+    assert len(listed) == len(app.registered_commands)
+    assert all(line.endswith(".") and not line.endswith("...") for line in listed)
+    assert max(map(len, listed)) <= 80
+
+
+@pytest.mark.parametrize("command", [one.name or one.callback.__name__ for one in
+                                     app.registered_commands])  # fmt: skip
+def test_help_shows_no_types_of_the_library(command: str) -> None:
+    said = here(command.rstrip("_").replace("_", "-"), "--help").stdout
+    assert "Example: gsapp" in said
+    for internal in ("Examples", "list[", "{", "<path>", "<str>", "<int", "<float"):
+        assert internal not in said
+
+
+@pytest.mark.parametrize(
+    ("call", "complaint"),
+    [
+        (("export", "f", "--to", "xls", "--out", "x"), "'xls' is not one of 'csv', 'mat'"),
+        (("fly", "--out", "x", "--seed", "-1"), "-1 is too little; give 0 or more"),
+        (("fly", "--out", "x", "--seed", "1.5"), "'1.5' is not a whole number"),
+        (("fly", "--out", "x", "--speed", "fast"), "'fast' is not a number"),
+        (("calibrate", "p", "--channel", "q", "--out", "x", "--degree", "7"), "give 3 or less"),
+    ],
+)
+def test_complaints_are_in_plain_words(call: tuple[str, ...], complaint: str) -> None:
+    done = here(*call)
+    assert done.returncode == 2
+    assert complaint in done.stderr
+    assert "Value error" not in done.stderr
+    assert "Input should" not in done.stderr
 
 
 @pytest.mark.parametrize("command", ["demo", "fly", "record", "replay", "import", "export"])

@@ -1,0 +1,87 @@
+"""Help and complaints of the command line in the program's own words.
+
+The library behind it prints its types beside arguments (``<list[Path]>``) and hands on the words of
+the library that checks values (``Value error, ...``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import typer
+from typer.core import TyperCommand
+
+_TYPE = re.compile(r" <(list\[)?\w+\]?>$")
+_PLACES = {"<str>": "TEXT", "<int>": "N", "<int range>": "N", "<float>": "X", "<float range>": "X"}
+"""What stands in the place of a value that is not a choice."""
+_BRACES = str.maketrans("", "", "{}")
+
+
+class _Command(TyperCommand):
+    """A command whose help names arguments plainly, and whose complaints are plain words."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read what was typed."""
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            error.message = _plain(error)
+            raise
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return what follows the command's name in its usage."""
+        return [piece.translate(_BRACES) for piece in super().collect_usage_pieces(ctx)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the lists of arguments and options."""
+        for title, kind in (("Arguments", "argument"), ("Options", "option")):
+            records = [
+                record
+                for parameter in self.get_params(ctx)
+                if parameter.param_type_name == kind
+                and (record := parameter.get_help_record(ctx)) is not None
+            ]
+            tidy = _named if kind == "argument" else _placed
+            records = [(tidy(name), words) for name, words in records]
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+
+
+def _named(name: str) -> str:
+    return _TYPE.sub("", name)
+
+
+def _placed(name: str) -> str:
+    option, _, kind = name.partition(" <")
+    return f"{option} {_PLACES[f'<{kind}']}" if f"<{kind}" in _PLACES else name
+
+
+class Commands(typer.Typer):
+    """The commands of the program."""
+
+    def command(self, name: str | None = None, **options: Any) -> Callable[..., Any]:
+        """Return what makes a command of a function."""
+        return super().command(name, cls=_Command, **options)
+
+
+def _plain(error: typer.BadParameter) -> str:
+    """Return what is wrong with a value, without the words of the library that checked it."""
+    details = getattr(error.__cause__, "errors", None)
+    if details is None:
+        return error.message
+    (found, *_) = details()
+    limits, value = found.get("ctx", {}), found["input"]
+    if "error" in limits:
+        return str(limits["error"])
+    if found["type"].startswith("float_") or str(value).strip().casefold() == "nan":
+        return f"'{value}' is not a number"
+    if found["type"] == "greater_than_equal":
+        return f"{value} is too little; give {limits['ge']:g} or more"
+    if found["type"] == "less_than_equal":
+        return f"{value} is too much; give {limits['le']:g} or less"
+    if found["type"].startswith("int_"):
+        return f"'{value}' is not a whole number"
+    return error.message
