@@ -35,6 +35,7 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from gsapp.cli._tables import print_whole
     from gsapp.quantities.constants import FOOT
 
     table = Table(
@@ -44,7 +45,7 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
         pad_edge=False,
     )
     for heading in ("id", "at [s]", "inputs", "kind", "V [ft/s]", "GO", "card", "verdict"):
-        table.add_column(heading, no_wrap=True)
+        table.add_column(escape(heading))
     for one in debrief.maneuvers:
         verdict = one.verdict
         table.add_row(
@@ -57,7 +58,7 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
             escape(verdict.card),
             f"[{_COLORS.get(verdict.result, 'red')}]{verdict.result}[/]",
         )
-    console.print(table)
+    print_whole(console, table)
     for one in debrief.maneuvers:
         console.print(
             f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}",
@@ -86,6 +87,7 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from gsapp.cli._tables import print_whole
     from gsapp.flight.cards.card import SURFACES
 
     table = Table(
@@ -102,7 +104,7 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
             str(one.without_go),
             "" if one.seconds_each is None else f"{one.seconds_each:.0f}",
         )
-    console.print(table)
+    print_whole(console, table)
     for one in found:
         told = [f"{SURFACES[name]} {share:.2f}" for name, share in one.amplitudes.items()]
         sizes = f"{', '.join(told)} of what was wanted" if told else "nothing wanted"

@@ -29,6 +29,7 @@ def describe(console: Console, flight: Flight) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from gsapp.cli._tables import print_whole
     from gsapp.decoding.decoder import NOTICE_KINDS
     from gsapp.flight.summary import summarize
     from gsapp.quantities import channel, from_si
@@ -48,11 +49,7 @@ def describe(console: Console, flight: Flight) -> None:
     figures = ("min", "max", "mean") if wide else ("min", "max")
     for heading in ("channel", "unit", "count", "Hz", *figures, "gaps", ""):
         right = heading not in ("channel", "unit", "")
-        # Where even that is too wide, a name goes on below it; else the mark would be cut off.
-        name = heading == "channel"
-        table.add_column(
-            heading, justify="right" if right else "left", no_wrap=not name, overflow="fold"
-        )
+        table.add_column(heading, justify="right" if right else "left")
     if wide:
         # The source takes what is left of the line.
         table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)
@@ -77,7 +74,7 @@ def describe(console: Console, flight: Flight) -> None:
             _mark(source) if source else "",
             *([escape(source.source) if source else ""] if wide else []),
         )
-    console.print(table)
+    print_whole(console, table)
     frames = flight.frames
     if frames is not None:
         console.print(

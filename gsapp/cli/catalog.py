@@ -134,6 +134,7 @@ def _describe(
     from rich.markup import escape
     from rich.table import Table
 
+    from gsapp.cli._tables import print_whole
     from gsapp.quantities.constants import DEGREE, FOOT
 
     count = len(found)
@@ -142,9 +143,9 @@ def _describe(
         box=box.SIMPLE_HEAD, pad_edge=False,
     )  # fmt: skip
     for heading in ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", "V [ft/s]"):
-        table.add_column(heading, no_wrap=True)
-    table.add_column("alpha [deg]", no_wrap=True)
-    table.add_column(derivative or "runs", no_wrap=True)
+        table.add_column(escape(heading))
+    table.add_column(escape("alpha [deg]"))
+    table.add_column(escape(derivative or "runs"))
     for one in found:
         maneuver = one.maneuver
         last = str(len(one.runs))
@@ -164,4 +165,4 @@ def _describe(
             "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:.1f}",
             last,
         )  # fmt: skip
-    console.print(table)
+    print_whole(console, table)

@@ -92,6 +92,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from gsapp.cli._tables import print_whole
     from gsapp.flight.maneuvers import CREW, GRADES
     from gsapp.quantities.constants import DEGREE, FOOT
 
@@ -104,9 +105,9 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     )
     for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", "V [ft/s]"):
         right = heading.endswith("]")
-        table.add_column(heading, justify="right" if right else "left", no_wrap=True)
-    table.add_column("alpha [deg]", justify="right", no_wrap=True)
-    table.add_column("grade", no_wrap=True)
+        table.add_column(escape(heading), justify="right" if right else "left")
+    table.add_column(escape("alpha [deg]"), justify="right")
+    table.add_column("grade")
     for one in found.maneuvers:
         table.add_row(
             escape(one.id),
@@ -119,7 +120,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             _shown(one.alpha, DEGREE),
             f"[{_COLORS[one.grade]}]{one.grade}[/]{' by hand' if one.graded_by == CREW else ''}",
         )
-    console.print(table)
+    print_whole(console, table)
     for one in found.maneuvers:
         if one.use is not None:
             words = "used in estimates" if one.use else "left out of estimates"

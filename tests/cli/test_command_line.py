@@ -97,6 +97,36 @@ def test_no_character_ends_a_command_whose_words_go_to_a_pipe(tmp_path: Path) ->
     assert "cut-λ.csv" in done.stdout.decode("utf-8")
 
 
+@pytest.mark.parametrize("columns", ["40", "80", "120"])
+def test_a_channel_stays_in_one_piece_however_wide_its_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, columns: str
+) -> None:
+    """So that grep finds it; the mark at the end of the line stays, too."""
+    monkeypatch.setenv("COLUMNS", columns)
+    flight = tmp_path / "flight.csv"
+    rows = [f"{k / 50:.2f},{k * 1e4},{-k * 1e9},{k * 1e7}" for k in range(100)]
+    flight.write_text(
+        "time [s],elevator_right_volts [V],elevator_right [deg],static_pressure_volts [V]\n"
+        + "\n".join(rows)
+    )
+    lines = here("replay", flight, "--headless").stdout.splitlines()
+    for name in ("elevator_right_volts", "elevator_right", "static_pressure_volts"):
+        (line,) = [one.split() for one in lines if name in one.split()[:1]]
+        assert line[2:4] == ["100", "50"]
+        assert "…" not in "".join(line[:6])
+
+
+def test_headings_of_tables_say_their_units(tmp_path: Path) -> None:
+    """What stands in brackets is no style."""
+    flight = tmp_path / "flight.csv"
+    flight.write_text("time [s],alpha [deg],de [deg]\n0,1,0\n0.01,2,0\n0.02,3,0\n")
+    catalog = tmp_path / "campaign.sqlite"
+    found = here("maneuvers", flight, "--catalog", catalog).stdout
+    assert "start [s]" in found
+    assert "V [ft/s]" in found
+    assert "alpha [deg]" in here("catalog", catalog).stdout
+
+
 @pytest.mark.parametrize("call", [("dance",), ("record",), ("fly",), ("replay",)])
 def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
     done = gsapp(*call)
