@@ -42,14 +42,20 @@ def run(
     GroundStationError
         If the flight cannot be read, holds no sample, or the file cannot be written.
     """
+    from gsapp.cli._calls import WrongCallError
     from gsapp.cli._flight_text import describe
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.flight.loading import load_flight
     from gsapp.flight.summary import summarize
-    from gsapp.flight.writers import Layout, check_format, write_block
+    from gsapp.flight.writers import WRITERS, Layout, check_format, write_block
     from gsapp.foundation import FlightError
 
     check_format(to)
+    ending = out.suffix.casefold().lstrip(".")
+    if ending in WRITERS and ending != to:
+        raise WrongCallError(
+            f"{out.name} ends as a file of another format than --to {to}; let the two agree"
+        )
     Layout.of((), units)
     console = Console(stderr=on_screen(json))
     with console.status(f"reading {flight.name}"):

@@ -249,7 +249,8 @@ def channel(channel_id: str) -> ChannelSpec:
     spec = CHANNELS.get(base)
     if spec is None:
         near = difflib.get_close_matches(base, CHANNELS, n=3)
-        hint = f"did you mean {' or '.join(near)}?" if near else "see gsapp.quantities.CHANNELS"
+        usual = "ids are such as alpha, q, de, V, elevator_left or static_pressure"
+        hint = f"did you mean {' or '.join(near)}?" if near else usual
         raise UnknownNameError(f"no channel is called '{channel_id}'; {hint}")
     if base == channel_id:
         return spec

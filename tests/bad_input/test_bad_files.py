@@ -82,6 +82,13 @@ def test_a_csv_with_a_mistake(tmp_path: Path, table: str, words: tuple[str, ...]
     refused(("replay", "flight.csv", "--headless"), "flight.csv: 1 problem", *words, cwd=tmp_path)
 
 
+def test_a_csv_of_another_program_asks_for_a_map(tmp_path: Path) -> None:
+    """Instead of a complaint about each of its columns."""
+    (tmp_path / "log.csv").write_text("GPS time (ms),Alpha,gyro_y,comment\n0,1,2,a\n20,1,2,b\n")
+    words = ("'table' with --map", "Its columns are: GPS time (ms), Alpha, gyro_y, comment")
+    refused(("import", "log.csv", "--out", "new"), *words, cwd=tmp_path)
+
+
 def test_a_csv_without_a_column_that_the_map_needs(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("t,aoa\n0,1\n0.1,2\n0.2,3\n")
     (tmp_path / "map.toml").write_text(

@@ -149,6 +149,7 @@ def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
         (("fly", "--out", "x", "--fault", "alpha:spam"), "is not a fault"),
         (("onboard", "flight", "--link", "udpin"), "lacks its port"),
         (("debrief",), "nothing to debrief"),
+        (("export", "f.csv", "--to", "csv", "--out", "x.mat"), "of another format than --to csv"),
         (("estimate", "flight.csv", "--stand-in", "speed=30"), "no channel is called 'speed'"),
         (("estimate", "flight.csv", "--bound-factor", "-1"), "give above 0"),
         (("compatibility", "flight.csv", "--maneuver", "5"), "the maneuver '5' cannot be read"),

@@ -127,6 +127,20 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[Column, 
     return tuple(columns)
 
 
+def is_foreign(names: Sequence[str]) -> bool:
+    """Return whether header cells are those of another program: none has a unit, none is known."""
+    for name in names:
+        if "[" in name or _is_number(name):
+            return False
+        try:
+            parse_name(name)
+        except UnknownNameError:
+            continue
+        except UnitError:
+            return False
+    return True
+
+
 def parse_name(name: str) -> Column:
     """Read ``alpha [deg]``.
 

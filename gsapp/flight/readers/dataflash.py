@@ -326,7 +326,8 @@ def _tables(
         dropped = int(good.size - good.sum())
         if dropped:
             label = f"{form.name}[{selector}]" if selector else form.name
-            remarks.append(f"{dropped} records of {label} have a time that cannot be; left out")
+            counted = "1 record" if dropped == 1 else f"{dropped} records"
+            remarks.append(f"left out for a time that cannot be: {counted} of {label}")
         fields: dict[str, FloatArray] = {}
         units: dict[str, str] = {}
         for index, column in enumerate(form.columns):

@@ -50,7 +50,8 @@ def request_from_json(content: Mapping[str, Any], folder: Path) -> RunRequest:
         reason = str(error).partition("\n")[0]
         if isinstance(error, ValidationError):
             first = error.errors()[0]
-            reason = f"{'.'.join(str(one) for one in first['loc'])}: {first['msg']}"
+            words = str(first["msg"]).removeprefix("Value error, ")
+            reason = f"{'.'.join(str(one) for one in first['loc'])}: {words}"
         raise FlightError(
             f"what a kept run was asked for cannot be read ({reason}); repeat it with the version "
             "of the program that made it"
