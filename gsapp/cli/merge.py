@@ -60,6 +60,11 @@ def run(
     check_out(out)
     if len(flights) < 2:
         raise WrongCallError("one flight alone cannot be merged; name two or more")
+    if append and align:
+        raise WrongCallError(
+            "records one after the other have no moments in common to align; give one of --append "
+            "and --align"
+        )
     check_rate(rate)
     shifts = _shifts(shift, len(flights))
     loaded = [load(path, channel_map, calibration) for path in flights]
