@@ -90,7 +90,6 @@ def run(
     """
     from rich.console import Console
 
-    from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._estimate_text import describe_outcome
     from gsapp.cli._flight_text import calibration_list, check_catalog
@@ -160,7 +159,6 @@ def run(
     )
     result = outcome.result
     opened = [shelf.open(one).opened for one in openings_of(outcome.request)]
-    warn_of_aircraft(console, (one.aircraft for one in opened), rests_on_it=True)
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:

@@ -66,12 +66,10 @@ def run(
     """
     from rich.console import Console
 
-    from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._running import check_fitted, with_bar
     from gsapp.flight.info import now
     from gsapp.identification.campaign import CampaignSettings
-    from gsapp.identification.runs.inputs import openings_of
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.running import run as estimate
     from gsapp.identification.runs.shelf import FlightShelf
@@ -115,8 +113,6 @@ def run(
 
     outcome, written = with_bar(console, work)
     console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
-    opened = (shelf.open(one).opened for one in openings_of(outcome.request))
-    warn_of_aircraft(console, (one.aircraft for one in opened), rests_on_it=True)
     for sentence in wild_words(outcome.summary):
         console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
     place = out if out.is_dir() else written[0]

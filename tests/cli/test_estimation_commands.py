@@ -253,7 +253,8 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     assert len(dated) == 1
     assert [line for line in lines if line not in dated] == page.splitlines()
     for words in ("Can it be believed?", "As it formed in the air", "short period", "flight5",
-                  "judged on 1 maneuver of flight6 that none of them saw"):  # fmt: skip
+                  "judged on 1 maneuver of flight6 that none of them saw",
+                  "B777: ixx + iyy - izz says that the mass lies"):  # fmt: skip
         assert words in page
     assert "http" not in re.sub(r"data:[^\"]*", "", page)
     model = load_model(out / "model.toml")

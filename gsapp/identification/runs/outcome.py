@@ -30,7 +30,8 @@ class Outcome:
     models : mapping of str to LinearModel
         Linear models with the means, by axis; may be empty.
     remarks : tuple of str
-        Of reading the flights, and why there is no linear model.
+        What is suspicious about the aircraft, of reading the flights, and why there is no linear
+        model.
     number : int or None
         In the catalog; None where it was not kept.
     inputs : tuple of InputFile

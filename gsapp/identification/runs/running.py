@@ -86,13 +86,19 @@ def run(
         for one, own in zip(shelved, flown, strict=True)
         for remark in own.remarks
     ]
+    # Of mass and inertia: moments rest on them.
+    doubts = [
+        f"{one.opened.aircraft.name}: {doubt}"
+        for one in shelved
+        for doubt in one.opened.aircraft.warnings()
+    ]
     return Outcome(
         request=replace(request, maneuvers=chosen_of(request, flown), settings=settings),
         aircraft=shelved[0].opened.aircraft.name,
         result=result,
         summary=summary,
         models=models,
-        remarks=tuple(dict.fromkeys((*read, *why_not))),
+        remarks=tuple(dict.fromkeys((*doubts, *read, *why_not))),
         inputs=inputs_of(request, shelved),
         versions=run_versions(),
         flights=tuple(
