@@ -54,12 +54,15 @@ def run(
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.catalog import Catalog, maneuvers_csv, search_maneuvers, search_runs
     from gsapp.foundation import FlightError, write_atomically
+    from gsapp.quantities import channel
 
     if not catalog.is_file():
         raise FlightError(f"there is no catalog {catalog}; gsapp maneuvers --catalog makes one")
     console = Console(stderr=on_screen(json))
     with wrong_call():
         conditions = dict(_condition(text) for text in where)
+        for name in () if inputs is None else inputs.split("+"):
+            channel(name)
     with Catalog(catalog) as store:
         found = search_maneuvers(
             store, flight=flight, kind=kind, worst_grade=worst_grade, conditions=conditions,

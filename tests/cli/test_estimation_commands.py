@@ -121,6 +121,7 @@ def test_catalog_is_searched_by_condition_and_derivative(flights: Path, tmp_path
     content = json.loads(gsapp("catalog", catalog, "--where", "V=20:60", "--json", "-").stdout)
     assert [one["inputs"] for one in content] == [["de"], ["da", "dr"]] * 2
     assert content[0]["runs"][0]["derivatives"]["Cm_de"]["value"] < -1.0
+    assert gsapp("catalog", catalog, "--inputs", "elevater").returncode == 2
     wrong = gsapp("catalog", catalog, "--where", "V")
     assert wrong.returncode == 2
     assert "CHANNEL=LEAST:MOST" in wrong.stderr
