@@ -114,9 +114,9 @@ class PresenceMonitor:
             lost += self._silences(name, places, self._count + came.size - 1)
         for place, name, silent in sorted(lost):
             key = f"{name}:silent"
+            tick = int(came[place - self._count]) if place >= self._count else self._judged
             if silent:
                 words = f"{name} stays away, while others come: check what sends it"
-                tick = int(came[place - self._count])
                 self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
                 self._board.clear(key, tick * self.TICK)
