@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cue_kit import CARDS, RATE, flown
 
 from gsapp.cli import debrief as command
+from gsapp.cli._calls import WrongCallError
 from gsapp.excitation.debrief import Debrief
 from gsapp.excitation.debrief_maneuver import Curves, JudgedManeuver, curves_of
 from gsapp.excitation.debrief_trends import trend_of, trends
@@ -157,5 +158,5 @@ def test_the_command_judges_keeps_and_compares(
     assert "from flight to flight" in again
     assert "small: elevator 0.4" in again
     assert "written" not in again
-    with pytest.raises(FlightError, match="nothing to debrief"):
+    with pytest.raises(WrongCallError, match="nothing to debrief"):
         command.run(flights=[])

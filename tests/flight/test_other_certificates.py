@@ -20,6 +20,7 @@ from calibration import certificate_files, load_certificates, write_certificate
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.cli import compatibility, cut, discrepancy, estimate, export, linear_models, maneuvers
 from gsapp.cli import replay as replay_command
+from gsapp.cli._calls import WrongCallError
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.certificates import covered_behind
@@ -222,7 +223,7 @@ def test_results_with_other_certificates_stay_out_of_the_catalog(
             flights=[flight.path], calibration=str(other), catalog=tmp_path / "c.sqlite"
         ),
     ):
-        with pytest.raises(FlightError, match="--catalog"):
+        with pytest.raises(WrongCallError, match="--catalog"):
             call()
     assert not (tmp_path / "c.sqlite").exists()
 

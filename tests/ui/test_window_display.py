@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from gsapp.cli import replay
+from gsapp.cli._calls import WrongCallError
 from gsapp.foundation import FlightError
 from ui.app import run_window
 from ui.display import NoDisplayError, fonts_without_screen, require_display
@@ -138,5 +139,5 @@ def test_window_and_command_refuse_the_same_speeds_of_a_replay(speed: str, tmp_p
     """With the same sentence, and before a window or a flight is opened."""
     with pytest.raises(FlightError, match=r"give 0\.1 to 50 times real time, or max"):
         run_window(tmp_path / "absent", speed=speed)
-    with pytest.raises(FlightError, match=r"give 0\.1 to 50 times real time, or max"):
+    with pytest.raises(WrongCallError, match=r"give 0\.1 to 50 times real time, or max"):
         replay.run(flight=tmp_path / "absent", speed=speed)
