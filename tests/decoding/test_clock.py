@@ -156,6 +156,31 @@ def test_what_was_kept_back_on_the_way_is_no_restart(count: int) -> None:
     assert dict(case.placed) == {str(k): 10_000 * k for k in range(400)}
 
 
+@pytest.mark.parametrize("way", ["uneven", "two ways", "stalls"])
+@pytest.mark.parametrize("most", [0.02, 0.3, 1.5])
+def test_no_way_that_delays_each_message_by_itself_looks_like_a_restart(
+    way: str, most: float
+) -> None:
+    """Delays (s) drawn anew for each, one way of two that is late, a link that stalls."""
+    draw = random.Random(18)
+    sent = [4000 * k for k in range(5000)]
+    free = 0.0
+    came = []
+    for stamp in sent:
+        if way == "stalls":
+            free = stamp + 1e6 * most if stamp > free and draw.random() < 0.002 else free
+            delay = max(0.0, free - stamp) + draw.uniform(0.0, 5000.0)
+        else:
+            delay = 1e6 * most * (draw.random() if way == "uneven" else draw.randrange(2))
+        came.append((round(stamp + delay), stamp))
+    case = Case()
+    for host, stamp in sorted(came):
+        case.stamp(7_000_000 + stamp, host)
+    case.finish()
+    assert case.kinds == []
+    assert sorted(case.times) == [7_000_000 + stamp for stamp in sent]
+
+
 @pytest.mark.parametrize("behind", [200, 700, 1200])
 def test_messages_that_are_always_late_may_be_the_only_ones_for_a_while(behind: int) -> None:
     """Others pause for three seconds: the late ones go on with their own times."""
