@@ -326,15 +326,15 @@ class FlightClock:
     def _let_go(self, line: _Line) -> None:
         """Place what was held and is but reordered, since the line goes on; drop the rest."""
         held, line.held = line.held, []
-        late = [each for each in held if _is_reordered(line, each)]
+        late: list[_Held] = []
+        strange: list[_Held] = []
+        for each in held:
+            (late if _is_reordered(line, each) else strange).append(each)
         if late and len(late) < CONFIRM_COUNT:
             line.behind = max(line.behind, *((line.last or 0) - each.stamp for each in late))
-        for stamp, host, item in late:
-            time = stamp + line.offset
-            self._observe(time, host)
-            self.released.append(Placed(time, item))
-        if len(late) < len(held):
-            self._drop([each for each in held if not _is_reordered(line, each)])
+        self._hand_out(line, late)
+        if strange:
+            self._drop(strange)
 
     def _move(self, line: _Line) -> None:
         """Believe that the line goes on from another place."""
@@ -366,6 +366,10 @@ class FlightClock:
         held, line.held = line.held, []
         newest = max(held, key=lambda each: each.stamp)
         line.last, line.host = newest.stamp, newest.host
+        self._hand_out(line, held)
+
+    def _hand_out(self, line: _Line, held: list[_Held]) -> None:
+        """Release items that waited, placed on their line."""
         for stamp, host, item in held:
             time = stamp + line.offset
             self._observe(time, host)
