@@ -56,12 +56,14 @@ class Alarm:
 
     def sentence(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        if self.rule is None or self.value is None:
-            return self.words
-        return _told(self.rule, self.severity, self.value, system)
+        return _told(self.words, self.rule, self.severity, self.value, system)
 
 
-def _told(rule: LimitRule, severity: Severity, value: float, system: str) -> str:
+def _told(
+    words: str, rule: LimitRule | None, severity: Severity, value: float | None, system: str
+) -> str:
+    if rule is None or value is None:
+        return words
     spec = channel(rule.channel)
     unit = spec.display_unit(system)
     limit = rule.warning if severity is Severity.WARNING else rule.caution
@@ -70,8 +72,8 @@ def _told(rule: LimitRule, severity: Severity, value: float, system: str) -> str
     shown = _number(value, unit, spec.quantity, spec.decimals(unit))
     bound = _number(limit or 0.0, unit, spec.quantity, spec.decimals(unit))
     beyond = "above" if rule.side == "high" else "below"
-    words = rule.words(severity)
-    tail = f", {words}" if words else ""
+    meaning = rule.words(severity)
+    tail = f", {meaning}" if meaning else ""
     return f"{spec.title} {shown}, {beyond} {bound}{tail}"
 
 
@@ -128,9 +130,7 @@ class Episode:
 
     def sentence(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        if self.rule is None or self.value is None:
-            return self.words
-        return _told(self.rule, self.severity, self.value, system)
+        return _told(self.words, self.rule, self.severity, self.value, system)
 
 
 class AlarmBoard:
