@@ -73,7 +73,7 @@ def run(
     from calibration.comparing import compare
     from calibration.points_file import load_points
     from calibration.remarks import remarks
-    from gsapp.cli._calls import WrongCallError, wrong_call
+    from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.foundation import GroundStationError
     from gsapp.quantities import channel as spec_of
@@ -86,12 +86,10 @@ def run(
             from gsapp.report.certificate_report import check_ending
 
             check_ending(report)
-    if excitation is not None and not 0.5 <= excitation <= 30.0:
-        raise WrongCallError(f"a supply of {excitation:g} V is not possible; give it in volts")
+        _check_supply(excitation)
     taken = load_points(points, channel)
     supply = taken.excitation or excitation
-    if supply is not None and not 0.5 <= supply <= 30.0:
-        raise GroundStationError(f"a supply of {supply:g} V is not possible; give it in volts")
+    _check_supply(supply)
     made = calibrate(taken.points, degree=degree, travel=ends)
     certificate = certify(
         made,
@@ -136,6 +134,13 @@ def _write_report(
     write_certificate_report(
         stand(certificate, file, newest), report, written=f"{now():%Y-%m-%d %H:%M}"
     )
+
+
+def _check_supply(volts: float | None) -> None:
+    from gsapp.foundation import GroundStationError
+
+    if volts is not None and not 0.5 <= volts <= 30.0:
+        raise GroundStationError(f"a supply of {volts:g} V is not possible; give it in volts")
 
 
 def _travel(text: str | None) -> tuple[float, float] | None:
