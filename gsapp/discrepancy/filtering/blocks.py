@@ -146,7 +146,7 @@ class Blocks:
             np.matmul(step, reach[: len(step), k], out=reach[: len(step), k + 1])
             reach[len(step) :, k + 1] = reach[len(step) :, k]
         whole = n_blocks * block
-        shows = self._shows()[:whole].reshape(n_blocks, block, -1, size)
+        shows = self._shows[:whole].reshape(n_blocks, block, -1, size)
         # All samples of a block side by side: one product each.
         wide = shows.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * size)
         self.by_state = wide @ reach[:, :block].reshape(n_blocks, -1, size) / block
@@ -177,6 +177,7 @@ class Blocks:
                 variances[channel] = between * (1.0 - between) * dt * intensity / self.block
         return variances
 
+    @cached_property
     def _shows(self) -> FloatArray:
         """Return what channels show of all states, (n, n_channels, n_x)."""
         found = self.linearization
@@ -221,7 +222,7 @@ class Blocks:
                 for channel in range(len(goes_in))
             ]
         )
-        return _ways(step, half, self._shows().mean(axis=0), shares, found.record.dt)
+        return _ways(step, half, self._shows.mean(axis=0), shares, found.record.dt)
 
     @cached_property
     def mean_transition(self) -> FloatArray:
@@ -252,7 +253,7 @@ class Blocks:
         n_states, block, dt = self.n_states, self.block, found.record.dt
         n_blocks, n_channels, n_x = self.by_state.shape
         whole = n_blocks * block
-        shows = self._shows()[:whole].reshape(n_blocks, block, n_channels, n_x)
+        shows = self._shows[:whole].reshape(n_blocks, block, n_channels, n_x)
         steps = np.zeros((whole, n_x, n_x))
         steps[: len(self.stepwise)] = self.stepwise[:whole]
         steps = steps.reshape(n_blocks, block, n_x, n_x)
@@ -332,7 +333,7 @@ class Blocks:
             carried = steps[:, k] @ within[:, k, :, None]
             within[:, k + 1] = carried[:, :, 0] + by_block[:, k]
         whole = n_blocks * size
-        shows = self._shows()[:whole].reshape(n_blocks, size, -1, n_x)
+        shows = self._shows[:whole].reshape(n_blocks, size, -1, n_x)
         seen = (shows @ within[:, :size, :, None])[:, :, :, 0]
         z = (record.measured - found.computed)[:whole].reshape(n_blocks, size, -1) - seen
         counted = record.counted[:whole].reshape(n_blocks, size, -1)

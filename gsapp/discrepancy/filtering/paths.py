@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -41,9 +42,8 @@ def path_columns(model: FlightModel, found: Linearization) -> dict[str, Column]:
         if channel in record.channels:
             column = record.channels.index(channel)
             signal, rate = found.exposed[:, column], found.exposed_rates[:, column]
-            slopes = dict(_slopes(terms, _shown(signal, rate, dt)))
-            slopes |= by_lateness(found.paths[column], signal, rate, dt)
-            for key, slope in slopes.items():
+            late = by_lateness(found.paths[column], signal, rate, dt)
+            for key, slope in _slopes(terms, _shown(signal, rate, dt), late):
                 old = columns.get(key, ())
                 columns[key] = (*old, Entry(place=f"channel.{channel}", history=slope))
     return columns
@@ -62,12 +62,21 @@ def _shown(signal: FloatArray, rate: FloatArray, dt: float) -> _Walk:
 
 
 def _slopes(
-    terms: Sequence[tuple[object, tuple[float, ...]]], through: _Walk
+    terms: Sequence[tuple[object, tuple[float, ...]]],
+    through: _Walk,
+    known: Mapping[str, FloatArray] = MappingProxyType({}),
 ) -> Iterator[tuple[str, FloatArray]]:
-    """Yield the derivatives of what comes through a path by its parameters, by differences."""
+    """Yield the derivatives of what comes through a path by its parameters.
+
+    By differences, but for those that are known.
+    """
     path = [(term, values) for term, values in terms if isinstance(term, SignalTerm)]
     for place, (term, values) in enumerate(path):
         for index, item in enumerate(term.parameters):
+            key = f"{term.id}.{item.name}"
+            if key in known:
+                yield key, known[key]
+                continue
             step = _STEPS.get(item.unit, _SHARE * max(abs(values[index]), 1.0))
 
             def moved(by: float, place: int = place, index: int = index) -> FloatArray:
@@ -85,4 +94,4 @@ def _slopes(
                 if values[index] - step >= item.bounds[0]
                 else (moved(step) - moved(0.0)) / step
             )
-            yield f"{term.id}.{item.name}", np.asarray(slope)
+            yield key, np.asarray(slope)
