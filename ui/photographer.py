@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
-from ui.screenshot import no_recorders, wait
+from gsapp.telemetry.status import RUNTIME_VARIABLE
 from ui.theme import THEMES
 
 if TYPE_CHECKING:
@@ -88,12 +88,47 @@ class Photographer:
         GroundStationError
             If the picture cannot be written.
         """
+        return self.save(self._folder / f"{name}.png")
+
+    def save(self, path: Path) -> Path:
+        """Save what is on screen in a file; see `take`."""
         self.pause(self._settles)
-        path = self._folder / f"{name}.png"
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
             raise GroundStationError(f"{path} cannot be written; check folder and permissions")
         return path
+
+
+@contextlib.contextmanager
+def no_recorders(folder: Path) -> Iterator[None]:
+    """See no recorders that happen to run on this computer."""
+    before = os.environ.get(RUNTIME_VARIABLE)
+    os.environ[RUNTIME_VARIABLE] = str(folder)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[RUNTIME_VARIABLE]
+        else:
+            os.environ[RUNTIME_VARIABLE] = before
+
+
+def wait(
+    work: Callable[[], object], done: Callable[[], bool], what: str, patience: float = _PATIENCE
+) -> None:
+    """Let a window work until something is done, for so many seconds at most.
+
+    Raises
+    ------
+    GroundStationError
+        If it does not come in time.
+    """
+    end = time.monotonic() + patience
+    while not done():
+        if time.monotonic() > end:
+            raise GroundStationError(f"waited {patience:.0f} s for {what} in vain")
+        work()
+        time.sleep(0.005)
 
 
 @contextlib.contextmanager

@@ -77,8 +77,7 @@ def working(folder: Path) -> None:
     """Print what a key, a drag and a picture of the time line cost."""
     from PySide6.QtWidgets import QApplication
 
-    from ui.photographer import studio
-    from ui.screenshot import wait
+    from ui.photographer import studio, wait
 
     with studio(theme="daylight", scale=100, size=(1280, 800)) as window:
         window.store.change(review_flights=(str(folder),))
