@@ -31,7 +31,7 @@ from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
 from ui.recording import RunningRecorder, launch, prepare_folder, running_recorders
-from ui.settings import SettingsStore, flights_path, next_flight_path
+from ui.settings import SettingsStore, next_flight_path, recording_folder
 from ui.words import sentences
 from ui.work import Progress, Work
 
@@ -297,8 +297,7 @@ class Desk(QObject):
 
     def next_folder(self) -> Path:
         """Return the folder of the next flight of the day."""
-        chosen = self._store.current.flights
-        parent = Path(chosen) if chosen else flights_path()
+        parent = recording_folder(self._store.current)
         return parent / next_flight_name(parent, datetime.now().astimezone().date())
 
     def fly_virtual(self, request: VirtualRequest) -> None:

@@ -22,7 +22,7 @@ from ui.dialogs.virtual import VirtualDialog
 from ui.frame.banners import Banner, BannerStack
 from ui.look import Look
 from ui.recording import RunningRecorder
-from ui.settings import SettingsStore, flights_path
+from ui.settings import SettingsStore, first_folder, recording_folder
 from ui.work import Work
 
 _SHORT_WORK_MS = 300
@@ -87,17 +87,7 @@ class Opening(QObject):
 
     @property
     def _flights(self) -> Path:
-        chosen = self._store.current.flights
-        return Path(chosen) if chosen else flights_path()
-
-    @property
-    def _start(self) -> Path:
-        """Return the folder in which dialogs begin: where a flight was opened last, or should be.
-
-        One that is not there (yet) would be taken for the name of a file.
-        """
-        wanted = Path(self._store.current.folder or self._flights)
-        return next((place for place in (wanted, *wanted.parents) if place.is_dir()), wanted)
+        return recording_folder(self._store.current)
 
     def until_next(self, banner: Banner) -> None:
         """Take a banner away when another flight opens, of which it says nothing."""
@@ -174,14 +164,14 @@ class Opening(QObject):
 
     def open_file(self) -> None:
         """Ask for a file and open it."""
-        start = str(self._start)
+        start = str(first_folder(self._store.current))
         path, _kind = QFileDialog.getOpenFileName(self._window, "Open a flight", start, _FILES)
         if path:
             self.open_path(Path(path))
 
     def open_folder(self) -> None:
         """Ask for a flight folder and open it."""
-        start = str(self._start)
+        start = str(first_folder(self._store.current))
         path = QFileDialog.getExistingDirectory(self._window, "Open a flight folder", start)
         if path:
             self.open_path(Path(path))
@@ -232,7 +222,7 @@ class Opening(QObject):
     def export(self) -> None:
         """Ask for format and file, and write in the background."""
         day = datetime.now().astimezone().date().isoformat()
-        folder = Path(self._store.current.folder or self._flights)
+        folder = first_folder(self._store.current)
         dialog = ExportDialog(self._look, folder / f"{self._desk.name or day}.csv", self._window)
         if dialog.exec():
             kind, path = dialog.request

@@ -150,9 +150,33 @@ def flights_path() -> Path:
     return Path(platformdirs.user_documents_dir()) / "flights"
 
 
+def recording_folder(settings: Settings) -> Path:
+    """Return the folder in which flights are recorded; it need not be there yet."""
+    return Path(settings.flights) if settings.flights else flights_path()
+
+
+def first_folder(settings: Settings, remembered: str = "") -> Path:
+    """Return the folder in which a file dialog begins.
+
+    Parameters
+    ----------
+    settings : Settings
+    remembered : str
+        Where this dialog was last, if it remembers; else where a flight was opened last counts,
+        or where flights are recorded.
+
+    Returns
+    -------
+    Path
+        The nearest that is there: a dialog would take one that is not for the name of a file.
+    """
+    wanted = Path(remembered or settings.folder or recording_folder(settings))
+    return next((place for place in (wanted, *wanted.parents) if place.is_dir()), Path.home())
+
+
 def catalog_path(settings: Settings) -> Path:
     """Return the catalog of the folder in which flights are recorded."""
-    return (Path(settings.flights) if settings.flights else flights_path()) / _CATALOG
+    return recording_folder(settings) / _CATALOG
 
 
 class SettingsStore:

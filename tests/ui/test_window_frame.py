@@ -48,7 +48,7 @@ from ui.flight.panels import MarksPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
-from ui.settings import Settings, SettingsStore
+from ui.settings import Settings, SettingsStore, first_folder
 from ui.strips.keys import KEY_ACTIONS
 from ui.theme import THEMES
 from ui.window import MainWindow
@@ -433,6 +433,20 @@ def test_a_dialog_begins_in_a_folder_that_is_there(
     (tmp_path / "documents" / "flights").mkdir(parents=True)
     qtbot.keyClick(window, Qt.Key.Key_O, held | Qt.KeyboardModifier.ShiftModifier)
     assert begun == [str(tmp_path), str(tmp_path / "documents" / "flights")]
+
+
+@pytest.mark.parametrize(
+    ("remembered", "opened", "there"),
+    [("report", "opened", "report"), ("gone/too", "opened", ""), ("", "opened", "opened")],
+)
+def test_a_folder_that_is_gone_is_no_place_to_begin(
+    remembered: str, opened: str, there: str, tmp_path: Path
+) -> None:
+    (tmp_path / "report").mkdir()
+    (tmp_path / "opened").mkdir()
+    settings = Settings(folder=str(tmp_path / opened))
+    found = first_folder(settings, str(tmp_path / remembered) if remembered else "")
+    assert found == tmp_path / there
 
 
 def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbot: QtBot) -> None:

@@ -21,7 +21,7 @@ from ui.gap.search import GapSearch, search_engine
 from ui.gap.steps import CHAPTERS
 from ui.look import Look
 from ui.process.engine import Engine
-from ui.settings import SettingsStore, flights_path
+from ui.settings import SettingsStore, first_folder, recording_folder
 from ui.work import Progress, Work
 
 if TYPE_CHECKING:
@@ -297,7 +297,7 @@ class GapPlace(QWidget):
             return
         from ui.gap.trial import fly_trial, trial_folder
 
-        flights = Path(self._store.current.flights or flights_path())
+        flights = recording_folder(self._store.current)
         folder = trial_folder(flights, datetime.now().astimezone().date())
 
         def run(progress: Progress) -> Path:
@@ -356,7 +356,7 @@ class GapPlace(QWidget):
         from gsapp.dynamics.model import save_model
 
         model = answer.discrepancy.steps[story.selection.step].model
-        start = Path(self._store.current.folder) / f"{model.name}.toml"
+        start = first_folder(self._store.current) / f"{model.name}.toml"
         path, _kind = QFileDialog.getSaveFileName(self, "Save the model", str(start), _MODELS)
         if path:
             written = save_model(model, path)
@@ -368,7 +368,7 @@ class GapPlace(QWidget):
         if answer is None:
             return
         name = answer.request.flights[0].stem if answer.request.flights else "flight"
-        start = Path(self._store.current.folder) / f"{name} model gap.html"
+        start = first_folder(self._store.current) / f"{name} model gap.html"
         path, _kind = QFileDialog.getSaveFileName(self, "Write the report", str(start), _REPORTS)
         if path:
             self.search.write_report(Path(path), self._look.units)

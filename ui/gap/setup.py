@@ -24,7 +24,7 @@ from ui.gap.request import GapRequest
 from ui.gap.steps import CHAPTERS
 from ui.look import Look
 from ui.pages import CenteredPage, label
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, first_folder
 from ui.work import Progress, Work
 
 _FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
@@ -236,13 +236,13 @@ class SetupPage(CenteredPage):
             self.add(self._open)
 
     def _add_file(self) -> None:
-        start = self._store.current.folder
+        start = str(first_folder(self._store.current))
         paths, _kind = QFileDialog.getOpenFileNames(self, "Add flights", start, _FILES)
         for path in paths:
             self.add(Path(path))
 
     def _add_folder(self) -> None:
-        start = self._store.current.folder
+        start = str(first_folder(self._store.current))
         path = QFileDialog.getExistingDirectory(self, "Add a flight folder", start)
         if path:
             self.add(Path(path))

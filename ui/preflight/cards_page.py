@@ -24,7 +24,7 @@ from ui.preflight.cards_editor import CardForm
 from ui.preflight.cards_form import card_line
 from ui.preflight.fields import tall
 from ui.preflight.page import StepPage
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, first_folder
 from ui.words import count_text
 from ui.work import Progress, Work
 
@@ -316,7 +316,7 @@ class CardsPage(StepPage):
 
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
-        start = self._store.current.folder
+        start = str(first_folder(self._store.current))
         path, _kind = QFileDialog.getOpenFileName(self, "Take other test cards", start, _FILES)
         if not path or self.book is None:
             return
@@ -332,7 +332,7 @@ class CardsPage(StepPage):
         file = None if self.book is None else self.book.file
         if file is None:
             return
-        start = Path(self._store.current.folder) / "test cards.toml"
+        start = first_folder(self._store.current) / "test cards.toml"
         path, _kind = QFileDialog.getSaveFileName(self, "Save the test cards", str(start), _FILES)
         if not path:
             return

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from ui.review.figure_drawing import Room
 from ui.review.figures_kinds import FigureKind
 from ui.review.figures_material import Material
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, first_folder
 from ui.work import Progress, Work
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class FigureSaver(QObject):
         """Ask for a file and save the figure there, or its numbers."""
         if make is None:
             return
-        start = Path(self._store.current.folder or Path.home()) / "figure.png"
+        start = first_folder(self._store.current) / "figure.png"
         path, kind = QFileDialog.getSaveFileName(
             self._window, "Save the figure", str(start), _KINDS
         )

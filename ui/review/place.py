@@ -25,7 +25,7 @@ from ui.review.onboard_desk import OnboardDesk
 from ui.review.page import FORMER_RUNS, ReviewPage
 from ui.review.selection import Selection
 from ui.review.work import ReviewWork, review_engine
-from ui.settings import SettingsStore, flights_path
+from ui.settings import SettingsStore, recording_folder
 
 if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
@@ -275,7 +275,7 @@ class ReviewPlace(QWidget):
         """Let the virtual aircraft fly, and review that flight."""
         from ui.gap.trial import trial_folder
 
-        flights = Path(self._store.current.flights or flights_path())
+        flights = recording_folder(self._store.current)
         folder = trial_folder(flights, datetime.now().astimezone().date())
         self.work.begin(TrialJob(folder=folder), lambda _path: self._review_too(folder))
 

@@ -12,7 +12,7 @@ from gsapp.foundation import GroundStationError
 from gsapp.session.review import Review, ReviewedFlight
 from ui.review.flight_work import FlightOpening
 from ui.review.selection import Selection
-from ui.settings import SettingsStore, catalog_path
+from ui.settings import SettingsStore, catalog_path, first_folder
 
 log = logging.getLogger(__name__)
 
@@ -101,14 +101,14 @@ class ReviewedFlights(QWidget):
 
     def add_folder(self) -> None:
         """Ask for a flight folder and review it, too."""
-        start = self._store.current.folder
+        start = str(first_folder(self._store.current))
         path = QFileDialog.getExistingDirectory(self, "Add a flight folder", start)
         if path:
             self.opening.open([Path(path)])
 
     def add_files(self) -> None:
         """Ask for files and review them, too."""
-        start = self._store.current.folder
+        start = str(first_folder(self._store.current))
         paths, _kind = QFileDialog.getOpenFileNames(self, "Add flights", start, _FILES)
         self.opening.open([Path(path) for path in paths])
 

@@ -11,7 +11,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from ui.review.jobs import BeginJob, ReportJob
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, first_folder
 from ui.work import CancelledError, Progress, Work
 
 if TYPE_CHECKING:
@@ -126,8 +126,7 @@ class SummaryWriter(QObject):
         self.told.emit(f"{path.name} was not written: {why}")
 
     def _folder(self) -> Path:
-        remembered = self._store.current.review_folder or self._store.current.folder
-        return Path(remembered) if remembered else Path.home()
+        return first_folder(self._store.current, self._store.current.review_folder)
 
     def _remember(self, folder: Path) -> None:
         self._store.change(review_folder=str(folder))
