@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as json_module
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -52,7 +52,14 @@ def run(
 
     from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, write_result
-    from gsapp.flight.catalog import Catalog, maneuvers_csv, search_maneuvers, search_runs
+    from gsapp.dynamics.buildup import derivative_names
+    from gsapp.flight.catalog import (
+        Catalog,
+        flights_of,
+        maneuvers_csv,
+        search_maneuvers,
+        search_runs,
+    )
     from gsapp.foundation import FlightError, write_atomically
     from gsapp.quantities import channel
 
@@ -69,6 +76,9 @@ def run(
             inputs=None if inputs is None else inputs.split("+"), text=note,
         )  # fmt: skip
         runs = {one.id: one for one in search_runs(store)}
+        _check_name(catalog, "flight", flight, flights_of(store))
+        estimated = {name for run in runs.values() for name in run.estimates}
+        _check_name(catalog, "estimate of", derivative, estimated | set(derivative_names()))
     if csv is not None:
         write_atomically(csv, maneuvers_csv(found))
     if json is not None:
@@ -76,6 +86,17 @@ def run(
         write_result(json, json_module.dumps(content, indent=1) + "\n")
     if not on_screen(json):
         _describe(console, found, runs, derivative)
+
+
+def _check_name(catalog: Path, what: str, wanted: str | None, held: Collection[str]) -> None:
+    """Raise `FlightError` where a catalog cannot hold a name: a slip, rather than nothing found."""
+    from gsapp.foundation import FlightError
+    from gsapp.foundation.naming import did_you_mean, listed
+
+    if wanted is None or wanted in held:
+        return
+    hint = did_you_mean(wanted, held, f"it holds {listed(sorted(held), 12) or 'none'}")
+    raise FlightError(f"{catalog} holds no {what} '{wanted}'; {hint}")
 
 
 def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:

@@ -220,15 +220,13 @@ def _priors(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
 
 def _check_derivatives(names: Sequence[str], model: object) -> None:
     """Raise unless every name is a derivative, or the parameter of an effect of the model."""
-    import difflib
-
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.foundation import UnknownNameError
+    from gsapp.foundation.naming import did_you_mean
 
     known = list(derivative_names())
     for name in names:
         if name in known or (model is not None and "." in name):
             continue
-        near = difflib.get_close_matches(name, known, n=2)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known)}"
+        hint = did_you_mean(name, known, f"known are {', '.join(known)}", most=2)
         raise UnknownNameError(f"there is no derivative '{name}'; {hint}")

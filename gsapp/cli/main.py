@@ -802,8 +802,10 @@ def catalog(
         typer.Option(metavar="da+dr", help="Exactly these surfaces moved"),
     ] = None,
     kind: Annotated[
-        Optional[str],  # noqa: UP045
-        typer.Option(help="doublet, 3-2-1-1, pulse, ..."),
+        Optional[  # noqa: UP045
+            Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"]
+        ],
+        typer.Option(help="Shape of the input"),
     ] = None,
     worst_grade: Annotated[
         Literal["A", "B", "C", "D"], typer.Option(help="Leave worse ones out")

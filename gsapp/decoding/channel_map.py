@@ -36,7 +36,6 @@ several columns), and the head may name the clock::
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -55,6 +54,7 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
+from gsapp.foundation.naming import did_you_mean
 from gsapp.foundation.shipped import Shipped
 from gsapp.foundation.toml import validate
 from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
@@ -516,10 +516,9 @@ class _Reader:
         spread: list[FieldRef] = []
         for ref in inputs:
             if ref.field not in layout.fields:
-                near = difflib.get_close_matches(ref.field, layout.fields, n=2)
-                hint = f"did you mean {' or '.join(near)}?" if near else ""
                 known = f"{layout.name} has {', '.join(layout.fields)}"
-                self._report(where, f"{layout.name} has no field '{ref.field}'", hint or known)
+                remedy = did_you_mean(ref.field, layout.fields, known, most=2)
+                self._report(where, f"{layout.name} has no field '{ref.field}'", remedy)
                 continue
             length = layout.length(ref.field)
             if layout.is_text(ref.field):
@@ -557,9 +556,8 @@ class _Reader:
             return
         conversion = CONVERSIONS.get(row.convert)
         if conversion is None:
-            known = ", ".join(CONVERSIONS)
-            near = difflib.get_close_matches(row.convert, CONVERSIONS, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else f"known are {known}"
+            known = f"known are {', '.join(CONVERSIONS)}"
+            remedy = did_you_mean(row.convert, CONVERSIONS, known, most=1)
             self._report(f"{where}.convert", f"no conversion is called '{row.convert}'", remedy)
             return
         # Without a layout a single array field may hold all of the numbers.
@@ -575,9 +573,8 @@ class _Reader:
         if time in (None, ARRIVAL):
             return
         if time not in layout.fields:
-            near = difflib.get_close_matches(str(time), layout.fields, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f'write time = "{ARRIVAL}"'
-            self._report(f"{where}.time", f"{layout.name} has no field '{time}'", hint)
+            remedy = did_you_mean(str(time), layout.fields, f'write time = "{ARRIVAL}"', most=1)
+            self._report(f"{where}.time", f"{layout.name} has no field '{time}'", remedy)
         elif stamp_of(layout, str(time)) is None:
             self._report(
                 f"{where}.time",
@@ -590,11 +587,10 @@ class _Reader:
             valid in layout.fields and not layout.is_text(valid) and not layout.length(valid)
         ):
             return
-        near = difflib.get_close_matches(valid, layout.fields, n=1)
         self._report(
             f"{where}.valid",
             f"{layout.name} has no number '{valid}'",
-            f"did you mean '{near[0]}'?" if near else "leave it out",
+            did_you_mean(valid, layout.fields, "leave it out", most=1),
         )
 
     def _selector(self, where: str, layout: MessageLayout | None, text: str) -> Selector | None:

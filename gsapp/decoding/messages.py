@@ -7,7 +7,6 @@ imported when the first layout is asked for.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -20,6 +19,7 @@ import numpy.typing as npt
 
 from gsapp.decoding.dialect import dialect
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 
 # The codes of Python's struct module, as pymavlink writes them, in NumPy's words.
 _CODES = {
@@ -125,8 +125,7 @@ def message_id(name: str) -> int:
     """
     found = _ids().get(name)
     if found is None:
-        near = difflib.get_close_matches(name.upper(), _ids(), n=3)
-        hint = f"did you mean {' or '.join(near)}?" if near else "see the MAVLink common dialect"
+        hint = did_you_mean(name.upper(), _ids(), "see the MAVLink common dialect")
         raise UnknownNameError(f"no MAVLink message is called '{name}'; {hint}")
     return found
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.catalog import left_out
 from gsapp.discrepancy.checking import moving_inputs
+from gsapp.foundation.naming import listed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import channel
 
@@ -70,8 +71,6 @@ def _lacking(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> list[str]:
         if reason.startswith(_NEEDS):
             effects.setdefault(reason, []).append(effect)
     return [
-        f"{', '.join(names[:_NAMED])}"
-        + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
-        + f" cannot be judged: {'each ' if len(names) > 1 else 'it '}{reason}"
+        f"{listed(names, _NAMED)} cannot be judged: {'each ' if len(names) > 1 else 'it '}{reason}"
         for reason, names in effects.items()
     ]

@@ -7,7 +7,6 @@ its parent.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,6 +25,7 @@ from gsapp.foundation import (
     toml_text,
     write_atomically,
 )
+from gsapp.foundation.naming import did_you_mean
 from gsapp.foundation.shipped import Shipped
 
 # Importing these two enters their effects in the registry.
@@ -52,8 +52,7 @@ class Effect(StrictModel):
     @classmethod
     def _known(cls, value: str) -> str:
         if value not in effect_ids():
-            near = difflib.get_close_matches(value, effect_ids(), n=1)
-            hint = f"did you mean '{near[0]}'?" if near else "docs/virtual-aircraft.md lists them"
+            hint = did_you_mean(value, effect_ids(), "docs/virtual-aircraft.md lists them", most=1)
             raise ValueError(f"no effect is called '{value}'; {hint}")
         return value
 
@@ -98,9 +97,8 @@ class Model(StrictModel):
         wrong = []
         for name, number in value.items():
             if name not in known:
-                near = difflib.get_close_matches(name, known, n=1)
-                hint = f" (did you mean '{near[0]}'?)" if near else ""
-                wrong.append(f"'{name}' is not a derivative{hint}")
+                hint = did_you_mean(name, known, most=1)
+                wrong.append(f"'{name}' is not a derivative{f' ({hint})' if hint else ''}")
             elif not math.isfinite(number):
                 wrong.append(f"'{name}' is not a finite number")
         if wrong:
@@ -207,8 +205,7 @@ def _parameter_problems(index: int, effect: Effect) -> list[FileProblem]:
     for name, value in effect.parameters.items():
         where = f"effects[{index}].parameters.{name}"
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
+            remedy = did_you_mean(name, known, f"known: {', '.join(known)}", most=1)
             problems.append(
                 FileProblem(where=where, what=f"is not a parameter of '{effect.id}'", remedy=remedy)
             )

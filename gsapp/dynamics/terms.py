@@ -24,7 +24,6 @@ Targets
 
 from __future__ import annotations
 
-import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,6 +32,7 @@ from typing import NamedTuple
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 
 Values = Sequence[Value]
 
@@ -214,9 +214,8 @@ def unknown_parameter(term: Term, name: str) -> str:
     names = [parameter.name for parameter in term.parameters]
     if not names:
         return f"the effect '{term.id}' has no parameters, so '{name}' cannot be set; leave it out"
-    near = difflib.get_close_matches(name, names, n=1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
-    return f"the effect '{term.id}' has no parameter '{name}'; {hint}it has {', '.join(names)}"
+    hint = " ".join(part for part in (did_you_mean(name, names, most=1), "it has") if part)
+    return f"the effect '{term.id}' has no parameter '{name}'; {hint} {', '.join(names)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -313,8 +312,6 @@ def make_term(term_id: str, aircraft: Aircraft) -> Term:
     """
     factory = _REGISTRY.get(term_id)
     if factory is None:
-        near = difflib.get_close_matches(term_id, _REGISTRY, n=3)
-        nearest = f"did you mean {' or '.join(near)}?"
-        hint = nearest if near else "docs/virtual-aircraft.md lists them"
+        hint = did_you_mean(term_id, _REGISTRY, "docs/virtual-aircraft.md lists them")
         raise UnknownNameError(f"no effect is called '{term_id}'; {hint}")
     return factory(aircraft)

@@ -34,6 +34,7 @@ from gsapp.flight.records import RawRecord
 from gsapp.flight.setting import Name, Setting
 from gsapp.flight.uniform import even_grid, typical_step, union
 from gsapp.foundation import FlightError, GroundStationError, UnmappedError
+from gsapp.foundation.naming import listed
 from gsapp.quantities import Block
 
 _RECORDS_AT_ONCE = 20_000
@@ -312,10 +313,9 @@ def _own_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFlight:
     if not arrays:
         raise FlightError(f"{path} holds no arrays of numbers; export the flight again")
     if not units and not any("[" in name for name in arrays):
-        listed = ", ".join(list(arrays)[:12]) + (" ..." if len(arrays) > 12 else "")
         raise UnmappedError(
             f"{path} does not say which variable is which channel in which unit; give a channel "
-            f"map of format 'table' with --map. Its variables are: {listed}"
+            f"map of format 'table' with --map. Its variables are: {listed(list(arrays), 12)}"
         )
     return flight_of_columns(path, arrays, units)
 

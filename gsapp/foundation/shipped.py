@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from pathlib import Path
 
 from gsapp.foundation.errors import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,9 +42,8 @@ class Shipped:
         text = str(name_or_path)
         if text in self.names():
             return self.folder / f"{text}.toml"
-        near = difflib.get_close_matches(text, self.names(), n=1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
+        hint = did_you_mean(text, self.names(), most=1)
         raise UnknownNameError(
             f"there is no {self.kind} file '{text}', and none of that name comes with the "
-            f"program; {hint}shipped are: {', '.join(self.names())}"
+            f"program; {hint + ' ' if hint else ''}shipped are: {', '.join(self.names())}"
         )

@@ -6,7 +6,6 @@ share: syntax errors with their line, unknown keys with the nearest known one, k
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
 from collections import Counter
@@ -19,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gsapp.foundation.errors import FileProblem, FileProblemsError
 from gsapp.foundation.files import write_atomically
+from gsapp.foundation.naming import did_you_mean
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -160,8 +160,8 @@ def _problem(detail: dict[str, Any], model: type[BaseModel]) -> FileProblem:
     where = _key_path(location)
     if detail["type"] == "extra_forbidden":
         known = sorted(_known_keys(model, location[:-1]))
-        near = difflib.get_close_matches(str(location[-1]), known, n=1)
-        remedy = f"did you mean '{near[0]}'?" if near else f"known keys: {', '.join(known)}"
+        usual = f"known keys: {', '.join(known)}"
+        remedy = did_you_mean(str(location[-1]), known, usual, most=1)
         return FileProblem(where=where, what="is not a known key", remedy=remedy)
     if detail["type"] == "missing":
         return FileProblem(where=where, what="is missing", remedy="add it")

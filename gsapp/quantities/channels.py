@@ -6,12 +6,12 @@ right-handed about them; each description says what a positive value means.
 
 from __future__ import annotations
 
-import difflib
 import re
 from dataclasses import dataclass, replace
 from functools import cache
 
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import units
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 
@@ -248,9 +248,8 @@ def channel(channel_id: str) -> ChannelSpec:
     base = base_id(channel_id)
     spec = CHANNELS.get(base)
     if spec is None:
-        near = difflib.get_close_matches(base, CHANNELS, n=3)
         usual = "ids are such as alpha, q, de, V, elevator_left or static_pressure"
-        hint = f"did you mean {' or '.join(near)}?" if near else usual
+        hint = did_you_mean(base, CHANNELS, usual)
         raise UnknownNameError(f"no channel is called '{channel_id}'; {hint}")
     if base == channel_id:
         return spec

@@ -10,6 +10,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from gsapp.foundation.naming import listed
 from gsapp.identification.results import Estimate
 from gsapp.report.document import TALLEST, Picture, Table, margins
 from gsapp.report.figure_parts import number_text, plain
@@ -89,10 +90,9 @@ def correlation_picture(
         for one, other, _ in pairs:
             _frame(chart, names.index(one), names.index(other), palette)
 
-    told = ", ".join(f"{one} and {other} ({value:+.2f})" for one, other, value in pairs[:_NAMED])
-    more = f" and {len(pairs) - _NAMED} more" if len(pairs) > _NAMED else ""
+    told = listed([f"{one} and {other} ({value:+.2f})" for one, other, value in pairs], _NAMED)
     said = (
-        f"Framed are pairs that it can hardly tell apart: {told}{more}."
+        f"Framed are pairs that it can hardly tell apart: {told}."
         if pairs
         else f"No pair is closer than {CLOSE:g}."
     )

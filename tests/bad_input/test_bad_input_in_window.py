@@ -46,7 +46,7 @@ def test_damaged_files_are_told_and_the_next_flight_opens(
     text = (mapped / "channel_map.toml").read_text()
     (mapped / "channel_map.toml").write_text(text.replace('id = "alpha"', 'id = "alhpa"'))
     window.desk.open_flight(mapped)
-    until(qtbot, lambda: told(window, "channel_map.toml", "did you mean alpha?"))
+    until(qtbot, lambda: told(window, "channel_map.toml", "did you mean 'alpha'"))
     assert not window.desk.is_open
     window.desk.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)

@@ -9,20 +9,24 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from scipy.io import loadmat
+from typer.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from command_kit import gsapp
 
 from gsapp.cli import report
+from gsapp.cli.main import app
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.catalog import Catalog, search_runs
+from gsapp.flight.maneuvers.shape import Kind
 from gsapp.flight.writers import write_block
-from gsapp.foundation import GroundStationError
+from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.runs.request import RunRequest
 from gsapp.report.estimate_files import campaign_files
@@ -126,6 +130,21 @@ def test_catalog_is_searched_by_condition_and_derivative(flights: Path, tmp_path
     assert wrong.returncode == 2
     assert "CHANNEL=LEAST:MOST" in wrong.stderr
     assert "no catalog" in gsapp("catalog", tmp_path / "none.sqlite").stderr
+    # A slip is told, where an empty table would pass for a campaign without such maneuvers.
+    for words, told in (
+        (("--derivative", "Cm_dee"), "no estimate of 'Cm_dee'; did you mean 'Cm_de'"),
+        (("--flight", "flight7"), "no flight 'flight7'; did you mean 'flight"),
+        (("--kind", "dublet"), "'dublet' is not one of 'doublet'"),
+    ):
+        wrong = gsapp("catalog", catalog, *words)
+        assert wrong.returncode != 0
+        assert told in " ".join(wrong.stderr.split())
+
+
+def test_every_shape_of_an_input_can_be_searched_for() -> None:
+    for kind in (*get_args(Kind), "none"):
+        asked = CliRunner().invoke(app, ["catalog", "none.sqlite", "--kind", kind])
+        assert isinstance(asked.exception, FlightError), asked.output
 
 
 @pytest.mark.parametrize("method", ["ee", "ftr"])
@@ -170,7 +189,7 @@ def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "sentence"),
     [
-        (("--hold", "Cm_qq=1"), 2, "did you mean Cm_q"),
+        (("--hold", "Cm_qq=1"), 2, "did you mean 'Cm_q'"),
         (("--hold", "Cm_q"), 2, "write NAME=VALUE"),
         (("--prior", "Cm_q=3"), 2, "write NAME=VALUE:STD"),
         (("--maneuver", "9000:9010"), 1, "no samples"),

@@ -130,7 +130,7 @@ def test_effects_that_cannot_be_judged(
 
 def test_effects_that_do_not_exist(flown: list[Maneuver]) -> None:
     """The nearest names are proposed."""
-    with pytest.raises(UnknownNameError, match=r"did you mean .*aero\.Cm\.alpha2"):
+    with pytest.raises(UnknownNameError, match=r"did you mean .*'aero\.Cm\.alpha2'"):
         check_forced(("aero.Cm.alpha2x",), AIRCRAFT, flown)
 
 

@@ -61,7 +61,7 @@ def test_a_trusted_block_is_the_same_without_a_copy() -> None:
 
 
 def test_unknown_channels_fail_with_the_nearest_known() -> None:
-    with pytest.raises(UnknownNameError, match="did you mean alpha"):
+    with pytest.raises(UnknownNameError, match="did you mean 'alpha"):
         Block(channels=("alfa",), times=np.zeros(1), values=np.zeros((1, 1)))
     with pytest.raises(UnknownNameError, match="no channel 'beta'; it has alpha, q"):
         block()["beta"]

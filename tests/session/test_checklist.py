@@ -170,7 +170,7 @@ rule = { kind = "engines", low = "9000 rpm", high = "6000 rpm" }
         load_checklist(path)
     text = str(caught.value)
     for part in (
-        "no channel is called 'batery'; did you mean battery",
+        "no channel is called 'batery'; did you mean 'battery",
         "low_red, low, high and high_red must grow",
         "'ft' is not a unit of voltage",
         "'within', 'link', 'recorder'",

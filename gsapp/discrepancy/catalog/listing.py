@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from functools import cache
 
 from gsapp.aircraft import Aircraft, load_aircraft
@@ -13,6 +12,7 @@ from gsapp.discrepancy.catalog.records import EffectRecord, Entry, Lore
 from gsapp.dynamics import effects, signals
 from gsapp.dynamics.terms import Parameter, effect_ids, make_term
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 
 # Importing these two enters their effects in the registry.
 _REGISTERED = (effects, signals)
@@ -74,12 +74,7 @@ def record(effect_id: str) -> EffectRecord:
     """
     table = _table()
     if effect_id not in table:
-        near = difflib.get_close_matches(effect_id, table, n=3)
-        hint = (
-            f"did you mean {' or '.join(near)}?"
-            if near
-            else "gsapp discrepancy --catalog lists all"
-        )
+        hint = did_you_mean(effect_id, table, "gsapp discrepancy --catalog lists all")
         raise UnknownNameError(f"the catalog has no effect '{effect_id}'; {hint}")
     return table[effect_id]
 

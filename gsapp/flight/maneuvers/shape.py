@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
 from gsapp.quantities import FloatArray
+
+Kind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim"]
+"""Shape of an input; see `kind_of`."""
 
 LOOK_BACK = 0.15
 """A surface that goes a good way within this time, s, is moved on purpose."""
@@ -46,8 +50,7 @@ class SurfaceInput:
         Its largest excursion from trim, and the most it went within `LOOK_BACK`, rad.
     balance : float
         The smaller side over the larger one.
-    kind : str
-        See `kind_of`.
+    kind : Kind
     """
 
     surface: str
@@ -61,7 +64,7 @@ class SurfaceInput:
     largest: float
     quickest: float
     balance: float
-    kind: str
+    kind: Kind
 
     @property
     def abruptness(self) -> float:
@@ -274,7 +277,7 @@ def _ends(
     return start, end
 
 
-def kind_of(runs: list[tuple[int, float]]) -> str:
+def kind_of(runs: list[tuple[int, float]]) -> Kind:
     """Name the shape of an input by its excursions.
 
     Returns

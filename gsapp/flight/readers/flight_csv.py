@@ -9,6 +9,7 @@ import numpy as np
 from gsapp.flight.readers.columns import TIME, ColumnFlight, check_times, is_foreign, parse_header
 from gsapp.flight.readers.delimited import read_text_table
 from gsapp.foundation import UnmappedError
+from gsapp.foundation.naming import listed
 from gsapp.quantities import Block
 
 
@@ -29,11 +30,10 @@ def read_flight_csv(path: Path | str) -> ColumnFlight:
     """
     table = read_text_table(path)
     if is_foreign(table.names):
-        listed = ", ".join(table.names[:12]) + (" ..." if len(table.names) > 12 else "")
         raise UnmappedError(
             f"{path} does not say which column is which channel in which unit; give a channel map "
             "of format 'table' with --map, or begin with a header such as "
-            f"'time [s],alpha [deg],q [deg/s]'. Its columns are: {listed}"
+            f"'time [s],alpha [deg],q [deg/s]'. Its columns are: {listed(table.names, 12)}"
         )
     columns = parse_header(table.path, f"line {table.header_line}", table.names)
     values, lines = table.numbers()

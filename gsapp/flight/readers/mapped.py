@@ -21,6 +21,7 @@ from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.flight.readers.log_table import Log, LogTable
 from gsapp.flight.uniform import union
 from gsapp.foundation import FlightError, UnitError, UnmappedError
+from gsapp.foundation.naming import listed
 from gsapp.quantities import Block, FloatArray, channel, normalize_unit
 
 
@@ -93,8 +94,7 @@ def map_log(
         if (each := _find(log, entry, place, remarks)) is not None
     ]
     if not found:
-        listed = ", ".join(log.messages[:20]) + (" ..." if len(log.messages) > 20 else "")
-        holds = f". It holds: {listed}" if listed else ""
+        holds = f". It holds: {listed(log.messages, 20)}" if log.messages else ""
         raise UnmappedError(
             f"{log.path} holds nothing of what the channel map '{channel_map.name}' names; give "
             f"another with --map{holds}"

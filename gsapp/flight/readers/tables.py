@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from gsapp.flight.readers.log_table import Log, LogTable, clean_clock
 from gsapp.flight.readers.matlab import read_mat_columns
 from gsapp.flight.readers.parquet import read_parquet_columns
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
+from gsapp.foundation.naming import did_you_mean, listed
 from gsapp.quantities import FloatArray, normalize_unit, to_si
 
 _CLOCKS = ("time", "t", "timestamp", "time_s", "times", "seconds", "sec")
@@ -139,13 +139,11 @@ def _must_exist(file: Path, names: Sequence[str], wanted: Sequence[str]) -> None
     for name in dict.fromkeys(wanted):
         if _column(names, name) in names:
             continue
-        near = difflib.get_close_matches(name, names, n=1)
-        listed = ", ".join(names[:20]) + (" ..." if len(names) > 20 else "")
         problems.append(
             FileProblem(
                 where=name,
                 what="is no column of this file",
-                remedy=f"did you mean '{near[0]}'?" if near else f"it has: {listed}",
+                remedy=did_you_mean(name, names, f"it has: {listed(names, 20)}", most=1),
             )
         )
     if problems:

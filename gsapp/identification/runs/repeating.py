@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from gsapp.flight.catalog import Catalog, Run, StoredEstimate, search_runs
 from gsapp.flight.provenance import InputFile, changed
+from gsapp.foundation.naming import listed
 from gsapp.identification.campaign import Step
 from gsapp.identification.runs.choosing import Doing
 from gsapp.identification.runs.keeping import KeptRun, kept
@@ -113,9 +114,8 @@ def _other_values(before: KeptRun, fits: Sequence[Run], outcome: Outcome) -> Ite
         ]
         if names:
             which = ", ".join(estimate.maneuvers)
-            words = (_change(name, old.estimates.get(name), new.get(name)) for name in names)
-            more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-            yield f"maneuver {which}: {', '.join(list(words)[:_MOST_NAMED])}{more}"
+            words = [_change(name, old.estimates.get(name), new.get(name)) for name in names]
+            yield f"maneuver {which}: {listed(words, _MOST_NAMED)}"
     means = {name: one.value for name, one in outcome.summary.derivatives.items()}
     moved = [name for name in means if means[name] != before.values.get(name)]
     if moved or set(means) != set(before.values):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from gsapp.foundation.naming import listed
 from gsapp.quantities import channel, from_si
 
 
@@ -23,7 +24,7 @@ def shown(value: float, channel_id: str, unit: str | None = None) -> str:
 def joined(parts: list[str], most: int = 4) -> str:
     """Return parts as a list in words; of many only the first are named."""
     if len(parts) > most:
-        return f"{', '.join(parts[:most])} and {len(parts) - most} more"
+        return listed(parts, most)
     return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
 
 

@@ -1,0 +1,23 @@
+"""How names are listed, and how a slip is answered."""
+
+from __future__ import annotations
+
+import pytest
+
+from gsapp.foundation.naming import did_you_mean, listed
+
+
+@pytest.mark.parametrize(
+    ("names", "text"),
+    [((), ""), (("p",), "p"), (("p", "q"), "p, q"), (("p", "q", "r", "V"), "p, q and 2 more")],
+)
+def test_of_many_names_only_the_first_are_named(names: tuple[str, ...], text: str) -> None:
+    assert listed(names, 2) == text
+
+
+def test_a_slip_is_answered_by_what_is_near() -> None:
+    """The nearest first, and none that is as far as any other word."""
+    known = ("alpha", "beta", "theta")
+    assert did_you_mean("thetta", known) == "did you mean 'theta' or 'beta'?"
+    assert did_you_mean("thetta", known, most=1) == "did you mean 'theta'?"
+    assert did_you_mean("rpm", known, "known are three") == "known are three"
