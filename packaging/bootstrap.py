@@ -256,10 +256,17 @@ def run(
 
 
 def hand_over(arguments: list[str], folder: Path | None = None) -> int:
-    """Run what ends by itself after Ctrl-C, in its own time: a record, for example, is closed."""
-    # It reaches what runs as well, which else would be killed a quarter of a second later.
-    signal.signal(signal.SIGINT, lambda _number, _frame: None)
-    return run(arguments, folder)
+    """Run what ends by itself when asked to, in its own time: a record, for example, is closed."""
+    if os.name == "nt":
+        # They reach what runs as well, which else would be killed a quarter of a second later.
+        for number in (signal.SIGINT, signal.SIGBREAK):
+            signal.signal(number, lambda _number, _frame: None)
+        return run(arguments, folder)
+    # In the place of this one, so that whoever stops this process stops that one.
+    if folder is not None:
+        os.chdir(folder)
+    sys.stdout.flush()
+    return os.execve(venv_python(), [str(venv_python()), *arguments], environment())  # noqa: S606
 
 
 def test(arguments: list[str]) -> int:

@@ -6,12 +6,12 @@ import gc
 import importlib
 import logging
 import os
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
+from gsapp.foundation.endings import asked_to_end
 from ui.display import fonts_without_screen, require_display
 
 if TYPE_CHECKING:
@@ -134,6 +134,7 @@ def run_window(
     faults.install()
     window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
     window.show()
+    QTimer.singleShot(0, lambda: log.info("window opened, process %d", os.getpid()))
     # What it made is not looked through later either.
     gc.freeze()
     if place:
@@ -150,12 +151,11 @@ def run_window(
             0,
             lambda: window.desk.connect_link(link, channel_map=channel_map, aircraft=aircraft),
         )
-    # Python only sees an interrupt between its own steps, which the window's timer provides.
-    former = signal.signal(signal.SIGINT, lambda *_: application.quit())
     try:
-        return int(application.exec())
+        # Python only sees a signal between its own steps, which the window's timer provides.
+        with asked_to_end(lambda _signal: application.quit()):
+            return int(application.exec())
     finally:
-        signal.signal(signal.SIGINT, former)
         window.desk.close()
         faults.remove()
         log.info("window closed, process %d", os.getpid())

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Optional
 
 import typer
 
-from gsapp.cli._help import Commands
+from gsapp.cli._commands import Commands
 
 app = Commands(
     add_completion=False,

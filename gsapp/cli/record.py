@@ -48,9 +48,10 @@ def run(
     from gsapp.cli._calls import check_pace, wrong_call
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.preparing import prepare_flight
+    from gsapp.foundation.endings import asked_to_end
     from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.beginning import new_flight
-    from gsapp.telemetry.recorder_process import record, stop_on_signals
+    from gsapp.telemetry.recorder_process import record
 
     console = Console(stderr=on_screen(json))
 
@@ -58,14 +59,13 @@ def run(
         console.print(words, highlight=False, markup=False, soft_wrap=True)
 
     stop = threading.Event()
-    stop_on_signals(stop)
     teller = _Teller(say, f"Recording {link} into {out}; Ctrl-C ends it.")
     # Before anything is made.
     check_pace(speed)
     with wrong_call():
         parse_link(link)
     options = {} if speed is None else {"speed": speed}
-    with new_flight(out):
+    with asked_to_end(lambda _signal: stop.set()), new_flight(out):
         folder = prepare_flight(
             out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
             tell=say,

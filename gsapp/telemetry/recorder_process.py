@@ -10,18 +10,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-import signal
 import sys
 import threading
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from gsapp.flight.names import LOCK_FILE, STATUS_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.endings import asked_to_end
 from gsapp.foundation.locking import FileLock, holder
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
@@ -136,17 +135,6 @@ def _lock(place: Path) -> FileLock:
     return lock
 
 
-def stop_on_signals(stop: threading.Event) -> None:
-    """Let signals that end a process end the record cleanly."""
-
-    def end(_number: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), end)
-
-
 def stop_when_released(lock: Path, stop: threading.Event) -> None:
     """End a record that is made for another process, once that no longer holds a lock.
 
@@ -177,12 +165,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--while-held", type=Path, help="end once nobody holds this lock")
     given = parser.parse_args(arguments)
     stop = threading.Event()
-    stop_on_signals(stop)
     if given.while_held is not None:
         stop_when_released(given.while_held, stop)
     options = {} if given.speed is None else {"speed": given.speed}
     try:
-        record(given.link, given.folder, heartbeat=given.heartbeat, stop=stop, **options)
+        with asked_to_end(lambda _signal: stop.set()):
+            record(given.link, given.folder, heartbeat=given.heartbeat, stop=stop, **options)
     except GroundStationError as error:
         sys.stderr.write(f"{error}\n")
         return 1

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -84,10 +85,14 @@ def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent another way on Windows")
-def test_what_runs_may_take_its_time_to_end_after_ctrl_c() -> None:
-    """A record, for example, is closed first."""
+@pytest.mark.parametrize(("ask", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)])
+def test_what_runs_is_asked_to_end_and_may_take_its_time(
+    ask: Callable[[int, int], None], number: int
+) -> None:
+    """A record, for example, is closed first. Ctrl-C goes to all, another signal to one process."""
     inner = (
-        "import sys, time\n"
+        "import signal, sys, time\n"
+        "signal.signal(signal.SIGTERM, signal.default_int_handler)\n"
         "try:\n"
         "    print('ready', flush=True); time.sleep(60)\n"
         "except KeyboardInterrupt:\n"
@@ -102,7 +107,7 @@ def test_what_runs_may_take_its_time_to_end_after_ctrl_c() -> None:
     with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
-        os.killpg(process.pid, signal.SIGINT)
+        ask(process.pid, number)
         assert process.wait(20.0) == 7
 
 

@@ -533,30 +533,33 @@ def test_the_record_command_tells_what_it_did(tmp_path, frames, capsys, port) ->
     for number, frame in enumerate(frames(20)):
         writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
     writer.close()
-    handlers = {name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        run(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
-    finally:
-        for name, handler in handlers.items():
-            signal.signal(name, handler)
+    run(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
     printed = capsys.readouterr().out
     assert "Recorded 20 frames" in printed
     assert '"state": "stopped"' in (tmp_path / "state.json").read_text()
 
 
 def test_sigterm_ends_a_record_cleanly(tmp_path, frames, port, patience) -> None:
+    """As does a terminal that closes, but not under nohup: that is to outlive it."""
     if sys.platform == "win32":
         pytest.skip("SIGTERM ends a process at once on Windows; the stop file is the way there")
     link, sender, target = udp_link(port)
-    command = [sys.executable, "-m", "gsapp.telemetry.recorder_process", link, str(tmp_path)]
-    child = subprocess.Popen(command, env=os.environ | {RUNTIME_VARIABLE: str(tmp_path / "r")})
+    command = ["nohup", sys.executable, "-m", "gsapp.telemetry.recorder_process", link,
+               str(tmp_path)]  # fmt: skip
+    child = subprocess.Popen(
+        command, env=os.environ | {RUNTIME_VARIABLE: str(tmp_path / "r")},
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
     patience(lambda: find_recorder(tmp_path) and read_status(tmp_path / STATUS_FILE))
     frame = frames(1)[0]
     sender.sendto(frame[:-1], target)  # the beginning of a frame is kept as well
     patience(lambda: read_status(tmp_path / STATUS_FILE).received_bytes)
+    child.send_signal(signal.SIGHUP)
+    sender.sendto(frame[-1:], target)
+    patience(lambda: read_status(tmp_path / STATUS_FILE).received_bytes == len(frame))
     child.send_signal(signal.SIGTERM)
     assert child.wait(10) == 0
-    assert data_of(tmp_path) == [frame[:-1]]
+    assert data_of(tmp_path) == [frame]
 
 
 @pytest.mark.usefixtures("recorders")

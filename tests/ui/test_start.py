@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -54,3 +59,23 @@ def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None
     at_first, *_, in_the_end = done.stdout.split("\n")[:-1]
     assert at_first == "none"
     assert "scipy.signal" in in_the_end.split()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="SIGTERM ends a process at once on Windows")
+def test_a_window_that_is_asked_to_end_is_closed_in_order(tmp_path: Path) -> None:
+    """By whoever logs the user out or shuts the machine down."""
+    homes = {f"XDG_{name}_HOME": str(tmp_path) for name in ("CONFIG", "STATE", "CACHE", "DATA")}
+    command = [sys.executable, "-m", "gsapp.cli"]
+    process = subprocess.Popen(command, env={**os.environ, **homes})
+    try:
+        deadline = time.monotonic() + 30.0
+        while not any("window opened" in log.read_text() for log in tmp_path.rglob("*.log")):
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20.0) == 0
+    finally:
+        process.kill()
+        process.wait()
+    (log,) = tmp_path.rglob("*.log")
+    assert "window closed" in log.read_text()

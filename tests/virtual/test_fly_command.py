@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +79,28 @@ def test_an_interrupted_flight_leaves_nothing(
     with pytest.raises(KeyboardInterrupt):
         command.run(out=tmp_path / "flight", plan="short")
     assert told
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such signals on Windows")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path) -> None:
+    """By whoever shuts the machine down, or closes the terminal."""
+    command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(tmp_path / "flight")]
+    number = getattr(signal, name)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    try:
+        deadline = time.monotonic() + 60.0
+        while not any(path.stat().st_size for path in tmp_path.rglob("raw.tlog")):
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        process.send_signal(number)
+        _, complaint = process.communicate(timeout=20.0)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 128 + number
+    assert b"Traceback" not in complaint
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,4 +1,4 @@
-"""Help and complaints of the command line in the program's own words.
+"""What all commands have in common: plain help and complaints, and an end in order.
 
 The library behind it prints its types beside arguments (``<list[Path]>``) and hands on the words of
 the library that checks values (``Value error, ...``).
@@ -7,6 +7,7 @@ the library that checks values (``Value error, ...``).
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -29,6 +30,14 @@ class _Command(TyperCommand):
         except typer.BadParameter as error:
             error.message = _plain(error)
             raise
+
+    def invoke(self, ctx: Any) -> Any:
+        """Do it; when asked to end, take back on the way out what is half done."""
+        from gsapp.foundation.endings import asked_to_end  # not needed for --help
+
+        # The exit code is as the shells count: 128 and the signal.
+        with asked_to_end(lambda signal: sys.exit(128 + signal), ctrl_c=False):
+            return super().invoke(ctx)
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return what follows the command's name in its usage."""
