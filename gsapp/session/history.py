@@ -246,8 +246,6 @@ class History:
         Channels to begin with; a block may bring further ones.
     rate : float
         Samples per second of the grid, Hz.
-    start : float
-        Flight time at which the flight begins, s; the grid itself is absolute.
     folder : Path or None
         Where the temporary file lies; by default the user's cache folder.
 
@@ -260,16 +258,14 @@ class History:
         of a channel were rewritten, or the `horizon` went back. What was cached is then void.
     """
 
-    def __init__(
-        self, channels: Sequence[str], rate: float, start: float = 0.0, folder: Path | None = None
-    ) -> None:
+    def __init__(self, channels: Sequence[str], rate: float, folder: Path | None = None) -> None:
         if not (rate > 0.0 and math.isfinite(rate)):
             raise ValueError(f"the rate of a history is a positive number of Hz, not {rate}")
         self.rate = float(rate)
         self.revision = 0
-        self._start = float(start)
         self._pool = SpillPool(folder)
         self._tracks = {channel_id: _Track(self._pool) for channel_id in channels}
+        self._first: int | None = None
         self._end: int | None = None
         self._horizon: int | None = None
 
@@ -293,9 +289,12 @@ class History:
         return channel_id in self._tracks
 
     @property
-    def start(self) -> float:
-        """Return the flight time at which the flight begins, s."""
-        return self._start
+    def start(self) -> float | None:
+        """Return the time of the earliest row of any channel, s; None if empty.
+
+        The vehicle's clock may have run for long by then.
+        """
+        return None if self._first is None else self._first / self.rate
 
     @property
     def end(self) -> float | None:
@@ -391,6 +390,7 @@ class History:
                 track.go_on(first, last + 1, values[:, column], newest[column])
             else:
                 self._put(track, first, last + 1, indices, values[:, column])
+        self._first = first if self._first is None else min(self._first, first)
         self._end = last + 1 if self._end is None else max(self._end, last + 1)
 
     @staticmethod
@@ -674,7 +674,7 @@ class History:
     def close(self) -> None:
         """Give the temporary file back. The history is empty afterwards."""
         self._tracks.clear()
-        self._end = None
+        self._first = self._end = None
         self._pool.close()
 
 

@@ -120,14 +120,15 @@ def test_extremes_samples_and_last_are_those_of_a_plain_search(
 
 def test_channels_arrive_apart_and_each_keeps_its_own_end() -> None:
     """Blocks of different channels, also one never announced, land on one grid."""
-    history = History(["p", "q"], RATE, start=2.0)
+    history = History(["p", "q"], RATE)
+    assert history.start is history.end is None
     history.append(block(200, {"p": np.array([1.0, 2.0, 3.0])}))
     history.append(block(201, {"q": np.array([5.0, np.nan]), "battery": np.array([12.0, 12.1])}))
     assert history.channels == ("p", "q", "battery")
     assert history.last("p") == (2.02, 3.0)
     assert history.last("q") == (2.01, 5.0)
     assert history.span("q") == (201, 203)
-    assert history.end == 2.02
+    assert (history.start, history.end) == (2.0, 2.02)
     both = history.block(("p", "q"), 2.0, 2.03)
     np.testing.assert_array_equal(both.values, [[1, np.nan], [2, 5], [3, np.nan]])
     with pytest.raises(UnknownNameError, match="no channel 'alpha'"):

@@ -29,6 +29,8 @@ from gsapp.session.estimating.maneuver_fits import ManeuverFits
 from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
 from gsapp.session.running import run_through
 
+LATE = 1800.0
+"""Seconds."""
 # Windows has no SIGKILL; there SIGTERM leaves a process no time either.
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 
@@ -44,6 +46,17 @@ def flown(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
 def session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
     """Return a replay that has reached its end."""
     path = write_block(tmp_path_factory.mktemp("fits") / "flight.csv", flown.measured, "csv")
+    made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
+    run_through(made)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def late_session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
+    """Return a replay of the same flight, by a box that was on for half an hour before it."""
+    measured = replace(flown.measured, times=flown.measured.times + LATE)
+    path = write_block(tmp_path_factory.mktemp("late") / "flight.csv", measured, "csv")
     made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
     run_through(made)
     yield made
@@ -100,11 +113,18 @@ def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
     there.close()
 
 
+@pytest.mark.parametrize(("box", "begin"), [("session", 0.0), ("late_session", LATE)])
 def test_the_cut_is_that_of_the_whole_flight(
-    session: Session, verdicts: tuple[Verdict, ...]
+    box: str, begin: float, request: pytest.FixtureRequest, verdicts: tuple[Verdict, ...]
 ) -> None:
-    """Samples and mass as `gsapp estimate` cuts them from the file."""
+    """Samples and mass as `gsapp estimate` cuts them from the file, however long the box was on."""
+    session: Session = request.getfixturevalue(box)
     verdict = verdicts[1]
+    begin += 0.004  # between two samples, where no rounding decides which are in
+    verdict = replace(
+        verdict, t_start=verdict.t_start + begin, t_input=verdict.t_input + begin,
+        t_input_end=verdict.t_input_end + begin, t_end=verdict.t_end + begin,
+    )  # fmt: skip
     assert session.aircraft is not None
     cut = HistoryCutter(session.history, session.aircraft, lambda: None, session.name)(verdict)
     whole = cut_maneuver(

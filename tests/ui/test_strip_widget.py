@@ -504,6 +504,18 @@ def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
     assert len(geometry.charts) + geometry.hidden == 16
 
 
+def test_the_beginning_is_where_the_samples_begin(qtbot, strips):
+    """Proves that the way back ends there, however long the vehicle was switched on before."""
+    late = History(CHANNELS, RATE)
+    strips.set_history(late)
+    late.append(rows(1200.0, 9000))
+    settle(qtbot, strips)
+    press(qtbot, strips, Qt.Key.Key_Home, Qt.KeyboardModifier.ShiftModifier)
+    assert strips.view.time(0) == pytest.approx(1200.0, abs=0.2)
+    assert math.isfinite(strips.value_at("alpha", strips.view.time(0) + 0.2))
+    late.close()
+
+
 @pytest.mark.parametrize("key", [Qt.Key.Key_C, Qt.Key.Key_Right, Qt.Key.Key_A, Qt.Key.Key_B])
 def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
     """Proves it at the beginning of a flight, and while nothing comes any more."""

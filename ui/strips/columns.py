@@ -37,8 +37,8 @@ class Samples(Protocol):
         """Return a number that changes whenever what was drawn may have become wrong."""
 
     @property
-    def start(self) -> float:
-        """Return the flight time at which the flight begins, s."""
+    def start(self) -> float | None:
+        """Return the time of the earliest sample of any channel, s."""
 
     @property
     def end(self) -> float | None:

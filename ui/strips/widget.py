@@ -284,8 +284,7 @@ class StripChart(QWidget):
         if end is None:
             return
         self.view.follow(end)
-        if self.view.start is None:
-            self.view.start = history.start
+        self.view.start = history.start
 
     def _follow(self, history: Samples) -> None:
         picture, geometry = self._picture, self._geometry

@@ -81,7 +81,8 @@ class HistoryCutter:
         """Return the mass that is left by what was burned so far, kg."""
         history = self._history
         channels = (_BURNS,) if history.has(_BURNS) else ()
-        before = history.block(channels, history.start, time)
+        # The vehicle's clock may have run for long before anything was recorded.
+        before = history.block(channels, time if history.start is None else history.start, time)
         if not len(before):
             return aircraft.mass.mass
         return float(mass_over_flight(self._part(before, info), aircraft)[-1])
