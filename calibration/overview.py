@@ -18,6 +18,7 @@ from calibration.points import CalibrationError
 from calibration.quality import Quality
 from calibration.reading import certificate_files, load_certificate, load_certificates
 from calibration.store import CertificateStore, Skipped
+from gsapp.foundation.files import files_of
 
 _IN_FORCE = "in_force"
 
@@ -121,7 +122,7 @@ def overview(folder_or_name: str | Path, former: str | Path | None = None) -> Ov
     skipped = () if store is None else tuple(one for _, one in sorted(store.skipped().items()))
     before = None if former is None else load_certificates(former)
     folder = folder_or_name if store is None else store.in_force_folder
-    if store is not None and not any(store.in_force_folder.glob("*.toml")) and skipped:
+    if store is not None and not files_of(store.in_force_folder, "*.toml") and skipped:
         return Overview(standing=(), skipped=skipped)
     standing = []
     for file in certificate_files(folder):

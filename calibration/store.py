@@ -29,6 +29,7 @@ from calibration.checked import Checked, read_checked, write_checked
 from calibration.fit import CalibrationError
 from calibration.reading import certificate_content, load_certificate, write_certificate
 from gsapp.foundation import StrictModel, read_toml, toml_text, write_atomically, write_toml
+from gsapp.foundation.files import files_of
 from gsapp.foundation.locking import FileLock
 from gsapp.quantities import channel
 
@@ -220,7 +221,7 @@ class CertificateStore:
 
     def checks(self, channel_id: str) -> tuple[Path, ...]:
         """Return the files of the checks of a channel, newest last."""
-        return tuple(sorted((self._root / "checks" / channel_id).glob("*.toml")))
+        return files_of(self._root / "checks" / channel_id, "*.toml")
 
     @contextlib.contextmanager
     def _alone(self) -> Iterator[None]:
@@ -243,8 +244,7 @@ class CertificateStore:
         return self._loaded[entry]
 
     def _known(self) -> tuple[str, ...]:
-        history = self._root / "history"
-        return tuple(sorted(path.name for path in history.iterdir())) if history.is_dir() else ()
+        return tuple(path.name for path in files_of(self._root / "history"))
 
     def _entries(self, channel_id: str) -> tuple[Path, ...]:
         """Return what counts of a channel's history, oldest first."""

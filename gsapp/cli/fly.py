@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import appearing
+from gsapp.foundation.files import appearing, files_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -186,7 +186,7 @@ def write_folder(
     FlightError
         If something is there already, or cannot be written.
     """
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+    if out.exists() and (not out.is_dir() or files_of(out)):
         raise FlightError(f"{out} exists already; choose another name for the new flight")
     try:
         with appearing(out) as part:

@@ -11,9 +11,6 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.choosing import Doing
     from gsapp.identification.runs.outcome import Outcome
 
-_FILES = frozenset({".csv", ".tlog", ".mat", ".parquet"})
-"""Flights that are one file and need no map to be read."""
-
 
 def run(
     *,
@@ -128,18 +125,20 @@ def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:
         If a folder holds none.
     """
     from gsapp.flight.folder import is_flight_folder
+    from gsapp.flight.loading import LOG_ENDINGS
     from gsapp.foundation import FlightError
+    from gsapp.foundation.files import files_of
 
     found: list[Path] = []
     for path in paths:
         if not path.is_dir() or is_flight_folder(path):
             found.append(path)
             continue
-        inside = sorted(
+        inside = [
             one
-            for one in path.iterdir()
-            if (one.is_dir() and is_flight_folder(one)) or one.suffix.casefold() in _FILES
-        )
+            for one in files_of(path)
+            if (one.is_dir() and is_flight_folder(one)) or one.suffix.casefold() in LOG_ENDINGS
+        ]
         if not inside:
             raise FlightError(
                 f"the folder {path} holds no flight; give a flight folder, a file, or a folder "

@@ -48,6 +48,7 @@ from gsapp.flight.names import (
 )
 from gsapp.flight.replacing import copy_atomically, write_whole
 from gsapp.foundation import FlightError, read_toml
+from gsapp.foundation.files import files_of, is_litter
 from gsapp.foundation.toml import validate
 
 _SIGNS_OF_A_FLIGHT = (
@@ -94,7 +95,7 @@ class FlightFolder:
                 if not folder.info_file.exists():
                     folder._write_new_info(info)
                 return folder
-            if any(_entries(folder.path)):
+            if not all(map(is_litter, _entries(folder.path))):
                 raise FlightError(
                     f"{folder.path} is a folder that holds other files; name a new folder for "
                     "the flight"
@@ -310,7 +311,7 @@ class FlightFolder:
 
     def certificate_files(self) -> tuple[Path, ...]:
         """Return the copies of the certificates, sorted."""
-        return tuple(sorted(self.calibration_folder.glob("*.toml")))
+        return files_of(self.calibration_folder, "*.toml")
 
     def aircraft(self) -> Aircraft | None:
         """Read the copy of the aircraft file; None if there is none."""

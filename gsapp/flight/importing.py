@@ -15,7 +15,7 @@ from gsapp.flight.loading import default_map, load_flight
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import appearing
+from gsapp.foundation.files import appearing, files_of
 
 
 def import_flight(
@@ -52,7 +52,7 @@ def import_flight(
     source, target = Path(file), Path(out)
     if source.is_dir():
         raise FlightError(f"{source} is a folder; name the log file that is to be imported")
-    if target.exists() and (not target.is_dir() or any(target.iterdir())):
+    if target.exists() and (not target.is_dir() or files_of(target)):
         raise FlightError(f"{target} is taken; name a new folder for the flight")
     chosen = default_map(source) if channel_map is None else load_channel_map(channel_map)
     # Read it first: what cannot be read is not imported.

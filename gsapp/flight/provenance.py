@@ -16,6 +16,7 @@ from gsapp.flight.names import (
     STATUS_FILE,
     STOP_FILE,
 )
+from gsapp.foundation.files import is_litter
 
 NO_NUMBERS: Final = frozenset({EVENTS_FILE, STATUS_FILE, LOCK_FILE, STOP_FILE, LOG_FILE})
 """Files of a flight folder from which no number of the record comes: notes, the recorder's own."""
@@ -62,7 +63,7 @@ def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
     if path.is_dir():
         for inner in sorted(path.rglob("*"), key=lambda one: one.relative_to(path).parts):
             inside = inner.relative_to(path)
-            if inner.is_file() and inside.parts[0] != CACHE_FOLDER:
+            if inner.is_file() and not is_litter(inner) and inside.parts[0] != CACHE_FOLDER:
                 parts[inside.as_posix()] = _sum(inner)
         digest = hashlib.sha256()
         for inside_name, found in parts.items():

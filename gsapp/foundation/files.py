@@ -1,4 +1,4 @@
-"""Writing files so that a reader never meets half of one."""
+"""Writing files so that a reader never meets half of one, and what of a folder is ours."""
 
 from __future__ import annotations
 
@@ -16,6 +16,23 @@ _PATIENCE = 1.0
 """Seconds for which what others have open is tried to be renamed on Windows."""
 _PAUSE = 0.01
 """Seconds between two tries."""
+_LITTER = frozenset({".ds_store", "thumbs.db", "desktop.ini"})
+"""What file managers lay into folders that were looked at, in small letters."""
+
+
+def is_litter(path: Path | str) -> bool:
+    """Return whether a system laid a file there by itself.
+
+    Beside those of file managers macOS lays ``._name`` beside every file ``name`` on a disk that
+    is not its own: a USB stick, a share.
+    """
+    name = Path(path).name
+    return name.startswith("._") or name.casefold() in _LITTER
+
+
+def files_of(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
+    """Return what a folder holds of a pattern, by name, without litter; nothing if it is none."""
+    return tuple(sorted(path for path in folder.glob(pattern) if not is_litter(path)))
 
 
 @contextlib.contextmanager
@@ -96,8 +113,8 @@ def appearing(target: Path | str) -> Iterator[Path]:
     Parameters
     ----------
     target : Path or str
-        Where the folder shall stand. An empty folder may be there already; missing parents are
-        made.
+        Where the folder shall stand. One that is empty but for litter may be there already;
+        missing parents are made.
 
     Yields
     ------
@@ -115,6 +132,8 @@ def appearing(target: Path | str) -> Iterator[Path]:
     try:
         yield made
         if place.is_dir():
+            for litter in filter(is_litter, tuple(place.iterdir())):
+                litter.unlink()
             place.rmdir()
         put_in_place(made, place)
     finally:

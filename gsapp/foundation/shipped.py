@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsapp.foundation.errors import UnknownNameError
+from gsapp.foundation.files import files_of
 from gsapp.foundation.naming import did_you_mean
 
 
@@ -26,7 +27,7 @@ class Shipped:
 
     def names(self) -> tuple[str, ...]:
         """Return the names, sorted."""
-        return tuple(sorted(path.stem for path in self.folder.glob("*.toml")))
+        return tuple(path.stem for path in files_of(self.folder, "*.toml"))
 
     def find(self, name_or_path: str | Path) -> Path:
         """Return the path for a path or a name; a file on disk goes before a name.

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from calibration import certificate_files, load_certificates
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.flight.folder import FlightFolder, is_flight_folder
 from gsapp.flight.info import FlightInfo, Weather
+from gsapp.flight.provenance import input_file
 from gsapp.foundation import FileProblemsError, FlightError
 
 
@@ -204,3 +206,17 @@ def test_a_folder_without_rights():
     assert "may not be written" in lines[1]
     assert "cannot be made" in lines[2]
     assert "cannot be written" in lines[3]
+
+
+def test_a_flight_that_was_on_a_mac_is_the_same_flight(tmp_path):
+    """On a disk that is not its own it lays a small binary file beside every file."""
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / ".DS_Store").touch()
+    folder = FlightFolder.create(tmp_path / "new", FlightInfo())
+    folder.keep_certificates(certificate_files("b777"))
+    before = (input_file("flight", folder.path).sha256, len(folder.certificate_files()))
+    for path in [one for one in folder.path.rglob("*") if one.is_file()]:
+        path.with_name(f"._{path.name}").write_bytes(b"\x00\x05\x16\x07 not text: \xff")
+    flight = FlightFolder.open(folder.path)
+    assert len(load_certificates(folder.path)) == before[1] > 0
+    assert (input_file("flight", flight.path).sha256, len(flight.certificate_files())) == before

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from gsapp.foundation import write_atomically
-from gsapp.foundation.files import appearing, folder_beside, put_in_place
+from gsapp.foundation.files import appearing, files_of, folder_beside, put_in_place
 
 
 def test_a_failed_write_leaves_the_former_file_and_no_litter(
@@ -102,3 +102,26 @@ def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
         fill(place, b"other")
     assert (place / "raw.tlog").read_bytes() == b"whole"
     assert [one.name for one in place.parent.iterdir()] == ["one"]
+
+
+def test_what_a_system_lays_into_a_folder_is_not_ours(tmp_path: Path) -> None:
+    """A folder made in a file manager, or on a Mac, is as good as any; what else is there stays."""
+    place = tmp_path / "one"
+    place.mkdir()
+    (place / ".DS_Store").touch()
+    (place / "Thumbs.db").touch()
+    fill(place, b"whole")
+    assert [one.name for one in place.iterdir()] == ["raw.tlog"]
+    (place / "._raw.tlog").write_bytes(b"\x00\x05\x16\x07")
+    (place / "alpha.toml").touch()
+    (place / "._alpha.toml").write_bytes(b"\x00\x05\x16\x07")
+    assert [one.name for one in files_of(place)] == ["alpha.toml", "raw.tlog"]
+    assert [one.name for one in files_of(place, "*.toml")] == ["alpha.toml"]
+    assert files_of(tmp_path / "missing") == ()
+
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / ".notes").write_text("dear to somebody")
+    with pytest.raises(OSError, match=r"(?i)not empty"):
+        fill(mine, b"other")
+    assert (mine / ".notes").read_text() == "dear to somebody"

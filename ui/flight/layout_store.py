@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
+from gsapp.foundation.files import files_of
 from ui.flight.choice import LAYOUT_NAMES, named
 from ui.strips.layout import StripLayout, load_layout, save_layout
 from ui.words import file_name
@@ -34,7 +35,7 @@ class LayoutStore:
         self._folder = folder
         self._layouts: dict[str, tuple[Path, StripLayout]] = {}
         complaints: list[str] = []
-        for path in sorted(folder.glob("*.toml")):
+        for path in files_of(folder, "*.toml"):
             try:
                 layout = load_layout(path)
             except FileProblemsError as error:

@@ -13,6 +13,7 @@ from calibration.plan import CalibrationPlan, load_plan
 from calibration.store import CertificateStore
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError, UnknownNameError, write_atomically
+from gsapp.foundation.files import files_of
 
 log = logging.getLogger(__name__)
 
@@ -124,16 +125,16 @@ class Shelf:
             for certificate in self._usual_ones().values():
                 write_certificate(certificate, self._kept / f"{certificate.channel}.toml")
         folder = self._root / "flights"
-        wanted = {path.name: path.read_bytes() for path in self._kept.glob("*.toml")}
+        wanted = {path.name: path.read_bytes() for path in files_of(self._kept, "*.toml")}
         for name in self.store.skipped():
             wanted.pop(f"{name}.toml", None)
-        for path in self.store.in_force_folder.glob("*.toml"):
+        for path in files_of(self.store.in_force_folder, "*.toml"):
             wanted[path.name] = path.read_bytes()
         for name, content in wanted.items():
             target = folder / name
             if not target.is_file() or target.read_bytes() != content:
                 write_atomically(target, content)
-        for old in folder.glob("*.toml"):
+        for old in files_of(folder, "*.toml"):
             if old.name not in wanted:
                 old.unlink()
         return folder
@@ -155,7 +156,7 @@ class Shelf:
         before = {path.stem: path.read_bytes() for path in folder.certificate_files()}
         # As the flight began, where nothing made here counts any more.
         began = self._began.setdefault(flight, before)
-        held = {path.stem: path for path in self.store.in_force_folder.glob("*.toml")}
+        held = {path.stem: path for path in files_of(self.store.in_force_folder, "*.toml")}
         left = self.store.skipped()
         after = {name: one for name, one in began.items() if name not in left}
         after |= {name: path.read_bytes() for name, path in held.items()}

@@ -20,7 +20,7 @@ from gsapp.flight.names import FRAMES_FILE
 from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import put_in_place
+from gsapp.foundation.files import files_of, put_in_place
 
 _INCOMING = "incoming"
 _SAME_DAY = 12 * 3600.0
@@ -114,7 +114,7 @@ def logs_in(folder: FlightFolder) -> tuple[str, ...]:
     return tuple(
         sorted(
             path.name
-            for path in folder.path.iterdir()
+            for path in files_of(folder.path)
             if path.suffix.casefold() in LOG_ENDINGS
             and path.is_file()
             and path.name != FRAMES_FILE

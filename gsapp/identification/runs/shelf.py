@@ -15,6 +15,7 @@ from gsapp.flight.maneuvers import FlightManeuvers, survey
 from gsapp.flight.names import CACHE_FOLDER
 from gsapp.flight.provenance import NO_NUMBERS, InputFile, input_file
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import is_litter
 from gsapp.identification.flights import OpenedFlight, open_flight
 
 _MOST: Final = 40
@@ -176,7 +177,9 @@ def _inside(path: Path) -> list[Path]:
     return [
         inner
         for inner in sorted(path.rglob("*"))
-        if inner.relative_to(path).parts[0] not in _IDLE and inner.is_file()
+        if inner.relative_to(path).parts[0] not in _IDLE
+        and inner.is_file()
+        and not is_litter(inner)
     ]
 
 
