@@ -36,8 +36,10 @@ from ui.words import sentences
 from ui.work import Progress, Work
 
 _BUDGET = 0.006
+_BESIDE_BUDGET = 0.02
 _CATCH_UP_BUDGET = 0.04
-"""Seconds of a tick for new samples; the longer one while what was recorded before is read."""
+"""Seconds of a tick for new samples; more while alarms and cues are behind the charts, and most
+while what was recorded before is read, or while nothing moves."""
 _TELL_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
 _GRACE = 1.0
@@ -134,6 +136,11 @@ class Desk(QObject):
     def is_settled(self) -> bool:
         """Return whether everything up to the playhead, or to now, was taken in."""
         return self.session is not None and self.session.feed.caught_up
+
+    @property
+    def catches_up(self) -> bool:
+        """Return whether alarms and cues are still those of an earlier time."""
+        return self._snapshot is not None and self._snapshot.watched < 1.0
 
     @property
     def records_here(self) -> bool:
@@ -460,10 +467,7 @@ class Desk(QObject):
         hurries = self._hurries(session)
         if not (tells or hurries or (paints and (session.has_news or self._is_behind(session)))):
             return
-        # A replay that jumped back hears all before the playhead again; one that plays goes on.
-        replay = session.replaying
-        behind = not session.feed.caught_up and (replay is None or not replay.playing)
-        session.update(_CATCH_UP_BUDGET if behind else _BUDGET)
+        session.update(_budget(session))
         if paints and self._is_behind(session):
             self._seen = (session.now, session.history.revision)
             self._moved_at = self._painted_at = now
@@ -502,13 +506,14 @@ class Desk(QObject):
             return None
         silent = now - self._moved_at
         # While what was recorded is still being read nothing is missing yet.
-        live = session.replaying is None and session.recorder is not None and session.feed.caught_up
+        live = session.replaying is None and session.recorder is not None and session.feed.present
         return session.now + silent if live and silent > _GRACE else session.now
 
     def _tell(self, session: Session) -> None:
         self._snapshot = snapshot = session.snapshot()
         equipment = session.equipment
-        if equipment is not None and equipment.ended and snapshot.caught_up and not self._finished:
+        over = equipment is not None and equipment.ended and session.feed.caught_up
+        if over and not self._finished:
             self._finished = True
             session.finish()
             self.ended.emit(session.path)
@@ -629,6 +634,17 @@ class Desk(QObject):
         if feed is None or feed.start is None or feed.end is None:
             return None
         return feed.start, feed.end
+
+
+def _budget(session: Session) -> float:
+    """Return the seconds of a tick for taking in what came."""
+    feed, replay = session.feed, session.replaying
+    if feed.caught_up:
+        return _BUDGET
+    if replay is None:
+        return _BESIDE_BUDGET if feed.present else _CATCH_UP_BUDGET
+    # A replay that jumped hears all before the playhead again; one that plays goes on.
+    return _BESIDE_BUDGET if replay.playing else _CATCH_UP_BUDGET
 
 
 def _load_what_maneuvers_need() -> None:

@@ -216,6 +216,11 @@ _MAC_SIGNS = {"Alt": "⌥", "Shift": "⇧", "Ctrl": "⌘"}
 """In the order in which they are written there."""
 
 
+def floor_percent(share: float) -> int:
+    """Return a share in percent, so that 100 is said of the whole alone."""
+    return math.floor(100.0 * share)
+
+
 def keys_text(keys: str, platform: str = sys.platform) -> str:
     """Return a shortcut of letters and figures as the system writes it: ``Ctrl+L`` is ⌘L on a Mac.
 

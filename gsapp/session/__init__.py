@@ -1,7 +1,8 @@
 """A flight being watched, live or in a replay: history, alarms, marks, equipment. No Qt."""
 
 from gsapp.session.alarms import Alarm, AlarmBoard
-from gsapp.session.feeds import MAX_SPEED, Consumer
+from gsapp.session.feeds import MAX_SPEED
+from gsapp.session.following import Consumer
 from gsapp.session.history import History
 from gsapp.session.limits import Bands, LimitSet, Severity
 from gsapp.session.marks import Mark

@@ -1,9 +1,10 @@
 """What drives a flight forward: the end of a growing record, or the playhead of a replay.
 
 Both read the same records through the same decoder into the same history. Live, everything that
-was read counts as having happened. In a replay the record is read ahead as fast as it goes, and
-the playhead decides what has happened: charts see no further, and those who watch the samples
-(alarms, estimators) get them in order up to there.
+was read counts as having happened, and those who watch the samples (alarms, cues, estimators) get
+them as they come; what lies behind when a window opens late is shown first and watched then. In a
+replay the record is read ahead as fast as it goes, and the playhead decides what has happened:
+charts see no further, and those who watch get the samples in order up to there.
 
 Nothing here waits. Work is done in pieces until a deadline, so that the caller's timer is never
 held up, and goes on in the next call.
@@ -11,23 +12,17 @@ held up, and goes on in the next call.
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
+from gsapp.session.following import Consumer, Follower, Following, Stretches
 from gsapp.session.history import History
 
 MAX_SPEED = math.inf
 SLOWEST, FASTEST = 0.1, 50.0
-
-_MOST_ROWS = 512
-"""Rows of the grid given to consumers at a time where nothing holds them up."""
-_SHORTEST_STEP, _STEP = 0.25, 1.0
-"""Seconds of flight given at a time, as the consumers' time allows. What is due some seconds after
-something happened, such as a look ahead, is never due in the very step in which it happened."""
 
 _FEWEST, _MOST = 64, 4096
 """Records read at a time, as their decoding time allows."""
@@ -36,9 +31,8 @@ _LONGEST_TICK = 1.0
 """Seconds that a replay moves on at most between two calls, at single speed."""
 
 _NOWHERE = -(2**62)
-
-_LONGEST_PAUSE = 60.0
-"""Seconds without a sample that a replay waits through; longer pauses are skipped."""
+_NEARLY = 0.99
+"""The most that is told to be watched while the rest is not."""
 
 _READ_AHEAD = 5.0
 """Seconds that reading must be ahead of the playhead: slow messages arrive late."""
@@ -87,31 +81,6 @@ class Reader(Protocol):
         """Return the share of the record that was read, 0 to 1."""
 
 
-class Consumer(Protocol):
-    """Watches the samples of a flight in order."""
-
-    def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels, on consecutive places of the grid."""
-
-    def settle(self) -> None:
-        """Draw conclusions, after all blocks of a step; go on with longer work by a slice."""
-
-    def reset(self) -> None:
-        """Forget everything; the flight begins anew."""
-
-
-@runtime_checkable
-class Busy(Consumer, Protocol):
-    """A consumer that works on what it saw for longer than a step takes."""
-
-    def busy(self, time: float) -> bool:
-        """Return whether that is to be done before samples up to a flight time (s) come.
-
-        Live nobody waits: then the rest is done at once when it is due. A replay that runs ahead
-        of its clock gives it time instead, so that no step takes long.
-        """
-
-
 class _Pace:
     """How many records to read at a time so that a deadline is kept."""
 
@@ -137,6 +106,10 @@ class _Pace:
 class LiveFeed:
     """Follows a record that grows.
 
+    What was recorded before is read first, so that charts and values show the present as soon as
+    can be. Then those who watch hear it from its beginning, and from where they have caught up
+    they hear everything as it comes.
+
     Parameters
     ----------
     reader : Reader
@@ -144,14 +117,14 @@ class LiveFeed:
     history : History
         Where samples go.
     consumers : sequence of Consumer
-        Who watches them.
+        Who watches them, the most urgent first.
     clock : callable
         Seconds of a clock that never goes back.
 
     Attributes
     ----------
-    caught_up : bool
-        Whether everything recorded so far was taken in.
+    present : bool
+        Whether everything recorded so far was read.
     """
 
     def __init__(
@@ -163,10 +136,13 @@ class LiveFeed:
     ) -> None:
         self._reader = reader
         self._history = history
-        self._consumers = consumers
         self._clock = clock
         self._pace = _Pace()
-        self.caught_up = False
+        self._stretches = Stretches(history.rate)
+        self._following = Following(history, self._stretches, consumers, clock)
+        self._listening: list[tuple[Consumer, float]] = []  # and from which flight time on
+        self._begun = False
+        self.present = False
 
     @property
     def now(self) -> float | None:
@@ -174,80 +150,96 @@ class LiveFeed:
         return self._history.end
 
     @property
+    def caught_up(self) -> bool:
+        """Return whether everything recorded so far was read, and watched by consumers."""
+        return self.present and self._begun and not self._following.followers
+
+    @property
     def progress(self) -> float:
-        """Return the share of the record that was taken in, 0 to 1."""
-        return 1.0 if self.caught_up else self._reader.progress
+        """Return the share of the record that was read, 0 to 1."""
+        return 1.0 if self.present else self._reader.progress
+
+    def watched(self, consumer: Consumer) -> float:
+        """Return how much of what there is a consumer has seen, 0 to 1."""
+        if not any(one.consumer is consumer for one in self._following.followers):
+            return 1.0
+        last = self._stretches.last
+        if not self._begun or last is None:
+            return 0.0
+        return min(self._following.share(consumer, last), _NEARLY)
 
     def advance(self, deadline: float) -> None:
         """Take in what was recorded since, until the clock shows `deadline`."""
-        while True:
-            now = self._clock()
-            step = self._reader.read(self._pace.piece(deadline - now))
-            self._take(step.blocks)
-            self.caught_up = not step.more
-            if self.caught_up:
-                return
-            after = self._clock()
-            self._pace.took(after - now)
-            if after >= deadline:
-                return
+        self._read(deadline)
+        if self.present:
+            self._catch_up(deadline)
 
     def finish(self) -> None:
         """Take in the rest of a record that is complete."""
         self.advance(math.inf)
         self._take(self._reader.finish())
 
+    def _read(self, deadline: float) -> None:
+        while True:
+            now = self._clock()
+            step = self._reader.read(self._pace.piece(deadline - now))
+            self._take(step.blocks)
+            self.present = not step.more
+            if self.present:
+                return
+            after = self._clock()
+            self._pace.took(after - now)
+            if after >= deadline:
+                return
+
     def _take(self, blocks: Sequence[Block]) -> None:
         if not blocks:
             return
+        rate = self._history.rate
         for block in blocks:
             self._history.append(block)
-        for consumer in self._consumers:
+            if self._following.followers and len(block):
+                self._stretches.add(
+                    round(float(block.times[0]) * rate), round(float(block.times[-1]) * rate)
+                )
+        for consumer, begin in self._listening:
             for block in blocks:
-                consumer.feed(block)
+                # What it was given from the history it is not given again.
+                consumer.feed(_from(block, begin))
             consumer.settle()
 
+    def _catch_up(self, deadline: float) -> None:
+        """Let those who are behind hear what was before."""
+        following = self._following
+        if not following.followers and self._begun:
+            return
+        first, last = self._stretches.first, self._stretches.last
+        if not self._begun:
+            self._begun = True
+            for follower in following.followers:
+                follower.next = 0 if first is None else first
+        # Slow messages still bring what happened before.
+        target = _NOWHERE if last is None else last - round(_READ_AHEAD * self._history.rate)
+        following.serve(target, deadline)
+        for follower in [one for one in following.followers if following.is_at(one, target)]:
+            self._hand_over(follower)
 
-class _Stretches:
-    """Where on the grid samples lie, as stretches without a long pause inside."""
-
-    def __init__(self, longest_pause: int) -> None:
-        self._pause = longest_pause
-        self._firsts: list[int] = []
-        self._lasts: list[int] = []
-
-    def add(self, first: int, last: int) -> None:
-        """Add samples ``first <= k <= last``."""
-        place = bisect.bisect_right(self._firsts, first)
-        # The one before may reach up to here.
-        if place > 0 and first - self._lasts[place - 1] <= self._pause:
-            place -= 1
-            first = self._firsts.pop(place)
-            last = max(last, self._lasts.pop(place))
-        while place < len(self._firsts) and self._firsts[place] - last <= self._pause:
-            last = max(last, self._lasts[place])
-            del self._firsts[place], self._lasts[place]
-        self._firsts.insert(place, first)
-        self._lasts.insert(place, last)
-
-    @property
-    def first(self) -> int | None:
-        """Return the first sample of all."""
-        return self._firsts[0] if self._firsts else None
-
-    @property
-    def last(self) -> int | None:
-        """Return the last sample of all."""
-        return self._lasts[-1] if self._lasts else None
-
-    def at_or_after(self, index: int) -> tuple[int, int] | None:
-        """Return the stretch that holds a place, from there on, or else the next one."""
-        place = bisect.bisect_right(self._firsts, index)
-        if place > 0 and self._lasts[place - 1] >= index:
-            return index, self._lasts[place - 1]
-        if place < len(self._firsts):
-            return self._firsts[place], self._lasts[place]
-        return None
+    def _hand_over(self, follower: Follower) -> None:
+        """Give somebody who caught up the newest samples, of each channel as far as they came."""
+        history, consumer = self._history, follower.consumer
+        ends: dict[int, list[str]] = {}
+        for name in history.channels:
+            span = history.span(name)
+            if span is not None and span[1] > follower.next:
+                ends.setdefault(span[1], []).append(name)
+        for end, names in ends.items():
+            # What comes together stays together.
+            consumer.feed(history.rows(follower.next, end, names))
+        consumer.settle()
+        self._following.followers.remove(follower)
+        begun = follower.next != self._stretches.first
+        begin = (follower.next - 0.5) / history.rate if begun else -math.inf
+        self._listening.append((consumer, begin))
 
 
 class ReplayFeed:
@@ -287,20 +279,14 @@ class ReplayFeed:
     ) -> None:
         self._reader = reader
         self._history = history
-        self._consumers = consumers
-        self._busy = [one for one in consumers if isinstance(one, Busy)]
-        self._step_rows = tuple(
-            min(max(round(seconds * history.rate), 1), _MOST_ROWS)
-            for seconds in (_SHORTEST_STEP, _STEP)
-        )
-        self._seconds_a_row = 0.0  # of the consumers' work, smoothed
         self._clock = clock
         self._pace = _Pace()
-        self._stretches = _Stretches(round(_LONGEST_PAUSE * history.rate))
+        self._stretches = Stretches(history.rate)
+        self._following = Following(history, self._stretches, consumers, clock)
         self._complete = False
         self._ticked: float | None = None
         self._position: float | None = None  # playhead, s
-        self._fed: int | None = None  # the next place on the grid to be given to consumers
+        self._begun = False  # whether consumers have been told where the flight begins
         self.playing = playing
         self._speed = 1.0
         self.speed = speed
@@ -343,15 +329,24 @@ class ReplayFeed:
         return last is None or (self._position is not None and self._place(self._position) >= last)
 
     @property
+    def present(self) -> bool:
+        """Return whether everything up to the playhead was read."""
+        if self._position is None:
+            return self._complete
+        return self._place(self._position) <= self._readable
+
+    @property
     def caught_up(self) -> bool:
         """Return whether everything up to the playhead was read, and watched by consumers."""
-        if self._position is None or self._fed is None:
+        if self._position is None or not self._begun:
             return self._complete
-        place = self._place(self._position)
-        if place > self._readable:
-            return False
-        found = self._stretches.at_or_after(self._fed)
-        return found is None or found[0] > place
+        return self.present and self._following.all_at(self._place(self._position))
+
+    def watched(self, consumer: Consumer) -> float:
+        """Return how much of what lies before the playhead a consumer has seen, 0 to 1."""
+        if self._position is None:
+            return 1.0
+        return self._following.share(consumer, self._place(self._position))
 
     @property
     def speed(self) -> float:
@@ -470,54 +465,38 @@ class ReplayFeed:
     def _move_to(self, position: float) -> None:
         self._position = position
         self._history.horizon = position
-        if self._fed is None or self._place(position) + 1 < self._fed:
-            for consumer in self._consumers:
-                consumer.reset()
-            self._fed = self._stretches.first
+        place = self._place(position)
+        if not self._begun or any(place + 1 < one.next for one in self._following.followers):
+            self._begun = True
+            self._following.restart(self._stretches.first or 0)
 
     def _feed(self, deadline: float) -> None:
         """Give consumers what lies between where they are and the playhead."""
-        while self._fed is not None and self._position is not None:
-            headlong = self.playing and self._speed == MAX_SPEED
-            readable = self._readable
-            target = readable if headlong else min(self._place(self._position), readable)
-            found = self._stretches.at_or_after(self._fed)
-            if found is None or found[0] > target:
-                if headlong and self._complete:
-                    self.playing = False
-                return
-            first = found[0]
-            last = min(found[1], target, first + self._rows_for(deadline) - 1)
-            if self._waits(last / self._history.rate):
-                if self._clock() >= deadline:
-                    return
-                continue
-            if headlong and last > self._place(self._position):
-                self._position = last / self._history.rate
-                self._history.horizon = self._position
-            block = self._history.rows(first, last + 1)
-            began = self._clock()
-            for consumer in self._consumers:
-                consumer.feed(block)
-                consumer.settle()
-            self._fed = last + 1
-            now = self._clock()
-            each = (now - began) / len(block)
-            self._seconds_a_row += 0.3 * (each - self._seconds_a_row)
-            if now >= deadline:
-                return
+        if not self._begun or self._position is None:
+            return
+        headlong = self.playing and self._speed == MAX_SPEED
+        readable = self._readable
+        target = readable if headlong else min(self._place(self._position), readable)
+        # As fast as it goes nobody runs ahead, so that what one tells of another comes in time.
+        whole = self._following.serve(
+            target, deadline, abreast=headlong, reach=self._reach if headlong else _stay
+        )
+        if headlong and whole and self._complete:
+            self.playing = False
 
-    def _rows_for(self, deadline: float) -> int:
-        """Return how many rows the consumers can be given in the time that is left."""
-        fewest, most = self._step_rows
-        left = deadline - self._clock()
-        if not math.isfinite(left) or self._seconds_a_row <= 0.0:
-            return most
-        return min(max(int(left / self._seconds_a_row), fewest), most)
+    def _reach(self, place: int) -> None:
+        """Move the playhead on to a place of the grid."""
+        if self._position is None or place > self._place(self._position):
+            self._position = place / self._history.rate
+            self._history.horizon = self._position
 
-    def _waits(self, time: float) -> bool:
-        """Give a slice to those who are to finish something before a flight time (s)."""
-        late = [consumer for consumer in self._busy if consumer.busy(time)]
-        for consumer in late:
-            consumer.settle()
-        return bool(late)
+
+def _stay(_place: int) -> None:
+    """Let the playhead be where it is."""
+
+
+def _from(block: Block, begin: float) -> Block:
+    """Return the rows of a block from a flight time (s) on."""
+    if not len(block) or block.times[0] >= begin:
+        return block
+    return block.between(begin, math.inf)

@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from gsapp.flight.info import FlightInfo
     from gsapp.session.estimating.watch import EstimateWatch
     from gsapp.session.estimating.workers import Workers
-    from gsapp.session.feeds import Consumer
+    from gsapp.session.following import Consumer
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
@@ -226,7 +226,7 @@ class Session:
         if self.equipment is not None:
             decoder = self.decoder
             health = None if decoder is None else decoder.health
-            if self.equipment.look(health, self.now, caught_up=self.feed.caught_up):
+            if self.equipment.look(health, self.now, caught_up=self.feed.present):
                 self._alarm_log.write_equipment()
                 if self.cue_watch is not None:
                     self.cue_watch.look_at_equipment()
@@ -314,6 +314,16 @@ class Session:
         return None if watch is None else watch.snapshot(self.uncalibrated, self.beyond_calibration)
 
     @property
+    def watched(self) -> float:
+        """Return how much of the flight so far was looked through for alarms and cues, 0 to 1.
+
+        Below 1 the alarms and the cues are those of an earlier time: after a jump in a replay, and
+        in a window that was opened late.
+        """
+        watches = (self._watch, self.cue_watch)
+        return min(self.feed.watched(one) for one in watches if one is not None)
+
+    @property
     def spoken(self) -> Sequence[Spoken]:
         """Return all that is to be heard so far; it shrinks only when a replay goes back."""
         return () if self.cue_watch is None else self.cue_watch.spoken
@@ -356,7 +366,8 @@ class Session:
             path=self.path,
             mode=self.mode,
             now=self.now,
-            caught_up=self.feed.caught_up,
+            present=self.feed.present,
+            watched=self.watched,
             progress=self.feed.progress,
             link=self._replayed_link() if equipment is None else equipment.link,
             recorder=RecorderView(words="none") if equipment is None else equipment.recorder,

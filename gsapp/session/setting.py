@@ -14,7 +14,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import FENCE_FILE, LIMITS_FILE
 from gsapp.flight.setting import Name, Setting
 from gsapp.foundation import FileProblemsError
-from gsapp.session.feeds import Consumer
+from gsapp.session.following import Consumer
 from gsapp.session.limits import LIMIT_TABLES, LimitRule, load_limits
 
 if TYPE_CHECKING:

@@ -53,8 +53,10 @@ class SessionSnapshot:
         Whether it is happening.
     now : float or None
         Flight time, s; None before the first sample.
-    caught_up : bool
-        Whether all that was recorded, or played, is in the history and was watched.
+    present : bool
+        Whether all that was recorded, or played, is in the history.
+    watched : float
+        How much of it was looked through for alarms and cues, 0 to 1.
     progress : float
         Share of the record that was read, 0 to 1.
     link, recorder, disk
@@ -81,7 +83,8 @@ class SessionSnapshot:
     path: Path
     mode: Mode
     now: float | None
-    caught_up: bool
+    present: bool
+    watched: float
     progress: float
     link: LinkView
     recorder: RecorderView

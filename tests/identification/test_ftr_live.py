@@ -24,7 +24,7 @@ from gsapp.identification.alignment import lateness
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr import FTR, FTRSettings
 from gsapp.quantities import Block
-from gsapp.session.feeds import Consumer
+from gsapp.session.following import Consumer
 
 AIRCRAFT = load_aircraft("b777")
 TRUTH = load_model("b777")

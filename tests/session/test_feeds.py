@@ -314,3 +314,106 @@ def test_a_consumer_that_still_thinks_is_waited_for(speed: float) -> None:
     seen = thinker.times["q"]
     assert seen[-1] > 11.0
     assert np.diff(seen) == pytest.approx(0.01)
+
+
+class GrowingReader(ListReader):
+    """Blocks that come as a flight goes on."""
+
+    def __init__(self, blocks: Sequence[Block], come: int) -> None:
+        super().__init__(blocks)
+        self.come = come
+
+    def read(self, limit: int) -> Step:
+        given = self.blocks[
+            self.position : min(self.position + min(self.per_read, limit), self.come)
+        ]
+        self.position += len(given)
+        return Step(given, self.position < self.come)
+
+    @property
+    def progress(self) -> float:
+        return self.position / self.come
+
+
+class Slow(Watcher):
+    """Takes its time for every row."""
+
+    def __init__(self, clock: Clock, each: float) -> None:
+        super().__init__()
+        self.clock, self.each = clock, each
+
+    def feed(self, given: Block) -> None:
+        super().feed(given)
+        self.clock.time += self.each * len(given)
+
+
+def test_a_window_opened_late_shows_the_present_and_looks_through_the_past_after() -> None:
+    """The charts first; the quick watcher is not held up by the slow one; each is told how far."""
+    clock, history = Clock(0.0001), History(["q"], RATE)
+    blocks = flight(120)
+    reader = GrowingReader(blocks, len(blocks))
+    quick, slow = Watcher(), Slow(clock, 0.0005)
+    feed = LiveFeed(reader, history, [quick, slow], clock)
+    shares: list[tuple[bool, float, float]] = []
+    while not feed.caught_up:
+        begin = clock.time
+        feed.advance(begin + 0.02)
+        # A step, and once the newest seconds in one go.
+        assert clock.time - begin < 0.02 + (100 + 700) * 0.0005 + 0.02
+        shares.append((feed.present, feed.watched(quick), feed.watched(slow)))
+    assert history.end == 124.99
+    assert not slow.seen or shares[0][2] < 1.0
+    reading = [share for share in shares if not share[0]]
+    assert all(share[1] < 1.0 and share[2] < 1.0 for share in reading)
+    late = [share for share in shares if share[0]]
+    assert late[4][1] == 1.0  # at once
+    assert late[4][2] < 0.5
+    assert [share[2] for share in shares] == sorted(share[2] for share in shares)
+    assert shares[-1] == (True, 1.0, 1.0)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    come=st.integers(0, 400),
+    each=st.sampled_from([0.0, 0.0002, 0.003]),
+    pieces=st.lists(st.integers(1, 60), min_size=1, max_size=12),
+)
+def test_whenever_a_window_opens_watchers_see_the_flight_in_order(
+    come: int, each: float, pieces: list[int]
+) -> None:
+    """Every sample of every channel once, late ones too, whatever was there when it opened."""
+    clock, history = Clock(0.0001), History(["q", "battery"], RATE)
+    blocks = flight(40)
+    reader = GrowingReader(blocks, min(come, len(blocks)))
+    watchers = [Watcher(), Slow(clock, each)]
+    feed = LiveFeed(reader, history, watchers, clock)
+    for piece in pieces:
+        feed.advance(clock.time + 0.01)
+        reader.come = min(reader.come + piece, len(blocks))
+    feed.finish()
+    for watcher in watchers:
+        for name, seen in watcher.seen.items():
+            given = [k for k in seen if not math.isnan(k)]
+            count = history.span(name)[1] - 500
+            assert given == np.arange(500.0, 500.0 + count).tolist()
+            assert watcher.times[name] == sorted(set(watcher.times[name]))
+        assert watcher.resets == 0
+
+
+def test_after_a_jump_the_slow_watcher_holds_nobody_up() -> None:
+    clock, history = Clock(0.0001), History(["q", "battery"], RATE)
+    quick, slow = Watcher(), Slow(clock, 0.001)
+    feed = ReplayFeed(ListReader(flight(120)), history, [quick, slow], clock, playing=False)
+    run(feed, clock, 4.0)
+    assert feed.complete
+    feed.seek(110.0)
+    assert feed.watched(slow) < 0.1
+    for _ in range(4):
+        feed.advance(clock.time + 0.02)
+    assert (feed.watched(quick), feed.caught_up) == (1.0, False)
+    assert 0.0 < feed.watched(slow) < 0.2
+    while not feed.caught_up:
+        feed.advance(clock.time + 0.02)
+    assert feed.watched(slow) == 1.0
+    assert slow.seen == quick.seen
+    assert slow.seen["q"] == np.arange(500.0, 11001.0).tolist()

@@ -68,7 +68,7 @@ def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
     assert late.recorder is None
     for session in (steady, frozen, late):
         patience(caught_up(session, field.aircraft.sent))
-        assert session.snapshot().caught_up
+        assert session.feed.caught_up
         assert session.decoder.health.lost == 0
         assert session.snapshot().recorder.words == "recording"
         assert session.recorder.pid == field.recorder.pid
@@ -208,7 +208,7 @@ def test_a_long_past_is_taken_in_without_holding_up_the_window(
     patience(lambda: field.recorder.status().frames >= field.aircraft.sent)
     session = Session.follow(field.folder, channel_map="b777")
     calls, told = 0, []
-    while not session.snapshot().caught_up or frames_in(session) < field.aircraft.sent:
+    while not session.feed.caught_up or frames_in(session) < field.aircraft.sent:
         session.update(0.002)
         told.append(session.snapshot().progress)
         calls += 1

@@ -46,7 +46,7 @@ class BenchDesk(QObject):
         self.history = History((), 100.0)
         self.session: object | None = SimpleNamespace(
             history=self.history,
-            feed=SimpleNamespace(caught_up=True),
+            feed=SimpleNamespace(present=True),
             aircraft=load_aircraft("b777"),
             replaying=None,
             path=folder / "none",

@@ -337,7 +337,7 @@ def test_volts_that_stop_are_not_left_standing(
     assert not cue.volts
     assert window.page.work.picture.figure.angle is None
     # Where the flight is only being read anew nothing is wrong with the signal.
-    window.desk.session.feed.caught_up = False
+    window.desk.session.feed.present = False
     window.desk.told.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_words) == ("unknown", "Catching up")

@@ -232,6 +232,9 @@ class Crew(QObject):
             # What still waits when the sound comes back is news then.
             self._heard = frozenset()
             return
+        if self._desk.catches_up:
+            # They are of an earlier time. Those that still stand are news when it has caught up.
+            return
         waiting = self._desk.waiting()
         keys = {f"{alarm.key}@{alarm.time}": alarm for alarm in waiting}
         new = [alarm for key, alarm in keys.items() if key not in self._heard]

@@ -61,6 +61,12 @@ class FlightPicture:
         Flight time, s.
     empty : str
         What the charts say while there is no sample at all.
+    recording : bool
+        Whether the flight is being recorded.
+    present_shown : bool
+        Whether the newest sample is of now, or of the playhead: else the record is being read.
+    watched : float
+        How much of the flight so far was looked through for alarms, 0 to 1.
     """
 
     available: tuple[str, ...] = ()
@@ -80,6 +86,9 @@ class FlightPicture:
     replay: ReplayPicture | None = None
     now: float | None = None
     empty: str = ""
+    recording: bool = False
+    present_shown: bool = True
+    watched: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

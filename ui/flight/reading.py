@@ -110,6 +110,9 @@ class PictureTaker:
             ),
             now=snapshot.now,
             empty=self._empty(),
+            recording=session.recorder is not None,
+            present_shown=snapshot.present,
+            watched=snapshot.watched,
         )
 
     def _empty(self) -> str:
@@ -133,7 +136,7 @@ class PictureTaker:
         if snapshot.playhead is not None:
             return snapshot.playhead.complete
         history = self._session.history
-        if history.end is None or not snapshot.caught_up:
+        if history.end is None or not snapshot.present:
             return False
         self._first = history.end if self._first is None else self._first
         return history.end - self._first >= _FIRST_SECONDS
@@ -212,6 +215,8 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
             standing=len(snapshot.alarms),
         ),
         muted=muted,
+        read=1.0 if snapshot.present else snapshot.progress,
+        watched=snapshot.watched,
     )
 
 

@@ -25,6 +25,7 @@ from ui.strips.keys import KEY_ACTIONS
 from ui.strips.layout import StripLayout
 from ui.strips.widget import StripChart
 from ui.style import TAB_SIDE
+from ui.words import floor_percent
 
 _PANEL_WIDTH = 344
 """Points of the side panel, if the words of its tabs are not longer."""
@@ -318,6 +319,8 @@ class FlightView(QWidget):
         if picture.sources != former.sources:
             self.charts.set_sources(picture.sources)
         self.charts.set_empty(picture.empty)
+        self.charts.set_recording(picture.recording)
+        self.charts.set_newest("now" if picture.present_shown else "read up to")
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
         if self._fresh_layout and picture.available:
@@ -334,6 +337,7 @@ class FlightView(QWidget):
             else:
                 self._show_channels()
         self.marks.show_lines(picture.mark_lines)
+        self.alarms.say_empty(_no_alarms(picture.watched))
         self.alarms.show_lines(picture.alarm_lines)
         self.messages.show_lines(picture.message_lines)
         if picture.estimates is not former.estimates:
@@ -388,6 +392,13 @@ class FlightView(QWidget):
         self._show_values()
         self._view_changed()
         self._size_panel()
+
+
+def _no_alarms(watched: float) -> str:
+    """Return what is said in the place of alarms while there are none."""
+    if watched < 1.0:
+        return f"Catching up, {floor_percent(watched)} %: the flight so far is looked through."
+    return "No alarms."
 
 
 def _alarms_tab(waiting: int) -> str:

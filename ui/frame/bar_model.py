@@ -14,6 +14,7 @@ from ui.words import (
     clock_text,
     count_text,
     duration_text,
+    floor_percent,
     percent_text,
 )
 
@@ -66,6 +67,8 @@ class BarFacts:
         Alarms.
     muted : bool
         Whether the sound is off.
+    read, watched : float
+        How much of the flight so far was read, and how much looked through for alarms, 0 to 1.
     """
 
     name: str = ""
@@ -82,6 +85,8 @@ class BarFacts:
     uncalibrated: int = 0
     alarms: AlarmFacts = field(default_factory=AlarmFacts)
     muted: bool = False
+    read: float = 1.0
+    watched: float = 1.0
 
 
 def bar_parts(facts: BarFacts) -> tuple[BarPart, ...]:
@@ -143,7 +148,7 @@ def _link(facts: BarFacts) -> BarPart:
         return BarPart(
             id="link",
             word="LINK",
-            note=f"{link.words}{age}",
+            note=f"{link.words}{age}{_share(facts.read)}",
             state=state if link.severity is not Severity.NORMAL else "unknown",
             width=176,
             detail=f"The link: {link.words}{age}. {remarks}".strip(),
@@ -239,6 +244,12 @@ def _calibration(facts: BarFacts) -> BarPart:
 
 def _alarms(facts: BarFacts) -> BarPart:
     alarms = facts.alarms
+    if not alarms.sentences and facts.watched < 1.0:
+        return BarPart(
+            id="alarms", word="ALARMS", value="catching up", note=_share(facts.watched).strip(),
+            state="unknown", width=240, grows=True,
+            detail="The flight so far is being looked through for alarms and cues.",
+        )  # fmt: skip
     if not alarms.sentences:
         standing = alarms.standing
         value = f"{standing} seen" if standing else "none"
@@ -258,6 +269,11 @@ def _alarms(facts: BarFacts) -> BarPart:
         grows=True,
         detail="\n".join(alarms.sentences),
     )
+
+
+def _share(done: float) -> str:
+    """Return how far something is that is not done, in percent."""
+    return f" {floor_percent(done)} %" if done < 1.0 else ""
 
 
 def _sound(facts: BarFacts) -> BarPart:

@@ -45,6 +45,11 @@ class FlightCues:
         session = self._desk.session
         return None if session is None else session.cues
 
+    def watched(self) -> float:
+        """Return how much of the flight so far the cues have seen, 0 to 1; else they are past."""
+        session = self._desk.session
+        return 1.0 if session is None else session.watched
+
     def silent(self) -> float | None:
         """Return for how many seconds nothing came of a live flight; None while it comes."""
         now, newest = self._clock(), self._desk.time

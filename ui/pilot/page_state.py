@@ -59,6 +59,7 @@ class PageState:
             units=units,
             open=self._cues.is_open,
             silent=self._cues.silent(),
+            watched=self._cues.watched(),
             dismissed=self._dismissed,
             browsed=self._choosing.browsed(self._cues.cards),
             wanted=self._wanted(),

@@ -297,7 +297,9 @@ class PilotPlace(QWidget):
         watched = self.shown or second is not None
         # A flight that nobody watches here costs nothing.
         cues = self.state.look() if watched or aloud else None
-        self.speech.hear(cues, self.cues.spoken(), aloud=aloud)
+        # While a flight is caught up with, what is to be heard was true a while ago.
+        current = self.cues.watched() >= 1.0
+        self.speech.hear(cues, self.cues.spoken(), aloud=aloud and current)
         self._actions["pilot_speak"].setChecked(aloud)
         if watched:
             sheet = self.state.sheet(self._look.units)

@@ -16,7 +16,7 @@ from gsapp.flight.cards.card import SURFACES
 from ui.pilot.gauges import input_gauges, point_gauges
 from ui.pilot.sheet import CardLines, Gauge, Hint, Sheet, SignName, Tone
 from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_text
-from ui.words import DASH, clock_text, count_text, duration_text, keys_text
+from ui.words import DASH, clock_text, count_text, duration_text, floor_percent, keys_text
 
 _HINTS: Final = 2
 _MEANT: Final = 0.5
@@ -41,6 +41,8 @@ class Reading:
         Whether a flight is open.
     silent : float or None
         Seconds without a new sample, once they are too many to believe what was said; else None.
+    watched : float
+        How much of the flight so far the cues have seen, 0 to 1.
     dismissed : str
         Id of the maneuver whose verdict was waved away.
     browsed : TestCard or None
@@ -53,6 +55,7 @@ class Reading:
     units: str = "US"
     open: bool = False
     silent: float | None = None
+    watched: float = 1.0
     dismissed: str = ""
     browsed: TestCard | None = None
     wanted: WantedInput | None = None
@@ -83,7 +86,8 @@ def sheet_of(reading: Reading) -> Sheet:
         return Sheet(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
     head = _head(reading, cues)
     gauges = head.gauges if head.gauges is not None else point_gauges(cues, reading.units)
-    leg = cues.trim.leg_left if cues.trim is not None and reading.silent is None else None
+    told = reading.silent is None and reading.watched >= 1.0
+    leg = cues.trim.leg_left if cues.trim is not None and told else None
     return Sheet(
         word=head.word,
         sign=head.sign,
@@ -105,6 +109,15 @@ def _head(reading: Reading, cues: CueSnapshot) -> _Head:
         words = f"no samples for {duration_text(reading.silent)}: fly by eye"
         return _Head(
             word="NO DATA",
+            sign="unknown",
+            tone="unknown",
+            hints=(Hint(words=words),),
+            gauges=(Gauge(title="SPEED", number=DASH),),
+        )
+    if reading.watched < 1.0:
+        words = f"catching up with the flight: {floor_percent(reading.watched)} %"
+        return _Head(
+            word="NO CUE",
             sign="unknown",
             tone="unknown",
             hints=(Hint(words=words),),

@@ -49,7 +49,7 @@ class FlightSpeech:
         spoken : sequence of Spoken
             All of the flight so far.
         aloud : bool
-            Whether cues are spoken at all.
+            Whether cues are spoken now.
         """
         if len(spoken) < self._heard:
             self._heard = 0  # a replay went back

@@ -97,7 +97,7 @@ class WizardRun(QObject):
 
     def _feed(self) -> None:
         session = self._desk.session
-        if session is None or (self._next is None and not session.feed.caught_up):
+        if session is None or (self._next is None and not session.feed.present):
             # What was recorded before is no movement of now.
             return
         history = session.history
@@ -128,7 +128,7 @@ class WizardRun(QObject):
     def catching_up(self) -> bool:
         """Return whether none come because the flight is still being read, as after a change."""
         session = self._desk.session
-        return session is not None and not session.feed.caught_up
+        return session is not None and not session.feed.present
 
     def _show(self, view: WizardView) -> None:
         if self.silent:

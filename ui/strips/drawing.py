@@ -489,14 +489,16 @@ def draw_header(
         pen.text(painter, x, center, heading, color, _LABEL, bold=True, align="right")
 
 
-def draw_clock(painter: QPainter, pen: Pen, geometry: Geometry, view: StripView) -> None:
-    """Write the newest flight time above the values."""
+def draw_clock(
+    painter: QPainter, pen: Pen, geometry: Geometry, view: StripView, newest: str
+) -> None:
+    """Write the newest flight time above the values, and what it is."""
     theme = pen.theme
     center = geometry.header.center + pen.px(1)
     now = DASH if view.now is None else clock(view.now, 1)
     right = geometry.values.right - pen.px(10)
     width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
-    pen.text(painter, right - width - pen.px(6), center, "now", theme.muted, _LABEL, align="right")
+    pen.text(painter, right - width - pen.px(6), center, newest, theme.muted, _LABEL, align="right")
 
 
 def draw_cursor_names(painter: QPainter, pen: Pen, geometry: Geometry) -> None:

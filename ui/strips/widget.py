@@ -104,6 +104,7 @@ class StripChart(QWidget):
         self._stale_of: Mapping[str, float] = {}
         self._given_now: float | None = None
         self._recording = False
+        self._newest = "now"
         self._empty = ""
         self.view = StripView(window=self._layout.window)
         self._charts: dict[int, Chart] = {}
@@ -222,6 +223,12 @@ class StripChart(QWidget):
         """Say whether a recorder runs; a paused display then tells that it goes on."""
         if recording != self._recording:
             self._recording = recording
+            self.update()
+
+    def set_newest(self, words: str) -> None:
+        """Say what the newest flight time is: that of now, or as far as a record was read."""
+        if words != self._newest:
+            self._newest = words
             self.update()
 
     def set_empty(self, words: str) -> None:
@@ -536,7 +543,7 @@ class StripChart(QWidget):
         clock = _above_values(geometry)
         if exposed.begin(clock):
             painter.fillRect(_rect(clock), background)
-            drawing.draw_clock(painter, pen, geometry, view)
+            drawing.draw_clock(painter, pen, geometry, view, self._newest)
         if exposed.begin(lane):
             painter.fillRect(_rect(lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)

@@ -1,0 +1,87 @@
+"""What stands in the window while alarms and cues are still those of an earlier time."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from test_pilot_speech import Loudspeaker, Mouth
+from window_kit import open_window, until, write_flight
+
+from gsapp.excitation.speaking import Spoken
+from gsapp.session import Alarm, Session, Severity
+from gsapp.session.cue_watch import CueWatch
+
+
+def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not "ALARMS none" in green, no cue, no voice; all of it when the flight is caught up with."""
+    watched = 0.349
+    monkeypatch.setattr(Session, "watched", property(lambda _self: watched))
+    window = open_window(tmp_path, flight_speech="always")
+    qtbot.addWidget(window)
+    loud, mouth = Loudspeaker(), Mouth()
+    window.voice._player = loud
+    window.voice._take(mouth)
+    window.voice.mute(False)
+    window.desk.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    session = window.desk.session
+    assert session is not None
+    alarm = Alarm(
+        key="limit:alpha", severity=Severity.WARNING, current=Severity.WARNING, time=3.0,
+        words="alpha high",
+    )  # fmt: skip
+    monkeypatch.setattr(window.desk, "waiting", lambda: (alarm,))
+
+    def tell() -> None:
+        watch = session.cue_watch
+        assert isinstance(watch, CueWatch)
+        time = watch.cueing.snapshot().time
+        assert time is not None
+        watch.spoken.append(Spoken(time=time, words="hands off", priority="prompt", tone=""))
+        window.desk._tell(session)
+        # An aircraft that stands still gives alarms of its own.
+        window.desk._snapshot = replace(session.snapshot(), alarms=())
+        window.pilot.refresh()
+        window.pilot.state.look()
+
+    window.desk.seek(15.0)
+    until(qtbot, lambda: session.feed.caught_up)
+    tell()
+    *_, alarms = window.desk.bar_parts("US", muted=False)
+    assert (alarms.value, alarms.note, alarms.state) == ("catching up", "34 %", "unknown")
+    assert "34 %" in window.view.alarms._empty.text()
+    sheet = window.pilot.state.sheet("US")
+    assert (sheet.word, sheet.leg) == ("NO CUE", "–")
+    assert "catching up with the flight: 34 %" in [hint.words for hint in sheet.hints]
+    assert (loud.tones, mouth.spoken) == ([], [])
+
+    watched = 1.0
+    monkeypatch.setattr(Session, "watched", property(lambda _self: watched))
+    tell()
+    *_, alarms = window.desk.bar_parts("US", muted=False)
+    assert alarms.value == "none"
+    assert window.view.alarms._empty.text() == "No alarms."
+    assert "catching up" not in str(window.pilot.state.sheet("US"))
+    assert loud.tones == ["warning"]
+    assert "alpha high" in mouth.spoken
+    window.desk.close_flight()
+
+
+def test_a_paused_display_says_that_recording_goes_on(qtbot: QtBot, tmp_path: Path) -> None:
+    """And the newest time is that of now only once the record was read up to it."""
+    window = open_window(tmp_path)
+    qtbot.addWidget(window)
+    picture = window.view._picture
+    window.view.show_picture(replace(picture, recording=True, present_shown=False))
+    assert (window.view.charts._recording, window.view.charts._newest) == (True, "read up to")
+    window.view.show_picture(replace(picture, recording=False))
+    assert (window.view.charts._recording, window.view.charts._newest) == (False, "now")
