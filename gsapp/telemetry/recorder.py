@@ -1,8 +1,8 @@
 """The black box: whatever a source gives is framed and written, whatever else happens.
 
-Three threads share the work, so that a slow disk never makes the system drop what arrives: one
+Four threads share the work, so that a slow disk never makes the system drop what arrives: one
 reads and stamps, one (the caller's) frames and hands every batch to the operating system at once,
-one flushes to the disk and tells the state.
+one flushes to the disk and tells the state, and one sends, which may wait for a port that is full.
 """
 
 from __future__ import annotations
@@ -38,6 +38,11 @@ _HEARTBEAT_SECONDS: Final = 1.0
 _WARN_SECONDS: Final = 1800.0
 _WARN_BYTES: Final = 200_000_000
 _MOST_STREAMS: Final = 64
+_MOST_UNSENT: Final = 64
+"""Frames that wait to be sent; more are dropped, and whoever wanted an answer asks again."""
+_UNSENT_SECONDS: Final = 5.0
+"""For so long it is told what could not be sent, where nothing else is to be sent."""
+_LAST_SENDING_SECONDS: Final = 0.5
 
 
 class PeerStream:
@@ -142,6 +147,7 @@ class Recorder:
         self._disk_free = disk_free
         self._streams: OrderedDict[str, PeerStream] = OrderedDict()
         self._arrived: queue.SimpleQueue[list[Chunk]] = queue.SimpleQueue()
+        self._outgoing: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._ended = threading.Event()
         self._started_us = clock.now_us()
         self._status_path = writer.folder / STATUS_FILE
@@ -154,12 +160,14 @@ class Recorder:
         """Record until `stop` is set, the stop file appears, or the source has finished."""
         reading = threading.Thread(target=self._read, name="reading", daemon=True)
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
+        sending = threading.Thread(target=self._send, name="sending", daemon=True)
         stop_file = self.writer.folder / STOP_FILE
         outbox = Outbox(self.writer.folder)
         with contextlib.suppress(OSError):
             stop_file.unlink()
         reading.start()
         keeping.start()
+        sending.start()
         next_look = 0.0
         while not stop.is_set():
             with contextlib.suppress(queue.Empty):
@@ -171,10 +179,12 @@ class Recorder:
             if now >= next_look:
                 next_look = now + _LOOK_SECONDS
                 for frame in outbox.take():
-                    self.source.write(frame)
+                    self._ask_to_send(frame)
                 if stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
                     break
         self._ended.set()
+        self._outgoing.put(None)
+        sending.join(timeout=_LAST_SENDING_SECONDS)
         reading.join(timeout=10 * _READ_SECONDS)
         self.source.close()
         with contextlib.suppress(queue.Empty):
@@ -237,7 +247,7 @@ class Recorder:
             state=state,
             started_us=self._started_us,
             updated_us=self.clock.now_us(),
-            source_state=self.source.state,
+            source_state="; ".join(filter(None, (self.source.state, self.source.unsent))),
             connected=self.source.connected,
             received_bytes=self.received_bytes,
             frames=written.frames,
@@ -300,10 +310,29 @@ class Recorder:
         """Do what is due now and then."""
         if self._heartbeat is not None and now >= self._next_heartbeat:
             self._next_heartbeat = now + _HEARTBEAT_SECONDS
-            self.source.write(self._heartbeat.frame())
+            self._ask_to_send(self._heartbeat.frame())
         if self.writer.state.error and now >= self._next_retry:
             self._next_retry = now + _RETRY_SECONDS
             self.writer.retry()
+
+    def _ask_to_send(self, frame: bytes) -> None:
+        if self._outgoing.qsize() < _MOST_UNSENT:
+            self._outgoing.put(frame)
+
+    def _send(self) -> None:
+        """Send what is asked for, and nothing else."""
+        while True:
+            try:
+                frame = self._outgoing.get(timeout=_UNSENT_SECONDS)
+            except queue.Empty:
+                self.source.unsent = ""
+                continue
+            if frame is None:
+                return
+            try:
+                self.source.write(frame)
+            except Exception as error:  # as of reading
+                self.source.unsent = f"cannot send ({error})"
 
     def _read(self) -> None:
         """Take from the source, and nothing else."""

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.flight.names import LOCK_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
@@ -24,7 +25,8 @@ from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.foundation.locking import FileLock, holder
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.recorder import PeerStream, Recorder
+from gsapp.telemetry.outbox import ask_recorder
+from gsapp.telemetry.recorder import _MOST_UNSENT, PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_process import record
 from gsapp.telemetry.sources import Chunk, Source
@@ -195,6 +197,44 @@ def test_a_fault_of_a_driver_does_not_end_the_record(tmp_path, frames, patience)
     source = Faulty(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
     with Running(source, tmp_path, on_status=tell):
         patience(lambda: data_of(tmp_path) == sent)
+
+
+def test_a_fault_in_sending_does_not_end_the_record(tmp_path, frames, patience) -> None:
+    class Faulty(Script):
+        def write(self, _data: bytes) -> None:
+            raise TypeError("the port was closed meanwhile")
+
+    told: list[RecorderStatus] = []
+    sent = frames(5)
+    source = Faulty()
+    with Running(source, tmp_path, heartbeat=True, on_status=told.append):
+        patience(lambda: told and "cannot send (the port was closed" in told[-1].source_state)
+        source.chunks.extend(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+        patience(lambda: data_of(tmp_path) == sent)
+
+
+def test_an_output_that_is_blocked_does_not_hold_up_the_record(tmp_path, frames, patience) -> None:
+    class Blocked(Script):
+        let_go = threading.Event()
+
+        def write(self, data: bytes) -> None:
+            self.let_go.wait(60.0)
+            super().write(data)
+
+    request = dialect().MAVLink_log_request_data_message(1, 1, 1, 0, 90)
+    sent = frames(5)
+    source = Blocked()
+    with Running(source, tmp_path, heartbeat=True):
+        patience((tmp_path / STATUS_FILE).exists)
+        for _ in range(2 * _MOST_UNSENT):
+            ask_recorder(tmp_path, bytes(request.pack(dialect().MAVLink(None, srcSystem=255))))
+        source.chunks.extend(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+        patience(lambda: data_of(tmp_path) == sent)
+        assert source.written == []
+        time.sleep(0.2)
+        source.let_go.set()
+        patience(lambda: len(source.written) > 20)
+    assert len(source.written) <= _MOST_UNSENT + 3  # the first is being sent, and the heartbeats
 
 
 def test_a_full_disk_is_announced_long_before(tmp_path, frames, patience) -> None:

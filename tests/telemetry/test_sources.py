@@ -545,6 +545,9 @@ def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
         def read(self, _count: int) -> bytes:
             raise TypeError("an integer is required")
 
+        def write(self, _data: bytes) -> int:
+            raise TypeError("closed meanwhile")
+
         def close(self) -> None:
             raise TypeError("closed already")
 
@@ -553,6 +556,8 @@ def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
         address, clock=HostClock(), ports=list, opener=lambda _path, _baud: Port()
     )
     source.open()
+    source.write(b"sign of life")
+    assert source.unsent == "cannot send (closed meanwhile)"
     assert [chunk.data for chunk in source.read(0.01)] == [b""]
     assert "has gone; plug it in again" in source.state
     source.close()
@@ -613,6 +618,54 @@ def test_several_peers_are_told_apart_and_all_answered(port, frames) -> None:
     source.close()
     for sender in senders:
         sender.close()
+
+
+def test_a_peer_that_cannot_be_reached_is_named_and_the_others_hear(port, monkeypatch) -> None:
+    number = port(socket.SOCK_DGRAM)
+    source = open_source(f"udpin:127.0.0.1:{number}")
+    source.open()
+    senders = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2)]
+    names = []
+    for sender in senders:
+        sender.settimeout(5)
+        sender.bind(("127.0.0.1", 0))
+        sender.sendto(b"here", ("127.0.0.1", number))
+        collect(source, 4)
+        names.append(sender.getsockname())
+
+    class Refusing:
+        def __init__(self, real: socket.socket) -> None:
+            self.real = real
+
+        def __getattr__(self, name: str):
+            return getattr(self.real, name)
+
+        def sendto(self, data: bytes, peer: tuple[str, int]) -> int:
+            if peer == names[0]:
+                raise OSError(errno.ENETUNREACH, "Network is unreachable")
+            return self.real.sendto(data, peer)
+
+    monkeypatch.setattr(source, "_socket", Refusing(source._socket))
+    source.write(b"sign of life")
+    assert senders[1].recv(100) == b"sign of life"
+    where = f"{names[0][0]}:{names[0][1]}"
+    assert source.unsent == f"cannot send to {where} (Network is unreachable)"
+    names[0] = None
+    source.write(b"again")
+    assert senders[0].recv(100) == b"again"
+    assert source.unsent == ""
+    source.close()
+    for sender in senders:
+        sender.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows lets a program send to all")
+def test_what_the_system_refuses_to_send_is_said() -> None:
+    source = open_source("udpout:255.255.255.255:14550")
+    source.open()
+    source.write(b"sign of life")
+    assert source.unsent.startswith("cannot send to 255.255.255.255:14550 (")
+    source.close()
 
 
 def test_pymavlink_is_a_peer_both_ways(port) -> None:

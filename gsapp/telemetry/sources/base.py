@@ -11,6 +11,7 @@ import errno
 import socket
 import sys
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
 from typing import Final, Literal, NamedTuple
 
 from gsapp.foundation import LinkError
@@ -56,6 +57,8 @@ class Source(ABC):
         What the bytes hold.
     state : str
         How the link fares, in words for the user.
+    unsent : str
+        Why what was written last could not be sent, in words; empty where it could.
     connected : bool
         Whether data can arrive.
     finished : bool
@@ -68,6 +71,7 @@ class Source(ABC):
         self.address = address
         self.clock = clock
         self.state = f"{address}: not opened yet"
+        self.unsent = ""
         self.connected = False
         self.finished = False
 
@@ -89,7 +93,10 @@ class Source(ABC):
 
     @abstractmethod
     def write(self, data: bytes) -> None:
-        """Send bytes to all peers that are there; dropped where there is none."""
+        """Send bytes to all peers that are there; dropped where there is none. Never raises.
+
+        What cannot be sent is dropped, and `unsent` says why.
+        """
 
     @abstractmethod
     def close(self) -> None:
@@ -141,6 +148,7 @@ class ReconnectingSource(Source):
             self.state = str(problem)
             self._next_attempt = self.clock.monotonic() + self._backoff.next()
             raise problem from error
+        self.unsent = ""
         self.connected = True
 
     def read(self, timeout: float) -> list[Chunk]:
@@ -167,11 +175,17 @@ class ReconnectingSource(Source):
         return chunks
 
     def write(self, data: bytes) -> None:
-        """Send bytes to all peers that are there; dropped where there is none."""
+        """Send bytes to all peers that are there; see `Source.write`."""
+        why = ""
         if self.connected:
-            # What cannot be sent is noticed by reading, in the thread that reads.
-            with contextlib.suppress(OSError):
+            # A connection that has gone is noticed by reading, in the thread that reads.
+            try:
                 self._send(data)
+            except LinkError as error:
+                why = str(error)
+            except OSError as error:
+                why = f"cannot send ({error.strerror or error})"
+        self.unsent = why
 
     def close(self) -> None:
         """Give the device or port back. May be called twice."""
@@ -204,11 +218,37 @@ class ReconnectingSource(Source):
 
     @abstractmethod
     def _send(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes; raise OSError where that is refused.
+
+        It runs in another thread than all else: what it sends on may be closed at any time.
+        """
 
     @abstractmethod
     def _disconnect(self) -> None:
         """Close what is open."""
+
+
+def send_to_each(peers: Iterable[tuple[str, Callable[[], object]]]) -> None:
+    """Send to several peers; one that cannot be reached does not keep it from the others.
+
+    Parameters
+    ----------
+    peers : iterable of (str, callable)
+        The name of each, and what sends to it.
+
+    Raises
+    ------
+    LinkError
+        If some could not be reached; names them.
+    """
+    refused = []
+    for name, send in peers:
+        try:
+            send()
+        except OSError as error:
+            refused.append(f"{name} ({error.strerror or error})")
+    if refused:
+        raise LinkError(f"cannot send to {', '.join(refused)}")
 
 
 def keep_port_alone(listener: socket.socket) -> None:

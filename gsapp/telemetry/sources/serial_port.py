@@ -158,8 +158,10 @@ class SerialSource(ReconnectingSource):
         return [Chunk(stamp, bytes(data))]
 
     def _send(self, data: bytes) -> None:
-        if self._port is not None:
-            self._port.write(data)
+        port = self._port
+        if port is not None:
+            with _as_os_errors():
+                port.write(data)
 
     def _disconnect(self) -> None:
         if self._port is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import selectors
 import socket
+from functools import partial
 
 from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
@@ -13,6 +14,7 @@ from gsapp.telemetry.sources.base import (
     LinkAwaitedError,
     ReconnectingSource,
     keep_port_alone,
+    send_to_each,
 )
 
 _CONNECT_SECONDS = 2.0
@@ -63,8 +65,9 @@ class TcpSource(ReconnectingSource):
         return [Chunk(self.clock.now_us(), data)]
 
     def _send(self, data: bytes) -> None:
-        if self._socket is not None:
-            self._socket.send(data)
+        connection = self._socket
+        if connection is not None:
+            connection.send(data)
 
     def _disconnect(self) -> None:
         if self._socket is not None:
@@ -150,9 +153,9 @@ class TcpInSource(ReconnectingSource):
         self._describe()
 
     def _send(self, data: bytes) -> None:
-        for client in list(self._clients):
-            with contextlib.suppress(OSError):
-                client.send(data)
+        send_to_each(
+            (name, partial(client.send, data)) for client, name in list(self._clients.items())
+        )
 
     def _disconnect(self) -> None:
         if self._selector is not None:

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import socket
+from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.sources.base import Chunk, ReconnectingSource, keep_port_alone
+from gsapp.telemetry.sources.base import (
+    Chunk,
+    ReconnectingSource,
+    keep_port_alone,
+    send_to_each,
+)
 
 _RECEIVE_BUFFER = 4 << 20
 _MOST_AT_ONCE = 256
@@ -60,6 +67,13 @@ class _UdpSource(ReconnectingSource):
     def _accepts(self, sender: tuple[Any, ...]) -> bool:
         raise NotImplementedError
 
+    def _send_to(self, peers: Iterable[tuple[Any, ...]], data: bytes) -> None:
+        source = self._socket
+        if source is not None:
+            send_to_each(
+                (f"{peer[0]}:{peer[1]}", partial(source.sendto, data, peer)) for peer in peers
+            )
+
     def _disconnect(self) -> None:
         if self._socket is not None:
             self._socket.close()
@@ -97,9 +111,8 @@ class UdpInSource(_UdpSource):
 
     def _send(self, data: bytes) -> None:
         recent = self.clock.monotonic() - _PEER_SECONDS
-        for peer, heard in list(self._peers.items()):
-            if heard >= recent and self._socket is not None:
-                self._socket.sendto(data, peer)
+        peers = [peer for peer, heard in list(self._peers.items()) if heard >= recent]
+        self._send_to(peers, data)
 
 
 class UdpOutSource(_UdpSource):
@@ -118,7 +131,7 @@ class UdpOutSource(_UdpSource):
             made.close()
             raise
         self._socket = made
-        self.state = f"{self.address}: sending, and listening to what is answered"
+        self.state = f"{self.address}: nothing has been answered yet"
 
     def _accepts(self, sender: tuple[Any, ...]) -> bool:
         if sender[0] != self._target[0]:
@@ -127,5 +140,4 @@ class UdpOutSource(_UdpSource):
         return True
 
     def _send(self, data: bytes) -> None:
-        if self._socket is not None:
-            self._socket.sendto(data, self._target)
+        self._send_to([self._target], data)
