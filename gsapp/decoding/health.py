@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from gsapp.decoding.dialect import TimeField, dialect, time_fields, wire_formats
+from gsapp.decoding.framing import LONGEST_FRAME
 
 # Frames behind the newest by up to this many sequence numbers are late or doubled, not new.
 _WINDOW = 128
@@ -29,7 +30,12 @@ _MIXED_FRAMES = 200
 _MIXED_SHARE = 0.25
 # So many headers of one message without one whose checksum fits are no accident.
 _FOREIGN_HEADS = 20
+# What cannot be read is told after so many bytes and so long since something could.
 _UNREADABLE_BYTES = 1000
+_UNREADABLE_US = 3_000_000
+# A frame of unknown id or a line of text may be chance, as it happens where the baud rate is wrong:
+# it stands against this many times its own bytes only.
+_CHANCE = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,9 +113,11 @@ class LinkReport:
     loss : float
         Share of frames lost since the beginning, 0 to 1.
     senders, messages : tuple
-        The same by sender and by message.
+        The same by sender and by message, of those of whom one frame was good.
     sentences : tuple of str
         What the crew should know, in words.
+    unreadable : str
+        The one of them that says that nothing of what arrives can be read; empty where it can.
     """
 
     good: int
@@ -126,6 +134,7 @@ class LinkReport:
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
     sentences: tuple[str, ...]
+    unreadable: str
 
 
 @dataclass(slots=True)
@@ -221,6 +230,10 @@ class LinkHealth:
         self._in_residue = False
         self._run_heads = 0
         self._heads: Counter[int] = Counter()  # in the residue, by message
+        # All of whom no frame was good: one of unknown id has no checksum to prove its sender.
+        self._strangers = _Sender(0, _Rate(0), 0)
+        self._unread = 0  # bytes of residue since something could be read
+        self._read_stamp = 0
         self.damaged = 0
         self.lines = 0
         self.residue_bytes = 0
@@ -234,7 +247,7 @@ class LinkHealth:
     @property
     def unknown(self) -> int:
         """Return the number of frames of unknown id."""
-        return sum(sender.unknown for sender in self._senders.values())
+        return self._strangers.unknown + sum(sender.unknown for sender in self._senders.values())
 
     @property
     def lost(self) -> int:
@@ -251,6 +264,8 @@ class LinkHealth:
             `gsapp.flight.records.RawRecord` holds them, in the order of the stamps.
         """
         for stamp, kind, data in records:
+            if self.last_stamp is None:
+                self._read_stamp = stamp
             if kind == "residue":
                 self._residue(data)
             elif kind == "frame":
@@ -260,7 +275,29 @@ class LinkHealth:
                 self._in_residue = False
                 self.lines += 1
                 self._count(stamp)
+                self._maybe_read(data)
             self.last_stamp = stamp
+
+    @property
+    def unreadable(self) -> str:
+        """Return that nothing of what arrives can be read, in words; empty where it can."""
+        since = (self.last_stamp or 0) - self._read_stamp
+        if self._unread < _UNREADABLE_BYTES or since < _UNREADABLE_US:
+            return ""
+        what = "What came last cannot be read" if self.good else "Nothing that arrives can be read"
+        return (
+            f"{what}, neither as MAVLink nor as lines of text; check the baud rate, the wiring and "
+            "what the sender speaks."
+        )
+
+    def _read_again(self) -> None:
+        """Note a good frame after residue."""
+        if self.unreadable:
+            self._heads.clear()  # what looked like headers was chance
+        self._unread = 0
+
+    def _maybe_read(self, data: bytes) -> None:
+        self._unread = max(0, self._unread - _CHANCE * len(data))
 
     def _count(self, stamp: int) -> None:
         _tick(self._rate or self._begin(stamp), stamp)
@@ -268,6 +305,7 @@ class LinkHealth:
     def _residue(self, data: bytes) -> None:
         """Count the damaged frames in residue: its plausible headers, but at least one."""
         self.residue_bytes += len(data)
+        self._unread += len(data)
         if not self._in_residue:
             self._in_residue = True
             self._run = b""
@@ -309,8 +347,12 @@ class LinkHealth:
         sender, message = self._heard.get(head) or self._hear(head, stamp, sequence)
         if message.known:
             sender.good += 1
+            if self._unread:
+                self._read_again()
+            self._read_stamp = stamp
         else:
             sender.unknown += 1
+            self._maybe_read(data)
         sender.span += 1
         gap = (sequence - sender.expected) & 0xFF
         if not gap:
@@ -333,10 +375,7 @@ class LinkHealth:
         if message.time is not None:
             _take_delay(sender, message, message.time, stamp, data, header)
         elif message.heartbeat:
-            body = data[header : header + 6]
-            if len(body) == 6:
-                sender.ground = body[4] == _GROUND_STATION
-                sender.aircraft = body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
+            _take_kind(sender, data, header)
 
     def _begin(self, stamp: int) -> _Rate:
         """Begin to count frames and lines."""
@@ -346,18 +385,21 @@ class LinkHealth:
     def _hear(self, head: bytes, stamp: int, sequence: int) -> tuple[_Sender, _Message]:
         """Take up system, component and message as they stand in a header."""
         key, number = head[0] << 8 | head[1], int.from_bytes(head[2:], "little")
-        sender = self._senders.get(key)
-        if sender is None:
-            self._senders[key] = sender = _Sender(stamp, _Rate(stamp), sequence)
-        message = sender.messages.get(number)
+        sender, known = self._senders.get(key), number in self._known
+        message = None if sender is None else sender.messages.get(number)
         if message is None:
-            message = sender.messages[number] = _Message(
+            message = _Message(
                 last=stamp,
                 rate=_Rate(stamp),
                 time=self._times.get(number),
-                known=number in self._known,
+                known=known,
                 heartbeat=number == _HEARTBEAT,
             )
+        if sender is None:
+            if not known:
+                return self._strangers, message
+            self._senders[key] = sender = _Sender(stamp, _Rate(stamp), sequence)
+        sender.messages[number] = message
         self._heard[head] = sender, message
         return sender, message
 
@@ -417,7 +459,7 @@ class LinkHealth:
             self._sender_report(key, sender, now) for key, sender in sorted(self._senders.items())
         )
         good = sum(sender.good for sender in senders)
-        unknown = sum(sender.unknown for sender in senders)
+        unknown = self.unknown
         lost = self.lost
         total = good + unknown + lost
         last = self.last_stamp
@@ -436,6 +478,7 @@ class LinkHealth:
             senders=senders,
             messages=tuple(self._message_reports(now)),
             sentences=self.sentences(),
+            unreadable=self.unreadable,
         )
 
     def _sender_report(self, key: int, sender: _Sender, now: int) -> SenderHealth:
@@ -485,11 +528,8 @@ class LinkHealth:
             for key, sender in sorted(self._senders.items())
             if sender.mixed
         )
-        if not self._senders and not self.lines and self.residue_bytes >= _UNREADABLE_BYTES:
-            found.append(
-                "Nothing that arrives can be read, neither as MAVLink nor as lines of text; check "
-                "the baud rate, the wiring and what the sender speaks."
-            )
+        if unreadable := self.unreadable:
+            found.append(unreadable)
         if foreign := self._foreign():
             names = dialect().mavlink_map
             listed = ", ".join(names[number].msgname for number in foreign[:4])
@@ -502,6 +542,9 @@ class LinkHealth:
 
     def _foreign(self) -> list[int]:
         """Return the messages that come often and never whole."""
+        # Where most of what came belongs to no header, the headers were chance.
+        if self.unreadable and self._heads.total() * LONGEST_FRAME < self.residue_bytes:
+            return []
         often = {number for number, count in self._heads.items() if count >= _FOREIGN_HEADS}
         whole = {number for sender in self._senders.values() for number in sender.messages}
         return sorted(often - whole)
@@ -512,6 +555,14 @@ def _tick(rate: _Rate, stamp: int) -> None:
     rate.count += 1
     if not 0 <= stamp - rate.start < _RATE_SPAN_US:
         rate.close(stamp)
+
+
+def _take_kind(sender: _Sender, data: bytes, header: int) -> None:
+    """Tell by a heartbeat what its sender is."""
+    body = data[header : header + 6]
+    if len(body) == 6:
+        sender.ground = body[4] == _GROUND_STATION
+        sender.aircraft = body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
 
 
 def _take_delay(

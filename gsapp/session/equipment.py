@@ -34,13 +34,14 @@ class LinkView:
     Attributes
     ----------
     words : str
-        ``ok``, ``waiting``, ``silent``, ``lost``, ``ended`` ...
+        ``ok``, ``waiting``, ``silent``, ``unreadable``, ``lost``, ``ended`` ...
     severity : Severity
         Whether that is as it should be.
     rate : float
         Messages per second.
     age : float or None
-        Seconds since anything came; None before the first, and in a replay.
+        Seconds since anything came; None before the first, where it cannot be read, and in a
+        replay.
     loss : float
         Share of the frames lost in the last seconds (in a replay: in all), 0 to 1.
     good, damaged, unknown, lost : int
@@ -282,16 +283,21 @@ class EquipmentMonitor:
         report = None if health is None else health.report(self._wall_us())
         loss = self._recent_loss(report, time)
         age = None if report is None else report.age
-        words, severity, sentence = self._state_of_link(age, loss)
+        unreadable = "" if report is None else report.unreadable
+        words, severity, sentence = self._state_of_link(age, loss, unreadable)
+        if words == "unreadable":
+            age = None
         self._say("link", severity, now, sentence, former.severity)
         remarks = () if report is None else report.sentences
-        if remarks:
-            self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(remarks))
+        if others := [said for said in remarks if said != unreadable]:
+            self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
             self._board.clear("aircraft", now)
         return link_view(report, words=words, severity=severity, loss=loss, age=age)
 
-    def _state_of_link(self, age: float | None, loss: float) -> tuple[str, Severity, str]:
+    def _state_of_link(
+        self, age: float | None, loss: float, unreadable: str
+    ) -> tuple[str, Severity, str]:
         status = self._status
         if self._handle is None or status is None:
             return ("ended" if self.ended else "none"), Severity.NORMAL, ""
@@ -306,6 +312,8 @@ class EquipmentMonitor:
                 Severity.WARNING,
                 "the aircraft is silent: nothing received for more than 3 s",
             )
+        if unreadable:
+            return "unreadable", Severity.WARNING, unreadable
         if loss > _MUCH_LOSS:
             return (
                 "weak",

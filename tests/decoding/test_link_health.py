@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import random
 
 import pytest
 from hypothesis import given, settings
@@ -163,6 +164,55 @@ def test_damage_is_counted_by_the_headers_in_the_residue() -> None:
     )
     assert pieces.damaged == 2
     assert pieces.residue_bytes == 40
+
+
+def noise(seconds: float, start: float = 0.0) -> list[tuple[int, str, bytes]]:
+    """Return what a wrong baud rate makes of a stream, 100 bytes every 20 ms."""
+    choose = random.Random(5)
+    return [
+        (START + int((start + 0.02 * k) * 1e6), "residue", choose.randbytes(100))
+        for k in range(int(seconds / 0.02))
+    ]
+
+
+def unknown(sequence: int, system: int) -> bytes:
+    return bytes((0xFD, 4, 0, 0, sequence % 256, system, 7, 0x11, 0x22, 0x33)) + b"abcdef"
+
+
+def test_chance_frames_in_what_cannot_be_read_do_not_pass_for_senders() -> None:
+    """At a wrong baud rate a header of unknown id turns up now and then."""
+    health = LinkHealth()
+    for k, piece in enumerate(noise(120.0)):
+        health.feed([piece])
+        if k % 400 == 200:
+            health.feed([(piece[0], "frame", unknown(k, 3 + k // 400)), (piece[0], "line", b"~")])
+        assert bool(health.unreadable) == (k >= 150)
+    # Nor do headers that turn up more often than chance would have it.
+    for k in range(25):
+        stamp = START + 120_000_000 + k
+        health.feed([(stamp, "residue", attitude(1)[:12] + bytes(900))])
+    report = health.report()
+    assert (report.good, report.unknown, report.senders, report.lost) == (0, 15, (), 0)
+    assert report.sentences == (report.unreadable,)
+    assert "check the baud rate" in report.unreadable
+    after = [(stamp + 130_000_000, kind, data) for stamp, kind, data in records([attitude(1)])]
+    health.feed(after)
+    assert health.sentences() == ()
+
+
+def test_a_link_that_cannot_be_read_any_more_is_told_and_a_burst_is_not() -> None:
+    health = fed(records([attitude(number) for number in range(100)]))
+    health.feed(noise(2.0, start=1.0))
+    assert health.unreadable == ""
+    health.feed(noise(3.0, start=3.0))
+    assert health.unreadable.startswith("What came last cannot be read")
+
+
+def test_frames_of_another_dialect_alone_are_not_called_unreadable() -> None:
+    health = LinkHealth()
+    for k, (stamp, kind, data) in enumerate(noise(10.0)):
+        health.feed([(stamp, "frame", unknown(k, 1) + bytes(24)), (stamp, kind, data[:100])])
+    assert health.unreadable == ""
 
 
 def test_a_host_clock_that_runs_backwards_breaks_nothing() -> None:

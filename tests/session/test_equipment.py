@@ -153,3 +153,9 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
     bench.ahead_us = 4_000_000
     assert bench.look(updated_us=NOW_US + 4_000_000) == {"link": Severity.WARNING}
     assert bench.monitor.link.words == "silent"
+    garbage = [(NOW_US + 4_000_000 + k * 10_000, "residue", b"\xa5" * 50) for k in range(400)]
+    bench.health.feed(garbage)
+    bench.ahead_us = 8_000_000
+    assert bench.look(updated_us=NOW_US + 8_000_000) == {"link": Severity.WARNING}
+    assert (bench.monitor.link.words, bench.monitor.link.age) == ("unreadable", None)
+    assert "check the baud rate" in bench.board.get("link").sentence()

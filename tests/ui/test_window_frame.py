@@ -664,6 +664,11 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
     assert (parts["link"].value, parts["link"].state) == ("–", "warning")
     assert parts["link"].note == "silent 7.0 s"
     assert (parts["flight"].value, parts["flight"].state) == ("–", "unknown")
+    garbage = LinkView(words="unreadable", severity=Severity.WARNING, rate=0.0)
+    port = RecorderView(words="recording", source_state="udpout:10.0.0.7:14550: cannot send")
+    part = {part.id: part for part in bar_parts(BarFacts(name="f", link=garbage, recorder=port))}
+    assert (part["link"].note, part["link"].state) == ("unreadable", "warning")
+    assert "udpout:10.0.0.7:14550: cannot send." in part["link"].detail
     assert parts["record"].note == "recorder dead"
     assert parts["calibration"].note == "2 uncalibrated"
     assert (parts["alarms"].value, parts["alarms"].state) == ("Too fast", "warning")

@@ -18,7 +18,7 @@ from ui.words import (
     percent_text,
 )
 
-_SPEECHLESS = ("waiting", "silent", "lost", "none", "ended", "catching up")
+_SPEECHLESS = ("waiting", "silent", "unreadable", "lost", "none", "ended", "catching up")
 """States of the link in which its last numbers must not stand."""
 
 _STATES: dict[Severity, State] = {
@@ -127,7 +127,8 @@ def _link(facts: BarFacts) -> BarPart:
         return BarPart(
             id="link", word="LINK", value="none", state="plain", detail="No link.", width=176
         )
-    remarks = " ".join(link.remarks)
+    port = facts.recorder.source_state if facts.recorder is not None else ""
+    remarks = " ".join((*link.remarks, *((f"{port}.",) if port else ())))
     state = _STATES[link.severity]
     if facts.replay:
         value = percent_text(link.loss) if link.good or link.lost else DASH
