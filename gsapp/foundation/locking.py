@@ -10,11 +10,14 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from gsapp.foundation.errors import FlightError
+
 if sys.platform == "win32":
     import msvcrt
 else:
     import fcntl
 
+_HELD = frozenset({errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK})
 _FAR = 1 << 30
 """Where Windows locks: far behind the end, since it would forbid reading what is locked."""
 _LOOKS = 4
@@ -45,19 +48,40 @@ class FileLock:
         ----------
         patience : float
             Seconds to try: somebody may be looking whether it is held.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        FlightError
+            If it lies where there are no locks.
         """
-        deadline = time.monotonic() + patience
         descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
-        while not _lock(descriptor, shared=False):
-            if time.monotonic() >= deadline:
+        try:
+            if self._wait(descriptor, time.monotonic() + patience):
+                os.ftruncate(descriptor, 0)
+                os.lseek(descriptor, 0, os.SEEK_SET)
+                os.write(descriptor, str(os.getpid()).encode())
+                self._descriptor = descriptor
+        finally:
+            # A descriptor left open would hold the lock for as long as this process lives.
+            if self._descriptor != descriptor:
                 os.close(descriptor)
+        return self._descriptor == descriptor
+
+    def _wait(self, descriptor: int, deadline: float) -> bool:
+        while True:
+            try:
+                if _lock(descriptor, shared=False):
+                    return True
+            except OSError as error:
+                raise FlightError(
+                    f"{self.path} cannot be locked ({error.strerror or error}); some network "
+                    "drives offer no locks: choose a folder on a disk of this computer"
+                ) from error
+            if time.monotonic() >= deadline:
                 return False
             time.sleep(0.02)
-        os.ftruncate(descriptor, 0)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        os.write(descriptor, str(os.getpid()).encode())
-        self._descriptor = descriptor
-        return True
 
     def release(self) -> None:
         """Give the lock back. May be called twice."""
@@ -82,8 +106,16 @@ def holder(path: Path) -> int | None:
         os.lseek(descriptor, 0, os.SEEK_SET)
         text = os.read(descriptor, 32)
         return int(text) if text.isdigit() else None
+    except OSError:
+        return None  # there are no locks here, so that nobody holds one
     finally:
         os.close(descriptor)
+
+
+def _refuse_unless_held(error: OSError) -> None:
+    """Raise an error that does not say that another holds the lock."""
+    if error.errno not in _HELD:
+        raise error
 
 
 if sys.platform == "win32":
@@ -92,7 +124,8 @@ if sys.platform == "win32":
         os.lseek(descriptor, _FAR, os.SEEK_SET)
         try:
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        except OSError:
+        except OSError as error:
+            _refuse_unless_held(error)
             return False
         return True
 
@@ -129,7 +162,8 @@ else:
     def _lock(descriptor: int, *, shared: bool) -> bool:
         try:
             fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-        except OSError:
+        except OSError as error:
+            _refuse_unless_held(error)
             return False
         return True
 

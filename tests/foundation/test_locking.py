@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import os
 import sys
@@ -13,6 +14,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 import gsapp.foundation.locking
+from gsapp.foundation import FlightError
 
 if sys.platform == "win32":
     pytest.skip("stands for Windows elsewhere", allow_module_level=True)
@@ -53,6 +55,39 @@ def test_one_holds_a_lock_and_its_file_tells_who(locking: ModuleType, tmp_path: 
     assert locking.holder(path) is None
     assert second.acquire(patience=0.0)
     second.release()
+
+
+def test_where_there_are_no_locks_nobody_is_said_to_hold_one(
+    locking: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Some network drives: what a dead process left must not pass for one that lives."""
+    path = tmp_path / "lock"
+    path.write_text("4242")
+
+    def refuse(_descriptor: int, _mode: int) -> None:
+        raise OSError(errno.ENOTSUP, "Operation not supported")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    assert locking.holder(path) is None
+    with pytest.raises(FlightError, match="no locks: choose a folder on a disk of this computer"):
+        locking.FileLock(path).acquire()
+
+
+def test_a_disk_that_fills_up_under_a_lock_does_not_keep_it(
+    locking: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock = locking.FileLock(tmp_path / "lock")
+
+    def full(_descriptor: int, _data: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(os, "write", full)
+        with pytest.raises(OSError, match="No space"):
+            lock.acquire()
+    assert locking.holder(tmp_path / "lock") is None
+    assert lock.acquire(patience=0.0)
+    lock.release()
 
 
 def test_who_looks_is_not_taken_for_a_holder(
