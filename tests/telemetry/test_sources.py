@@ -563,6 +563,36 @@ def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
     source.close()
 
 
+def test_ports_that_cannot_be_listed_do_not_keep_one_from_being_opened() -> None:
+    def ports():
+        raise TypeError("unsupported operand type(s) for >>: 'NoneType' and 'int'")
+
+    opened = []
+
+    def opener(path: str, _baud: int) -> SimpleNamespace:
+        if path == "/dev/ttyUSB9":
+            raise OSError(errno.ENOENT, "could not open port")
+        opened.append(path)
+        return SimpleNamespace(close=opened.clear)
+
+    make_source = source_class("serial")
+    source = make_source(
+        parse_link("serial:/dev/ttyUSB0:57600"), clock=HostClock(), ports=ports, opener=opener
+    )
+    source.open()
+    assert opened == ["/dev/ttyUSB0"]
+    source._lose("pulled out")
+    assert opened == []
+    source.open()
+    assert source.connected
+    source.close()
+    other = make_source(
+        parse_link("serial:/dev/ttyUSB9:57600"), clock=HostClock(), ports=ports, opener=opener
+    )
+    with pytest.raises(LinkAwaitedError, match="there is no serial port /dev/ttyUSB9"):
+        other.open()
+
+
 def test_a_serial_port_is_not_set_up_anew_by_every_read() -> None:
     """Setting the timeout makes the driver do that, on Windows with all its settings."""
     settings = []

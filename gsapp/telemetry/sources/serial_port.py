@@ -119,20 +119,26 @@ class SerialSource(ReconnectingSource):
         self._path = self._find()
         with _as_os_errors():
             self._port = self._opener(self._path, self.address.baud)
-        for port in self._ports():
-            same = same_port(port.device, self._path)
-            if same and port.vid is not None and port.pid is not None:
-                self._identity = Identity(
-                    vid=port.vid, pid=port.pid, serial_number=port.serial_number
-                )
+        # Where they cannot be listed it is found again by its name only.
+        with contextlib.suppress(OSError):
+            for port in self._listed():
+                same = same_port(port.device, self._path)
+                if same and port.vid is not None and port.pid is not None:
+                    self._identity = Identity(
+                        vid=port.vid, pid=port.pid, serial_number=port.serial_number
+                    )
         renamed = "" if self._path == self.address.path else f", now called {self._path}"
         self.state = f"{self.address}: open{renamed}"
+
+    def _listed(self) -> list[PortInfo]:
+        with _as_os_errors():
+            return list(self._ports())
 
     def _find(self) -> str:
         """Return the path under which the device is plugged in now."""
         if self._identity is None:
             return self.address.path
-        found = [port.device for port in self._ports() if self._identity.matches(port)]
+        found = [port.device for port in self._listed() if self._identity.matches(port)]
         if not found:
             raise LinkAwaitedError(
                 f"{self.address}: the device is unplugged; plug it in again and it goes on"
@@ -192,7 +198,10 @@ class SerialSource(ReconnectingSource):
                 f"{self.address}: {path} cannot run at {self.address.baud} baud; choose the rate "
                 "that the radio is set to, usually 57600"
             )
-        there = ", ".join(sorted(port.device for port in self._ports())) or "none"
+        try:
+            there = ", ".join(sorted(port.device for port in self._listed())) or "none"
+        except OSError:
+            there = "unknown"
         odd = "inappropriate ioctl" in text or "not supported by device" in text  # Linux, macOS
         if number in (errno.ENOTTY, errno.EISDIR) or odd:
             return LinkError(
