@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, Protocol, cast
 
@@ -33,12 +33,12 @@ from gsapp.decoding.messages import (
 )
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.stream import Columns, Stream
+from gsapp.decoding.texts import Text, TextJoiner
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
 _STATUSTEXT = 253
 _SYSTEM_TIME = 2
-_TEXT_CHUNK = 50
 _MANY = 1000
 _GIVE_UP_EVERY = 30_000_000
 # By custom ground stations number themselves from here on; what they send is no measurement.
@@ -207,7 +207,7 @@ class Decoder:
         self._system = channel_map.system
         self._components: dict[int, int] = {}
         self._left_out: set[tuple[str, int, int]] = set()
-        self._texts: dict[tuple[int, int, int], dict[int, bytes]] = {}
+        self._texts = TextJoiner()
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -287,6 +287,7 @@ class Decoder:
         """Return the rows that still waited for something better; nothing more will come."""
         self.clock.finish()
         self._take_released(self.health.last_stamp or 0)
+        self._say(self._texts.give_up())
         return self._pull(final=True)
 
     def _pull(self, *, final: bool) -> list[Block]:
@@ -408,6 +409,8 @@ class Decoder:
     def _unmapped(
         self, host: int, system: int, component: int, number: int, payload: bytes
     ) -> None:
+        if self._texts.waits:
+            self._say(self._texts.give_up(host))
         if number == _SYSTEM_TIME:
             if system == self._system and len(payload) > 8:
                 unix = int.from_bytes(payload[:8], "little")
@@ -430,24 +433,22 @@ class Decoder:
     def _text(self, host: int, system: int, component: int, payload: bytes) -> None:
         """Take one STATUSTEXT; long ones come in numbered pieces."""
         row = decode_columns(_STATUSTEXT, [payload])[0]
-        piece, number, place = bytes(row["text"]), int(row["id"]), int(row["chunk_seq"])
-        if number:
-            pieces = self._texts.setdefault((system, component, number), {})
-            pieces[place] = piece
-            if len(piece) == _TEXT_CHUNK and len(self._texts) < _MANY:
-                return
-            del self._texts[system, component, number]
-            piece = b"".join(pieces[key] for key in sorted(pieces))
-        self.messages.append(
+        number, place, severity = int(row["id"]), int(row["chunk_seq"]), int(row["severity"])
+        piece = bytes(row["text"])
+        self._say(self._texts.take(host, system, component, severity, number, place, piece))
+
+    def _say(self, texts: Iterable[Text]) -> None:
+        self.messages.extend(
             Notice(
                 kind="statustext",
-                time=self._time_of(host),
-                stamp_us=host,
-                text=piece.decode("utf-8", "replace").strip(),
-                severity=int(row["severity"]),
-                system=system,
-                component=component,
+                time=self._time_of(text.stamp_us),
+                stamp_us=text.stamp_us,
+                text=text.text,
+                severity=text.severity,
+                system=text.system,
+                component=text.component,
             )
+            for text in texts
         )
 
     def _time_of(self, host: int) -> float | None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -377,6 +378,34 @@ def test_status_texts(cases: SimpleNamespace) -> None:
         ("x" * 50 + "yz", 6),
     ]
     assert decoder.messages[0].time == pytest.approx(5.02)
+
+
+def test_a_text_that_lost_pieces_is_told_as_torn(cases: SimpleNamespace) -> None:
+    """A piece that never comes is marked, and never filled by a later text of its number."""
+    send = cases.Sender()
+    decoder = Decoder(load_channel_map("b777"))
+
+    def said(*records: Any) -> list[str]:
+        before = len(decoder.messages)
+        decoder.feed(records)
+        return [message.text for message in decoder.messages[before:]]
+
+    def piece(at: int, words: bytes, number: int, place: int) -> Any:
+        return send(at, "statustext", 4, words, number, place)
+
+    a, b, c = b"a" * 50, b"b" * 50, b"c" * 50
+    assert said(piece(0, a, 1, 0), piece(1_000, b, 1, 1)) == []
+    # The vehicle has restarted meanwhile, and counts anew.
+    assert said(piece(2_000, b"Battery failsafe", 1, 0)) == [
+        "a" * 50 + "b" * 50 + "…",
+        "Battery failsafe",
+    ]
+    assert said(piece(3_000, a, 9, 0), piece(4_000, b"end", 9, 2)) == ["a" * 50 + "…end"]
+    assert said(piece(5_000, b, 5, 1), send(4_000_000, "heartbeat", 1, 3, 81, 0, 4, 3)) == []
+    assert said(send(5_100_000, "heartbeat", 1, 3, 81, 0, 4, 3)) == ["…" + "b" * 50 + "…"]
+    assert said(piece(6_000_000, c, 6, 0), piece(6_000_001, c, 6, 0)) == []  # by two ways
+    decoder.finish()
+    assert decoder.messages[-1].text == "c" * 50 + "…"
 
 
 def test_lines_of_text(cases: SimpleNamespace, tmp_path: Path) -> None:
