@@ -89,7 +89,8 @@ def check_python() -> None:
     if not OLDEST <= sys.version_info[:2] <= NEWEST:
         other = other_python()
         if other is not None:
-            sys.exit(subprocess.call([*other, str(Path(__file__).resolve()), *sys.argv[1:]]))
+            command = [*other, str(Path(__file__).resolve()), *sys.argv[1:]]
+            sys.exit(give_place(command, dict(os.environ)))
         wanted = f"{OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}"
         example = "py -3.12" if os.name == "nt" else "python3.12"
         raise SetupError(
@@ -255,18 +256,23 @@ def run(
         return 1
 
 
-def hand_over(arguments: list[str], folder: Path | None = None) -> int:
+def give_place(command: list[str], variables: dict[str, str], folder: Path | None = None) -> int:
     """Run what ends by itself when asked to, in its own time: a record, for example, is closed."""
     if os.name == "nt":
         # They reach what runs as well, which else would be killed a quarter of a second later.
         for number in (signal.SIGINT, signal.SIGBREAK):
             signal.signal(number, lambda _number, _frame: None)
-        return run(arguments, folder)
+        return subprocess.call(command, cwd=folder, env=variables)
     # In the place of this one, so that whoever stops this process stops that one.
     if folder is not None:
         os.chdir(folder)
     sys.stdout.flush()
-    return os.execve(venv_python(), [str(venv_python()), *arguments], environment())  # noqa: S606
+    return os.execve(command[0], command, variables)  # noqa: S606
+
+
+def hand_over(arguments: list[str], folder: Path | None = None) -> int:
+    """Give the environment's Python the place of this one."""
+    return give_place([str(venv_python()), *arguments], environment(), folder)
 
 
 def test(arguments: list[str]) -> int:

@@ -85,9 +85,18 @@ def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent another way on Windows")
-@pytest.mark.parametrize(("ask", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)])
+@pytest.mark.parametrize("ask", [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)])
+@pytest.mark.parametrize(
+    "begin",
+    [
+        "bootstrap.venv_python = lambda: Path(sys.executable); bootstrap.hand_over(['-c', inner])",
+        # As under a Python that is too old: the same file is called under another.
+        "bootstrap.OLDEST = bootstrap.NEWEST = (3, 99); sys.argv[1:] = [];"
+        "bootstrap.other_python = lambda: [sys.executable, '-c', inner]; bootstrap.check_python()",
+    ],
+)
 def test_what_runs_is_asked_to_end_and_may_take_its_time(
-    ask: Callable[[int, int], None], number: int
+    begin: str, ask: tuple[Callable[[int, int], None], int]
 ) -> None:
     """A record, for example, is closed first. Ctrl-C goes to all, another signal to one process."""
     inner = (
@@ -100,14 +109,14 @@ def test_what_runs_is_asked_to_end_and_may_take_its_time(
     )
     outer = (
         f"import sys; sys.path.insert(0, {str(BOOTSTRAP.parent)!r}); import bootstrap\n"
-        "from pathlib import Path; bootstrap.venv_python = lambda: Path(sys.executable)\n"
-        f"sys.exit(bootstrap.hand_over(['-c', {inner!r}]))\n"
+        f"from pathlib import Path; inner = {inner!r}; {begin}\n"
     )
     command = [sys.executable, "-c", outer]
     with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
-        ask(process.pid, number)
+        send, number = ask
+        send(process.pid, number)
         assert process.wait(20.0) == 7
 
 
