@@ -84,7 +84,7 @@ def parse_link(text: str) -> LinkAddress:
         return _serial(kind, rest)
     if text == "virtual":
         return LinkAddress(kind="virtual")
-    if text and Path(text).exists():
+    if text and _is_there(text):
         return LinkAddress(kind="flight", path=text)
     if not text:
         raise LinkError(f"a link is missing; write {GRAMMAR}")
@@ -95,14 +95,32 @@ def parse_link(text: str) -> LinkAddress:
     raise LinkError(f"'{text}' is neither a link nor a flight that exists; write {GRAMMAR}")
 
 
+def _is_there(text: str) -> bool:
+    try:
+        return Path(text).exists()
+    except OSError as error:
+        raise LinkError(
+            f"'{text}' is not a link, and as the path of a flight it cannot be opened "
+            f"({error.strerror}); write {GRAMMAR}"
+        ) from error
+
+
+def _whole(text: str) -> int | None:
+    """Return a whole number of plain digits; None where it is none."""
+    if not (text.isascii() and text.isdigit()):
+        return None
+    # No port and no rate is as long, and Python refuses to read thousands of digits.
+    return int(text[:20])
+
+
 def _network(kind: str, rest: str) -> LinkAddress:
     host, _, port = rest.rpartition(":")
     usual = _NETWORK[kind]
-    if not port.isdigit():
+    number = _whole(port)
+    if number is None:
         raise LinkError(
             f"'{kind}:{rest}' lacks its port; write for example {kind}:{rest or LOOPBACK}:{usual}"
         )
-    number = int(port)
     if not 1 <= number <= 65535:
         raise LinkError(
             f"port {port} of '{kind}:{rest}' does not exist; choose one between 1 and 65535, "
@@ -119,12 +137,12 @@ def _network(kind: str, rest: str) -> LinkAddress:
 
 def _serial(kind: str, rest: str) -> LinkAddress:
     path, _, baud = rest.rpartition(":")
-    if not path or not baud.isdigit():
+    number = _whole(baud)
+    if not path or number is None:
         example = rest.rstrip(":") or "/dev/ttyUSB0"
         raise LinkError(
             f"'{kind}:{rest}' lacks its baud rate; write for example {kind}:{example}:57600"
         )
-    number = int(baud)
     if not _LOWEST_BAUD <= number <= _HIGHEST_BAUD:
         raise LinkError(
             f"{baud} baud in '{kind}:{rest}' is not a rate of a serial port; usual are 57600, "

@@ -48,6 +48,10 @@ def test_a_path_that_exists_is_a_flight(tmp_path: Path) -> None:
         ("seriel:/dev/ttyUSB0:57600", "did you mean 'serial:/dev/ttyUSB0:57600'"),
         ("serial:/dev/ttyUSB0", "serial:/dev/ttyUSB0:57600"),
         ("serial:/dev/ttyUSB0:1", "usual are 57600"),
+        ("udpin:localhost:²", "udpin:localhost:²:14550"),
+        ("udpin:localhost:" + "9" * 5000, "between 1 and 65535"),
+        ("serial:/dev/ttyUSB0:5760²", "lacks its baud rate"),
+        ("x" * 300, "; write udpin:HOST:PORT"),
         ("flights/none", "neither a link nor a flight that exists"),
     ],
 )
