@@ -141,10 +141,11 @@ def test_other_rates(rate: float) -> None:
         )
 
 
-def test_impossible_rates_are_refused() -> None:
-    """A rate of nothing says which rates there are."""
+@pytest.mark.parametrize("rate", [0.0, 0.0001, 1e6, math.nan])
+def test_impossible_rates_are_refused(rate: float) -> None:
+    """A rate of nothing says which rates there are, and so does one that rounds to nothing."""
     with pytest.raises(ValueError, match="rows per second"):
-        Grid(0.0)
+        Grid(rate)
 
 
 @pytest.mark.parametrize("places", [[], [3], [0, 1, 2], [1, 3, 5], [2, 0], [0, 1, 3], [4, 4]])
