@@ -209,4 +209,4 @@ def find_recorders() -> list[RecorderHandle]:
 def _reap() -> None:
     for pid, child in list(_children.items()):
         if child.poll() is not None:
-            del _children[pid]
+            _children.pop(pid, None)  # another thread may do the same
