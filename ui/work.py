@@ -49,7 +49,9 @@ class Progress:
 
 
 class Work(QObject):
-    """One piece of work in a thread.
+    """One piece of work in a thread, which is gone from the window once its end was told.
+
+    Who keeps it may still ask whether it runs, and may cancel it.
 
     Parameters
     ----------
@@ -135,3 +137,5 @@ class Work(QObject):
             self.failed.emit(error)
         else:
             self.done.emit(result)
+        # What it was made with and told to may hold a whole flight.
+        self.deleteLater()

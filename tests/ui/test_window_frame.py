@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import sys
+import weakref
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, QSize, Qt, QTimer
+from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -686,6 +688,28 @@ def test_the_bar_tells_a_healthy_flight_in_numbers() -> None:
     assert (parts["link"].value, parts["link"].note) == ("412/s", "0.1 s old, 0.4 % lost")
     assert (parts["record"].value, parts["record"].note) == ("3.21 MB", "growing, 118 GB left")
     assert parts["link"].state == parts["record"].state == "good"
+
+
+def test_a_work_that_has_ended_is_gone_and_may_still_be_asked(qtbot: QtBot) -> None:
+    """Each would stay as long as the window, with all that it was made with."""
+    parent, told = QObject(), []
+    held = set(map(str, range(3)))
+    gone = weakref.ref(held)
+
+    def begin(words: set[str]) -> Work:
+        work = Work("Reading", lambda _progress: len(words), parent)
+        work.done.connect(told.append)
+        work.start()
+        return work
+
+    kept = begin({"a"})
+    begin(held)
+    del held
+    qtbot.waitUntil(lambda: told == [1, 3] and not parent.children())
+    gc.collect()
+    assert gone() is None
+    assert not kept.running
+    kept.cancel()
 
 
 # The end
