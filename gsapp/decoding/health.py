@@ -286,8 +286,8 @@ class LinkHealth:
             return ""
         what = "What came last cannot be read" if self.good else "Nothing that arrives can be read"
         return (
-            f"{what}, neither as MAVLink nor as lines of text; check the baud rate, the wiring and "
-            "what the sender speaks."
+            f"{what}: check the baud rate, the wiring and what the sender speaks; it is neither "
+            "MAVLink nor lines of text."
         )
 
     def _read_again(self) -> None:
