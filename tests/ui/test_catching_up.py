@@ -60,7 +60,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     assert (alarms.value, alarms.note, alarms.state) == ("catching up", "34 %", "unknown")
     assert "34 %" in window.view.alarms._empty.text()
     sheet = window.pilot.state.sheet("US")
-    assert (sheet.word, sheet.leg) == ("NO CUE", "–")
+    assert (sheet.word, sheet.leg, sheet.card.time) == ("NO CUE", "–", "")
     assert "catching up with the flight: 34 %" in [hint.words for hint in sheet.hints]
     assert (loud.tones, mouth.spoken) == ([], [])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from gsapp.excitation.cues import CueSnapshot
@@ -98,7 +98,7 @@ def sheet_of(reading: Reading) -> Sheet:
         gauges=gauges,
         leg=DASH if leg is None else f"{max(math.floor(leg), 0)}",
         leg_short=leg is not None and leg < _SHORT_LEG,
-        card=_card_lines(cues, reading.browsed),
+        card=_card_lines(cues if told else replace(cues, outlook=None), reading.browsed),
         foot=_foot(cues),
     )
 
