@@ -13,7 +13,7 @@ from gsapp.session.marks import MarkBook
 ACKNOWLEDGE: Final = "acknowledge"
 ALARM: Final = "alarm"
 
-_EQUIPMENT = ("link", "recorder", "disk")
+_EQUIPMENT = ("link", "recorder", "disk", "clock")
 _SAME_ALARM_US = 10_000_000
 
 

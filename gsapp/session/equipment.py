@@ -18,13 +18,15 @@ from gsapp.telemetry.status import RecorderStatus, read_status
 _LOOK = 0.5
 """Seconds between looks at the recorder's state, which it writes as often."""
 
-_HANGS_US = 5_000_000
+_HANGS = 5.0
 _SILENT = 3.0
 _LOSS_SPAN = 10.0
 _MUCH_LOSS = 0.1
 _FEW_FRAMES = 50
 _LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
 _NO_TIME, _NO_ROOM = 600.0, 50e6
+_SET_BACK_US = 1_000_000
+"""By how much the computer's clock must be set back for the crew to be told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,6 +155,9 @@ class EquipmentMonitor:
         self._handle: RecorderHandle | None = None
         self._status: RecorderStatus | None = None
         self._written: int | None = None
+        self._updated_us: int | None = None
+        self._spoke = 0.0  # by the clock that never goes back
+        self._told_ahead_us = 0
         self._recent: deque[tuple[float, int, int]] = deque()
         self.link = LinkView(words="waiting")
         self.recorder = RecorderView(words="none")
@@ -167,6 +172,13 @@ class EquipmentMonitor:
     def ended(self) -> bool:
         """Return whether the record is complete: its recorder was told to stop, and did."""
         return self._handle is None and self._status is not None and self._status.state == "stopped"
+
+    def host_us(self) -> int:
+        """Return the present time as the recorder stamps it, microseconds since 1970.
+
+        Where the computer's clock was set back, its stamps went on; ages count from here.
+        """
+        return self._wall_us() + (0 if self._status is None else self._status.ahead_us)
 
     def look(self, health: LinkHealth | None, now: float | None, *, caught_up: bool = True) -> bool:
         """Look at everything, if it is time; return whether it was.
@@ -188,13 +200,38 @@ class EquipmentMonitor:
         self._handle = find_recorder(self._folder)
         status = self._handle.status() if self._handle is not None else None
         self._status = status or read_status(self._folder / STATUS_FILE)
-        self.recorder = self._look_at_recorder(now)
+        self._hear(self._status, time)
+        self._look_at_clock(now)
+        self.recorder = self._look_at_recorder(now, time)
         self.disk = self._look_at_disk(now)
         if caught_up or self._handle is None:
             self.link = self._look_at_link(health, time, now)
         else:
             self.link = replace(self.link, words="catching up", age=None)
         return True
+
+    def _hear(self, status: RecorderStatus | None, time: float) -> None:
+        """Note when the recorder last spoke.
+
+        How old its first word is only the computer's clock can tell. From then on the clock
+        counts that nobody sets.
+        """
+        if status is None or status.updated_us == self._updated_us:
+            return
+        first = self._updated_us is None
+        old = max(self.host_us() - status.updated_us, 0) / 1e6 if first else 0.0
+        self._updated_us, self._spoke = status.updated_us, time - old
+
+    def _look_at_clock(self, now: float | None) -> None:
+        """Tell once of every time that the computer's clock was set back."""
+        ahead = 0 if self._status is None else self._status.ahead_us
+        if ahead - self._told_ahead_us >= _SET_BACK_US:
+            self._told_ahead_us = ahead
+            self._board.raise_("clock", Severity.CAUTION, now, _set_back(ahead))
+        else:
+            # It happened and is over: the alarm stays until somebody has seen it.
+            self._told_ahead_us = min(self._told_ahead_us, ahead)
+            self._board.clear("clock", now)
 
     def _say(
         self, key: str, severity: Severity, now: float | None, words: str, former: Severity
@@ -204,17 +241,18 @@ class EquipmentMonitor:
         elif former is not Severity.NORMAL:
             self._board.clear(key, now)
 
-    def _look_at_recorder(self, now: float | None) -> RecorderView:
+    def _look_at_recorder(self, now: float | None, time: float) -> RecorderView:
         former = self.recorder
         status = self._status
-        words, severity, sentence = self._state_of_recorder()
+        words, severity, sentence = self._state_of_recorder(time)
         self._say("recorder", severity, now, sentence, former.severity)
         if status is None:
             return RecorderView(words=words, severity=severity)
         running = self._handle is not None
         growing = self._written is not None and status.received_bytes > self._written
         self._written = status.received_bytes
-        wrong = (status.error,) if status.error else ()
+        ahead = (_set_back(status.ahead_us),) if status.ahead_us >= _SET_BACK_US else ()
+        wrong = (sentence,) if sentence else ()
         return RecorderView(
             words=words,
             severity=severity,
@@ -224,10 +262,10 @@ class EquipmentMonitor:
             received_bytes=status.received_bytes,
             byte_rate=status.byte_rate if running else 0.0,
             growing=running and growing,
-            remarks=(*wrong, *status.warnings, *status.notes),
+            remarks=(*wrong, *ahead, *status.warnings, *status.notes),
         )
 
-    def _state_of_recorder(self) -> tuple[str, Severity, str]:
+    def _state_of_recorder(self, time: float) -> tuple[str, Severity, str]:
         """Return the state in one word, whether it is well, and the sentence of the alarm."""
         status = self._status
         if self._handle is None:
@@ -243,7 +281,7 @@ class EquipmentMonitor:
             )
         if status is None:
             return "starting", Severity.NORMAL, ""
-        if self._wall_us() - status.updated_us > _HANGS_US:
+        if time - self._spoke > _HANGS:
             return (
                 "hangs",
                 Severity.WARNING,
@@ -280,7 +318,7 @@ class EquipmentMonitor:
 
     def _look_at_link(self, health: LinkHealth | None, time: float, now: float | None) -> LinkView:
         former = self.link
-        report = None if health is None else health.report(self._wall_us())
+        report = None if health is None else health.report(self.host_us())
         loss = self._recent_loss(report, time)
         age = None if report is None else report.age
         unreadable = "" if report is None else report.unreadable
@@ -333,6 +371,15 @@ class EquipmentMonitor:
         came = recent[-1][1] - recent[0][1]
         lost = max(recent[-1][2] - recent[0][2], 0)
         return lost / (came + lost) if came + lost >= _FEW_FRAMES else 0.0
+
+
+def _set_back(ahead_us: int) -> str:
+    seconds = ahead_us / 1e6
+    much = f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
+    return (
+        f"the computer's clock was set back: it is {much} behind the record, which goes on without "
+        "a step; check the date and time"
+    )
 
 
 def link_view(

@@ -122,7 +122,6 @@ class Session:
         self._flight = opened.whole
         self._has_grown = opened.has_grown
         self._clock = clock
-        self._wall_us = wall_us
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
         self._alarm_log = AlarmLog(self.board, self.book, wall_us, self._take_in)
@@ -550,10 +549,10 @@ class Session:
         """Return the flight time at this moment, from which ages count."""
         now = self.now
         decoder = self.decoder
-        if now is None or self.mode == "replay" or decoder is None:
+        if now is None or self.equipment is None or decoder is None:
             return now
         heard = decoder.health.last_stamp
-        silent = 0.0 if heard is None else max(self._wall_us() - heard, 0) / 1e6
+        silent = 0.0 if heard is None else max(self.equipment.host_us() - heard, 0) / 1e6
         return now + silent
 
     def _carrier(self, channel_id: str) -> str | None:

@@ -11,6 +11,10 @@ from typing import Protocol
 class Clock(Protocol):
     """What a source needs to know of time."""
 
+    @property
+    def correction_us(self) -> int:
+        """Return by how much the stamps are ahead of the computer's clock."""
+
     def now_us(self) -> int:
         """Return host time, microseconds since 1970 (UTC); every call gives a higher value."""
 

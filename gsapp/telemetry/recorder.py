@@ -264,6 +264,7 @@ class Recorder:
             warnings=self._warnings(free, seconds),
             notes=list(written.notes),
             parent=os.getppid(),
+            ahead_us=self.clock.correction_us,
         )
 
     def _error(self) -> str:

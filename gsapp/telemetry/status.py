@@ -59,6 +59,10 @@ class RecorderStatus(BaseModel):
         What was found in the folder at the start.
     parent : int
         The process that started it; on Windows the launcher of a virtual environment.
+    ahead_us : int
+        By how much its stamps are ahead of the computer's clock, because that was set back, or
+        because the flight that is continued ends in the future. Whoever compares a stamp with
+        the computer's clock adds it to that.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -86,6 +90,7 @@ class RecorderStatus(BaseModel):
     warnings: list[str] = []
     notes: list[str] = []
     parent: int = 0
+    ahead_us: int = 0
 
 
 def runtime_folder() -> Path:

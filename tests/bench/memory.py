@@ -39,6 +39,7 @@ class SimulatedTime:
     """A clock that stands until it is turned; it serves recorder and session alike."""
 
     seconds: float = 0.0
+    correction_us: int = 0
 
     def now_us(self) -> int:
         """Return the host time, microseconds since 1970."""

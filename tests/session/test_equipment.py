@@ -14,7 +14,8 @@ from gsapp.session import equipment
 from gsapp.session.alarms import AlarmBoard
 from gsapp.session.equipment import EquipmentMonitor
 from gsapp.session.limits import Severity
-from gsapp.telemetry.status import RecorderStatus, write_status
+from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.status import RecorderStatus, read_status, write_status
 
 NOW_US = 1_700_000_000_000_000
 
@@ -26,15 +27,18 @@ class Bench:
     folder: Path
     running: bool = True
     now: float = 0.0
-    ahead_us: int = 0
+    set_us: int = 0
     values: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.board = AlarmBoard()
         self.health = LinkHealth()
-        self.monitor = EquipmentMonitor(
-            self.folder, self.board, lambda: self.now, lambda: NOW_US + self.ahead_us
-        )
+        self.clock = HostClock(wall_us=self.wall_us)
+        self.monitor = EquipmentMonitor(self.folder, self.board, lambda: self.now, self.wall_us)
+
+    def wall_us(self) -> int:
+        """Return what the computer's clock shows, which the test has set by so much."""
+        return NOW_US + round(1e6 * self.now) + self.set_us
 
     def find(self, _: Path) -> Any:
         return self if self.running else None
@@ -46,7 +50,8 @@ class Bench:
             "folder": str(self.folder),
             "state": "recording",
             "started_us": NOW_US,
-            "updated_us": NOW_US + self.ahead_us,
+            "updated_us": self.clock.now_us(),
+            "ahead_us": self.clock.correction_us,
             "connected": True,
             "disk_free_bytes": 10**11,
             "seconds_until_full": 1e6,
@@ -110,8 +115,10 @@ def test_a_recorder_that_fails_hangs_dies_or_was_stopped(bench: Bench) -> None:
     assert bench.monitor.recorder.words == "not writing"
     assert bench.board.get("recorder").sentence() == "The disk is full."
     assert bench.look(error="") == {}
-    bench.ahead_us = 6_000_000
-    assert bench.look(updated_us=NOW_US) == {"recorder": Severity.WARNING}
+    stamp = bench.status().updated_us
+    assert bench.look(updated_us=stamp) == {}
+    bench.now += 6.0
+    assert bench.look() == {"recorder": Severity.WARNING}
     assert bench.monitor.recorder.words == "hangs"
     bench.running = False
     assert bench.look() == {"recorder": Severity.WARNING}
@@ -136,7 +143,7 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
         for k in ticks:
             frames = framer.feed(b"".join(box.tick(k)))
             if k % every == 0:
-                stamp = NOW_US + bench.ahead_us
+                stamp = bench.clock.now_us()
                 bench.health.feed([(stamp, "frame", frame.data) for frame in frames])
 
     hear(range(100))
@@ -146,16 +153,92 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
     assert bench.look() == {"link": Severity.CAUTION}
     assert bench.monitor.link.words == "weak"
     assert 0.2 < bench.monitor.link.loss < 0.6
-    for _ in range(25):
+    for tick in range(200, 225):
+        hear(range(tick, tick + 1))
         bench.look()
-    hear(range(200, 300))
+    hear(range(225, 325))
     assert bench.look() == {}
-    bench.ahead_us = 4_000_000
-    assert bench.look(updated_us=NOW_US + 4_000_000) == {"link": Severity.WARNING}
+    bench.now += 4.0
+    assert bench.look() == {"link": Severity.WARNING}
     assert bench.monitor.link.words == "silent"
-    garbage = [(NOW_US + 4_000_000 + k * 10_000, "residue", b"\xa5" * 50) for k in range(400)]
+    garbage = []
+    for _ in range(400):
+        bench.now += 0.01
+        garbage.append((bench.clock.now_us(), "residue", b"\xa5" * 50))
     bench.health.feed(garbage)
-    bench.ahead_us = 8_000_000
-    assert bench.look(updated_us=NOW_US + 8_000_000) == {"link": Severity.WARNING}
+    assert bench.look() == {"link": Severity.WARNING}
     assert (bench.monitor.link.words, bench.monitor.link.age) == ("unreadable", None)
     assert "check the baud rate" in bench.board.get("link").sentence()
+
+
+@pytest.mark.parametrize("step", [-30.0, 30.0, -3600.0])
+def test_a_clock_that_was_set_hides_no_silence_and_no_hanging_recorder(
+    bench: Bench, box: Any, step: float
+) -> None:
+    """The stamps of a record go on where the computer's clock goes back; so do the ages."""
+    framer = Framer()
+
+    def fly(ticks: range) -> None:
+        for k in ticks:
+            for frame in framer.feed(b"".join(box.tick(k))):
+                bench.health.feed([(bench.clock.now_us(), "frame", frame.data)])
+            bench.now += 0.01
+
+    fly(range(100))
+    assert bench.look() == {}
+    bench.set_us = round(1e6 * step)
+    fly(range(100, 200))
+    told = {"clock": Severity.CAUTION} if step < 0.0 else {}
+    assert bench.look() == told
+    assert bench.monitor.link.words == "ok"
+    assert bench.monitor.link.age == pytest.approx(0.5, abs=0.1)
+    assert bench.monitor.recorder.words == "recording"
+    # Told once, and remembered by the recorder's words after that.
+    alarm = bench.board.get("clock")
+    assert bench.look() == {}
+    if step < 0.0:
+        assert alarm is not None
+        much = "30 s" if step == -30.0 else "60 min"
+        assert f"{much} behind the record" in alarm.sentence()
+        assert any("was set back" in remark for remark in bench.monitor.recorder.remarks)
+    stamp = bench.status().updated_us
+    assert bench.look(updated_us=stamp) == {}
+    bench.now += 20.0
+    assert bench.look() == {"link": Severity.WARNING, "recorder": Severity.WARNING}
+    assert (bench.monitor.link.words, bench.monitor.recorder.words) == ("silent", "hangs")
+    assert bench.monitor.link.age == pytest.approx(22.0, abs=0.1)
+
+
+def test_a_clock_set_back_while_the_recorder_hangs_does_not_hide_that(bench: Bench) -> None:
+    """Its last state cannot tell of the step; the clock that nobody sets goes on counting."""
+    stamp = bench.status().updated_us
+    assert bench.look(updated_us=stamp) == {}
+    bench.set_us = -3_600_000_000
+    bench.now += 6.0
+    bench.monitor.look(bench.health, 12.0)
+    assert bench.monitor.recorder.words == "hangs"
+
+
+def test_a_flight_that_ends_in_the_future_is_continued_with_eyes_open(
+    bench: Bench, box: Any
+) -> None:
+    """As after a former recording on a computer whose clock was ahead."""
+    bench.clock = HostClock(after_us=NOW_US + 30_000_000, wall_us=bench.wall_us)
+    for frame in Framer().feed(b"".join(box.tick(0))):
+        bench.health.feed([(bench.clock.now_us(), "frame", frame.data)])
+    assert bench.look() == {"clock": Severity.CAUTION}
+    bench.now += 5.0
+    assert bench.look() == {"link": Severity.WARNING}
+
+
+def test_a_state_without_the_correction_is_still_read(tmp_path: Path) -> None:
+    """A recorder of an earlier version may run."""
+    path = tmp_path / "recorder.json"
+    path.write_text(
+        '{"pid": 7, "link": "virtual", "folder": "/f", "state": "recording", "started_us": 1, '
+        '"updated_us": 2}',
+        encoding="utf-8",
+    )
+    status = read_status(path)
+    assert status is not None
+    assert status.ahead_us == 0

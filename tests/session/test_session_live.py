@@ -14,12 +14,19 @@ import numpy as np
 import pytest
 
 from gsapp.flight.loading import load_flight
-from gsapp.session import MAX_SPEED, Freshness, Session, Severity, readers
+from gsapp.session import MAX_SPEED, Freshness, Session, Severity, equipment, readers
 from gsapp.session.history import History
 from gsapp.session.running import run_through
 
 Field = Any
 Patience = Callable[..., None]
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every update look at the equipment and at what other windows wrote."""
+    monkeypatch.setattr(equipment, "_LOOK", 0.0)
+    monkeypatch.setattr("gsapp.session.session._EVENTS_EVERY", 0.0)
 
 
 def frames_in(session: Session) -> int:
@@ -113,18 +120,15 @@ def test_the_map_is_found_in_the_stream_itself(
     assert session.snapshot().calibration != ()
 
 
+@pytest.mark.usefixtures("impatient")
 def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
     field: Field, patience: Patience
 ) -> None:
     """Kill -9: alarm, written once for all windows; after the restart the alarm is over."""
     field.record()
-    now = [1000.0]
-    session, other = (
-        Session.follow(field.folder, channel_map="b777", clock=lambda: now[0]) for _ in range(2)
-    )
+    session, other = (Session.follow(field.folder, channel_map="b777") for _ in range(2))
 
     def look() -> None:
-        now[0] += 0.6
         session.update()
         other.update()
 
@@ -152,24 +156,21 @@ def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
     assert session.snapshot().recorder.words == "recording"
 
 
+@pytest.mark.usefixtures("impatient")
 def test_silence_of_the_aircraft_is_said_and_no_value_is_left_standing(
     field: Field, patience: Patience
 ) -> None:
     """Age grows while nothing comes, channels turn stale, the link alarms; then all is well."""
     field.record()
-    now, ahead = [1000.0], [0]
+    ahead = [0]
     session = Session.follow(
         field.folder,
         channel_map="b777",
         aircraft="b777",
-        clock=lambda: now[0],
         wall_us=lambda: time.time_ns() // 1000 + ahead[0],
     )
 
-    def look() -> None:
-        now[0] += 0.6
-        session.update()
-
+    look = session.update
     assert session.states() == {
         name: state
         for name, state in session.states().items()

@@ -237,6 +237,26 @@ def test_an_output_that_is_blocked_does_not_hold_up_the_record(tmp_path, frames,
     assert len(source.written) <= _MOST_UNSENT + 3  # the first is being sent, and the heartbeats
 
 
+def test_a_clock_that_was_set_back_is_told_in_the_status(tmp_path, patience) -> None:
+    """Stamps go on; whoever compares them with the computer's clock must know by how much."""
+    set_back = [0]
+    clock = HostClock(wall_us=lambda: time.time_ns() // 1000 - set_back[0])
+    told: list[RecorderStatus] = []
+    recorder = Recorder(Script(), RawWriter(tmp_path), clock=clock, on_status=told.append)
+    stop = threading.Event()
+    thread = threading.Thread(target=recorder.run, args=(stop,))
+    thread.start()
+    patience(lambda: told)
+    assert told[-1].ahead_us == 0
+    set_back[0] = 30_000_000
+    patience(lambda: told[-1].ahead_us > 29_000_000)
+    stop.set()
+    thread.join(10)
+    stamps = [status.updated_us for status in told]
+    assert stamps == sorted(stamps)
+    assert abs(stamps[-1] - time.time_ns() // 1000) < 1_000_000
+
+
 def test_a_full_disk_is_announced_long_before(tmp_path, frames, patience) -> None:
     room = 50_000_000
     told: list[RecorderStatus] = []

@@ -273,6 +273,8 @@ def test_what_is_away_is_said_and_does_not_raise(tmp_path: Path, port) -> None:
 class FakeClock:
     """Time that passes only when somebody sleeps."""
 
+    correction_us = 0
+
     def __init__(self) -> None:
         self.now = 0.0
         self.sleeps = 0
