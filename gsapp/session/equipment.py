@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gsapp.decoding.health import LinkHealth, LinkReport
-from gsapp.flight.names import STATUS_FILE
 from gsapp.session.alarms import AlarmBoard
 from gsapp.session.limits import Severity
-from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder
-from gsapp.telemetry.status import RecorderStatus, read_status
+from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, last_status
+from gsapp.telemetry.status import RecorderStatus
 
 _LOOK = 0.5
 """Seconds between looks at the recorder's state, which it writes as often."""
@@ -199,7 +198,8 @@ class EquipmentMonitor:
         self._next_look = time + _LOOK
         self._handle = find_recorder(self._folder)
         status = self._handle.status() if self._handle is not None else None
-        self._status = status or read_status(self._folder / STATUS_FILE)
+        # Where nothing can be read any more, what was there last must not pass for nothing.
+        self._status = status or last_status(self._folder) or self._status
         self._hear(self._status, time)
         self._look_at_clock(now)
         self.recorder = self._look_at_recorder(now, time)
@@ -278,6 +278,13 @@ class EquipmentMonitor:
                 Severity.WARNING,
                 "the recorder has died: nothing is recorded; start it again, it goes on in this "
                 "flight",
+            )
+        if not self._handle.sees_folder():
+            return (
+                "without folder",
+                Severity.WARNING,
+                "the flight folder is gone, because its disk was pulled out or it was renamed: "
+                "what comes may be lost; bring it back, or stop and record into another one",
             )
         if status is None:
             return "starting", Severity.NORMAL, ""

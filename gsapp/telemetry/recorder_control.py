@@ -16,7 +16,7 @@ from gsapp.foundation import LinkError
 from gsapp.foundation.locking import holder
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.detaching import start_detached
-from gsapp.telemetry.recorder_process import note_path
+from gsapp.telemetry.recorder_process import note_lock, note_path
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 
 _START_SECONDS = 20.0
@@ -46,16 +46,15 @@ class RecorderHandle:
     def alive(self) -> bool:
         """Return whether it runs: whether this process holds the lock of the folder."""
         _reap()
-        return holder(self.folder / LOCK_FILE) == self.pid
+        return _process(self.folder) == self.pid
+
+    def sees_folder(self) -> bool:
+        """Return whether the flight folder is where it was: neither its disk nor its name gone."""
+        return _has_lock_file(self.folder)
 
     def status(self) -> RecorderStatus | None:
         """Return its latest state; None before the first."""
-        found = [
-            status
-            for path in (self.folder / STATUS_FILE, note_path(self.folder))
-            if (status := read_status(path)) is not None and status.pid == self.pid
-        ]
-        return max(found, key=lambda status: status.updated_us, default=None)
+        return last_status(self.folder, self.pid)
 
     def stop(self, timeout: float = 10.0) -> bool:
         """Ask it to end, and wait; return whether it has ended.
@@ -186,10 +185,42 @@ def _last_words(log: Path, start: int, code: int) -> str:
 
 
 def find_recorder(folder: Path | str) -> RecorderHandle | None:
-    """Return the recorder that records into a flight folder now; None where there is none."""
+    """Return the recorder that records into a flight folder now; None where there is none.
+
+    It is found even where the folder cannot be seen any more, under the name that it had.
+    """
     place = Path(folder).absolute()
-    pid = holder(place / LOCK_FILE)
+    pid = _process(place)
     return None if pid is None else RecorderHandle(folder=place, pid=pid)
+
+
+def last_status(folder: Path | str, pid: int | None = None) -> RecorderStatus | None:
+    """Return what the last recorder of a folder, or a given one, told of itself at the latest.
+
+    It tells so in the folder, and while it runs or where the folder takes nothing, in a note in
+    the runtime folder.
+    """
+    place = Path(folder).absolute()
+    found = [
+        status
+        for path in (place / STATUS_FILE, note_path(place))
+        if (status := read_status(path)) is not None and pid in (None, status.pid)
+    ]
+    return max(found, key=lambda status: status.updated_us, default=None)
+
+
+def _process(place: Path) -> int | None:
+    """Return which process records into a folder, be it one that has disappeared."""
+    pid = holder(place / LOCK_FILE)
+    return holder(note_lock(place)) if pid is None and not _has_lock_file(place) else pid
+
+
+def _has_lock_file(place: Path) -> bool:
+    try:
+        (place / LOCK_FILE).stat()
+    except OSError:
+        return False
+    return True
 
 
 def find_recorders() -> list[RecorderHandle]:
@@ -199,8 +230,9 @@ def find_recorders() -> list[RecorderHandle]:
         status = read_status(path)
         handle = find_recorder(status.folder) if status is not None else None
         if status is None or handle is None:
-            with contextlib.suppress(OSError):
-                path.unlink()
+            for left in (path, path.with_suffix(".lock")):
+                with contextlib.suppress(OSError):
+                    left.unlink()
         else:
             found.append((status.started_us, handle))
     return [handle for _, handle in sorted(found, key=lambda entry: entry[0])]

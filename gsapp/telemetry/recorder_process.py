@@ -1,8 +1,9 @@
 """The recorder as a process: ``python -m gsapp.telemetry.recorder_process LINK FOLDER``.
 
 It holds a lock on the flight folder for as long as it lives, so that there is one at a time and
-everyone can tell whether there is one. It ends cleanly on SIGINT, SIGTERM, or when a file
-``recorder.stop`` appears in the folder.
+everyone can tell whether there is one; and another beside its note in the runtime folder, which
+tells so where the flight folder cannot be seen any more. It ends cleanly on SIGINT, SIGTERM, or
+when a file ``recorder.stop`` appears in the folder.
 """
 
 from __future__ import annotations
@@ -38,6 +39,11 @@ def note_path(folder: Path) -> Path:
     """Return the note in the runtime folder that leads from there to a recorder."""
     name = sha256(str(folder.absolute()).encode()).hexdigest()[:16]
     return runtime_folder() / f"{name}.json"
+
+
+def note_lock(folder: Path) -> Path:
+    """Return the lock beside the note, held for as long as the recorder of a folder lives."""
+    return note_path(folder).with_suffix(".lock")
 
 
 def record(
@@ -87,6 +93,9 @@ def record(
         clock = HostClock(after_us=writer.last_stamp)
         source = open_source(address, clock=clock, **options)
         note = note_path(place)
+        beside = FileLock(note_lock(place))
+        with contextlib.suppress(OSError):
+            beside.acquire(patience=0.0)
 
         def tell(status: RecorderStatus) -> None:
             # The runtime folder usually lies in memory: it tells of a disk that is full.
@@ -104,10 +113,14 @@ def record(
             writer.close()
             raise
         finally:
-            with contextlib.suppress(OSError):
-                note.unlink()
+            beside.release()
+            for path in (note, beside.path):
+                with contextlib.suppress(OSError):
+                    path.unlink()
         status = recorder.status("stopped")
-        write_status(place / STATUS_FILE, status)
+        if not write_status(place / STATUS_FILE, status):
+            # The disk is full or gone: that it was stopped is told all the same.
+            write_status(note, status)
         on_status(status)
         return status
     finally:

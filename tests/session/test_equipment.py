@@ -43,6 +43,9 @@ class Bench:
     def find(self, _: Path) -> Any:
         return self if self.running else None
 
+    def sees_folder(self) -> bool:
+        return True
+
     def status(self) -> RecorderStatus:
         given = {
             "pid": 7,

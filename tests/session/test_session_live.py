@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +18,7 @@ from gsapp.flight.loading import load_flight
 from gsapp.session import MAX_SPEED, Freshness, Session, Severity, equipment, readers
 from gsapp.session.history import History
 from gsapp.session.running import run_through
+from gsapp.telemetry.recorder_control import find_recorders
 
 Field = Any
 Patience = Callable[..., None]
@@ -154,6 +156,67 @@ def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
     look()
     assert session.board.get("recorder") is None
     assert session.snapshot().recorder.words == "recording"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")
+@pytest.mark.usefixtures("impatient")
+def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_stopped(
+    field: Field, patience: Patience
+) -> None:
+    """As where the disk is pulled out: the note in the runtime folder still leads to it."""
+    handle = field.record()
+    session = Session.follow(field.folder, channel_map="b777")
+    field.aircraft.send(50)
+    patience(caught_up(session, field.aircraft.sent))
+    session.update()
+    assert session.board.standing == ()
+    elsewhere = field.folder.with_name("elsewhere")
+    field.folder.rename(elsewhere)
+    session.update()
+    view = session.snapshot().recorder
+    assert (view.words, view.severity) == ("without folder", Severity.WARNING)
+    assert "folder is gone" in session.board.get("recorder").sentence()
+    assert "folder is gone" in view.remarks[0]
+    assert session.recorder == handle
+    assert handle.alive()
+    assert find_recorders() == [handle]
+    # The files that are open go on under their new name; brought back, all is well.
+    field.aircraft.send(50)
+    patience(lambda: handle.status().frames >= field.aircraft.sent)
+    elsewhere.rename(field.folder)
+    patience(caught_up(session, field.aircraft.sent))
+    session.update()
+    assert session.snapshot().recorder.words == "recording"
+    assert not session.board.get("recorder").active
+    assert session.remarks == ()
+    field.folder.rename(elsewhere)
+    session.update()
+    assert session.recorder.stop()
+    assert not handle.alive()
+    session.update()
+    assert session.snapshot().recorder.words == "stopped"
+    assert session.equipment.ended
+    assert find_recorders() == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")
+@pytest.mark.usefixtures("impatient")
+def test_a_recorder_that_dies_together_with_its_folder_is_an_alarm(
+    field: Field, patience: Patience
+) -> None:
+    """Nothing at all is left to be read: then what was there last counts."""
+    handle = field.record()
+    session = Session.follow(field.folder, channel_map="b777")
+    field.aircraft.send(50)
+    patience(caught_up(session, field.aircraft.sent))
+    session.update()
+    field.folder.rename(field.folder.with_name("elsewhere"))
+    os.kill(handle.pid, signal.SIGKILL)
+    patience(lambda: not handle.alive())
+    assert find_recorders() == []
+    session.update()
+    view = session.snapshot().recorder
+    assert (view.words, view.severity) == ("dead", Severity.WARNING)
 
 
 @pytest.mark.usefixtures("impatient")

@@ -254,3 +254,35 @@ def test_a_flight_is_exported_in_the_background(
     work.start()
     until(qtbot, lambda: "Exported." in window.banners.texts())
     assert load_flight(target).block.channels == load_flight(tmp_path / "small.csv").block.channels
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")
+def test_a_flight_folder_that_disappears_is_said_and_its_recording_can_be_ended(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The disk is pulled out, say: the bar turns red, and stopping and closing still work."""
+    port = free_port()
+    with Aircraft(port):
+        window.desk.connect_link(f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777")
+        until(qtbot, lambda: window.desk.is_open and samples(window) > 20)
+        folder = window.desk.session.path
+        elsewhere = folder.with_name("elsewhere")
+        until(qtbot, lambda: window.bar.views["record"].part.state == "good")
+        folder.rename(elsewhere)
+        part = window.bar.views["record"]
+        until(qtbot, lambda: part.part.state == "warning")
+        assert part.part.note == "recorder without folder"
+        assert "The flight folder is gone" in part.part.detail
+        # Asked at closing, the crew stays; then it ends the recording with the key.
+        asked: list[str] = []
+        monkeypatch.setattr(ui.window, "ask_closing", lambda *_: asked.append("?") or "stay")
+        assert not window.close()
+        assert asked == ["?"]
+        monkeypatch.setattr("ui.opening.ask_stop", lambda *_: True)
+        press(
+            qtbot, window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier,
+            Qt.KeyboardModifier.ShiftModifier,
+        )  # fmt: skip
+        until(qtbot, lambda: part.part.value == "stopped")
+    assert find_recorders() == []
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")

@@ -16,6 +16,7 @@ from ui.words import (
     duration_text,
     floor_percent,
     percent_text,
+    sentences,
 )
 
 _SPEECHLESS = ("waiting", "silent", "unreadable", "lost", "none", "ended", "catching up")
@@ -201,7 +202,7 @@ def _recorder(facts: BarFacts) -> BarPart:
         note=note,
         state=state,
         width=216,
-        detail=f"{size} recorded, {note}. {' '.join(recorder.remarks)}".strip(),
+        detail=f"{size} recorded, {note}. {sentences(recorder.remarks)}".strip(),
     )
 
 

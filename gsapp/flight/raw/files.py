@@ -119,7 +119,8 @@ class RawFile:
             self.position += used
             if whole:
                 break
-        self.damage.torn = size - self.position if self.exhausted else 0
+        # A file that has disappeared is smaller than what was read of it.
+        self.damage.torn = max(size - self.position, 0) if self.exhausted else 0
 
     def rest(self, size: int) -> bytes:
         """Return the bytes after the last whole record."""
