@@ -44,6 +44,8 @@ _TELL_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
 _GRACE = 1.0
 """Seconds without a sample after which the charts move on without one."""
+_AGAIN_MS = 1000
+"""After a fault until the flight is gone on with: two milliseconds later it would be the same."""
 _OF_MANEUVERS = "scipy.signal"
 """What the first maneuver needs and charts do not: a third of a second to load."""
 _SETTLING_MS = 500
@@ -105,7 +107,7 @@ class Desk(QObject):
         self._seen: tuple[float | None, int] | None = None
         self._moved_at = 0.0
         self._finished = False
-        self._problem = ""
+        self._problem = self._fault = ""
         self._remarked = False
         self._back_to: float | None = None
         self._pace = Pace(SOONEST_LIVE)
@@ -367,7 +369,7 @@ class Desk(QObject):
         self._aircraft = aircraft
         self._taker = PictureTaker(session)
         self._finished = self._remarked = False
-        self._problem = ""
+        self._problem = self._fault = ""
         self._seen = None
         self._pace = Pace(SOONEST_LIVE if session.replaying is None else SOONEST_REPLAY)
         self._moved_at = time.monotonic()
@@ -455,10 +457,21 @@ class Desk(QObject):
     # The timer
 
     def tick(self) -> None:
-        """Take in what came, paint if there is something new, tell the rest ten times a second."""
-        session = self.session
-        if session is None:
+        """Take in what came, paint if there is something new, tell the rest ten times a second.
+
+        What fails is said once, and tried again after a while.
+        """
+        if self.session is None:
             return
+        try:
+            self._go_on(self.session)
+        except Exception as error:
+            self._timer.setInterval(_AGAIN_MS)
+            if repr(error) != self._fault:
+                self._fault = repr(error)
+                self.faults.report(error)
+
+    def _go_on(self, session: Session) -> None:
         now = time.monotonic()
         tells = now - self._told_at >= _TELL_SECONDS
         if self._timer.interval() != LOOK_MS:

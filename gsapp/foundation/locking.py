@@ -107,7 +107,7 @@ def holder(path: Path) -> int | None:
         text = os.read(descriptor, 32)
         return int(text) if text.isdigit() else None
     except OSError:
-        return None  # there are no locks here, so that nobody holds one
+        return None  # a disk that fails; or one without locks, so that nobody holds one
     finally:
         os.close(descriptor)
 

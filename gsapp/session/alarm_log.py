@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import Final
 
@@ -97,7 +98,8 @@ class AlarmLog:
         fresh, self._logged = log[self._logged :], len(log)
         if not fresh:
             return
-        self.read()
+        with contextlib.suppress(FlightError):
+            self.read()
         stamp = self._wall_us()
         known = {
             event.data.get("alarm")

@@ -233,7 +233,10 @@ class CueWatch:
 
     def _write(self, event: CueEvent) -> None:
         """Write a verdict that no window wrote before."""
-        self._read_events()
+        try:
+            self._read_events()
+        except FlightError:
+            return  # as for a disk that refuses, below
         began = float(event.data["t_input"])
         for other in self._book.others:
             known = other.data.get("t_input")

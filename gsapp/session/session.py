@@ -7,6 +7,7 @@ actions only.
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -24,7 +25,7 @@ from gsapp.flight.certificates import CertificatesUsed, beyond_now, uncalibrated
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.foundation import FileProblemsError
+from gsapp.foundation import FileProblemsError, GroundStationError
 from gsapp.session.account import Account
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarm_watch import AlarmWatch
@@ -38,8 +39,9 @@ from gsapp.session.equipment import (
     link_view,
 )
 from gsapp.session.feeds import LiveFeed, ReplayFeed
+from gsapp.session.guarding import Guarded
 from gsapp.session.history import History
-from gsapp.session.limits import Bands, LimitSet
+from gsapp.session.limits import Bands, LimitSet, Severity
 from gsapp.session.marks import Mark, MarkBook, MarkKind
 from gsapp.session.opened import Opened, open_growing, open_recorded
 from gsapp.session.readers import FlightReader
@@ -65,6 +67,14 @@ if TYPE_CHECKING:
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
+_AGAIN = 1.0
+"""Seconds after which a record that could not be read is tried again."""
+_LIMITS = "limits and missing messages are watched no more"
+_ESTIMATES = "there are no estimates any more"
+_CUES = "there are no cues any more"
+_FURTHER = "not everything that watches the samples works"
+
+log = logging.getLogger(__name__)
 
 
 class Session:
@@ -135,9 +145,11 @@ class Session:
         workers = options.get("workers")
         if workers is not None and self.aircraft is not None:
             self.estimates = self._make_estimates(self.aircraft, workers)
-        every: tuple[Consumer | None, ...] = (self._watch, self.cue_watch, self.estimates)
-        watches = [one for one in every if one is not None]
-        everyone = (*watches, *options.get("consumers", ()))
+        everyone = self._everyone(options.get("consumers", ()))
+        # Who looks for what the crew is told at once.
+        self._urgent = everyone[: 1 if self.cue_watch is None else 2]
+        self._failure = ""
+        self._next_try = -math.inf
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
@@ -211,8 +223,27 @@ class Session:
     # The timer
 
     def update(self, budget: float = 0.008) -> None:
-        """Take in what came, as far as it fits into `budget` seconds; the rest comes next time."""
+        """Take in what came, as far as it fits into `budget` seconds; the rest comes next time.
+
+        A live flight goes on whatever fails: what is wrong with its record stands in `problem` of
+        the snapshot, and link, recorder and disk are looked after all the same.
+        """
         now = self._clock()
+        if self.equipment is None:
+            self._go_on(now, budget)
+            return
+        if now >= self._next_try:
+            try:
+                self._go_on(now, budget)
+            except Exception as error:
+                self._next_try = now + _AGAIN
+                self._note_failure(error)
+            else:
+                self._failure = ""
+        self._look_at_equipment(self.equipment)
+
+    def _go_on(self, now: float, budget: float) -> None:
+        """Take in what came: samples, events, estimates."""
         self.feed.advance(now + budget)
         if now >= self._next_events:
             self._next_events = now + _EVENTS_EVERY
@@ -222,13 +253,26 @@ class Session:
         if now >= self._next_relax:
             self._next_relax = now + _RELAX_EVERY
             self.history.relax()
-        if self.equipment is not None:
-            decoder = self.decoder
-            health = None if decoder is None else decoder.health
-            if self.equipment.look(health, self.now, caught_up=self.feed.present):
-                self._alarm_log.write_equipment()
-                if self.cue_watch is not None:
-                    self.cue_watch.look_at_equipment()
+
+    def _look_at_equipment(self, equipment: EquipmentMonitor) -> None:
+        decoder = self.decoder
+        health = None if decoder is None else decoder.health
+        if equipment.look(health, self.now, caught_up=self.feed.present):
+            self._alarm_log.write_equipment()
+            if self.cue_watch is not None:
+                self.cue_watch.look_at_equipment()
+
+    def _note_failure(self, error: Exception) -> None:
+        """Keep in words why the record cannot be taken in; in the log it stands once."""
+        words = str(error)
+        if not isinstance(error, GroundStationError):
+            words = (
+                f"a step of the program failed ({error!r}): the record is taken in more slowly, or "
+                "not at all; the log has more"
+            )
+        if words != self._failure:
+            self._failure = words
+            log.error("the record cannot be taken in", exc_info=error)
 
     @property
     def has_news(self) -> bool:
@@ -319,8 +363,7 @@ class Session:
         Below 1 the alarms and the cues are those of an earlier time: after a jump in a replay, and
         in a window that was opened late.
         """
-        watches = (self._watch, self.cue_watch)
-        return min(self.feed.watched(one) for one in watches if one is not None)
+        return min(self.feed.watched(one) for one in self._urgent)
 
     @property
     def spoken(self) -> Sequence[Spoken]:
@@ -378,7 +421,7 @@ class Session:
             alarms=standing,
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
-            problem=self._account.problem,
+            problem=self._failure or self._account.problem,
             marks_revision=self.book.revision,
             alarms_revision=self.board.revision,
         )
@@ -509,6 +552,21 @@ class Session:
         )
         live = self.mode == "live"
         return CueWatch(cueing, self.board, self.book, self._alarm_log.read, live=live)
+
+    def _everyone(self, further: Sequence[Consumer]) -> Sequence[Consumer]:
+        """Return who watches the samples; in a live flight none of them may hold up the others."""
+        found: list[tuple[Consumer, str, Severity]] = [(self._watch, _LIMITS, Severity.WARNING)]
+        if self.cue_watch is not None:
+            found.append((self.cue_watch, _CUES, Severity.CAUTION))
+        if self.estimates is not None:
+            found.append((self.estimates, _ESTIMATES, Severity.CAUTION))
+        found += [(one, _FURTHER, Severity.CAUTION) for one in further]
+        if self.mode != "live":
+            return [one for one, _, _ in found]
+        return [
+            Guarded(one, what, severity, self.board, lambda: self.now)
+            for one, what, severity in found
+        ]
 
     def _make_estimates(self, aircraft: Aircraft, workers: Workers) -> EstimateWatch:
         from gsapp.session.estimating.watch import EstimateWatch  # the window starts without it

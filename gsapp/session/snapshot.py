@@ -74,7 +74,7 @@ class SessionSnapshot:
     playhead : Playhead or None
         None while live, and before the first sample of a replay was read.
     problem : str
-        Why nothing is decoded, in words; empty otherwise.
+        Why nothing is decoded, or the record cannot be read, in words; empty otherwise.
     marks_revision, alarms_revision : int
         Grow with every change.
     """

@@ -50,7 +50,11 @@ class RecorderHandle:
 
     def sees_folder(self) -> bool:
         """Return whether the flight folder is where it was: neither its disk nor its name gone."""
-        return _has_lock_file(self.folder)
+        try:
+            (self.folder / LOCK_FILE).stat()
+        except OSError:
+            return False
+        return True
 
     def status(self) -> RecorderStatus | None:
         """Return its latest state; None before the first."""
@@ -211,16 +215,7 @@ def last_status(folder: Path | str, pid: int | None = None) -> RecorderStatus | 
 
 def _process(place: Path) -> int | None:
     """Return which process records into a folder, be it one that has disappeared."""
-    pid = holder(place / LOCK_FILE)
-    return holder(note_lock(place)) if pid is None and not _has_lock_file(place) else pid
-
-
-def _has_lock_file(place: Path) -> bool:
-    try:
-        (place / LOCK_FILE).stat()
-    except OSError:
-        return False
-    return True
+    return holder(place / LOCK_FILE) or holder(note_lock(place))
 
 
 def find_recorders() -> list[RecorderHandle]:

@@ -94,7 +94,7 @@ def record(
         source = open_source(address, clock=clock, **options)
         note = note_path(place)
         beside = FileLock(note_lock(place))
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, FlightError):
             beside.acquire(patience=0.0)
 
         def tell(status: RecorderStatus) -> None:

@@ -14,8 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gsapp.flight.events import EventLog
 from gsapp.flight.loading import load_flight
+from gsapp.flight.raw.files import RawFile
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block
 from gsapp.session import MAX_SPEED, Freshness, Session, Severity, equipment, readers
+from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.history import History
 from gsapp.session.running import run_through
 from gsapp.telemetry.recorder_control import find_recorders
@@ -327,3 +332,103 @@ def test_marks_and_acknowledgments_reach_the_other_window(field: Field) -> None:
     third = Session.follow(field.folder, channel_map="b777")
     third.update()
     assert third.marks == (mark,)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_record_that_cannot_be_read_is_said_once_and_hides_no_dead_recorder(
+    field: Field,
+    patience: Patience,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """A disk fails: the samples stand still, but link and recorder are looked after."""
+    field.record()
+    now = [1000.0]
+    session = Session.follow(field.folder, channel_map="b777", clock=lambda: now[0])
+    field.aircraft.send(50)
+    patience(caught_up(session, field.aircraft.sent))
+    reads = []
+
+    def refuse(file: RawFile) -> int:
+        reads.append(file)
+        raise FlightError(f"{file.path} cannot be read (Device not configured)")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(RawFile, "size", refuse)
+        for _ in range(500):
+            now[0] += 0.002
+            session.update()
+        assert "Device not configured" in session.snapshot().problem
+        os.kill(field.recorder.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+        patience(lambda: (session.update(), session.board.get("recorder") is not None)[1])
+        now[0] += 2.0
+        session.update()
+    assert session.snapshot().recorder.words == "dead"
+    assert len(reads) <= 3
+    assert len([one for one in caplog.records if "cannot be taken in" in one.message]) == 1
+    # Readable again, all of it is there.
+    field.record()
+    field.aircraft.send(50)
+
+    def all_there() -> bool:
+        now[0] += 0.1
+        session.update()
+        return frames_in(session) >= field.aircraft.sent
+
+    patience(all_there)
+    assert session.snapshot().problem == ""
+
+
+@pytest.mark.usefixtures("impatient")
+def test_events_that_cannot_be_read_hide_no_alarm_of_the_equipment(
+    field: Field, patience: Patience, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    handle = field.record()
+    session = Session.follow(field.folder, channel_map="b777")
+
+    def refuse(log: EventLog) -> list[object]:
+        raise FlightError(f"{log.path} cannot be read (Input/output error)")
+
+    monkeypatch.setattr(EventLog, "poll", refuse)
+    session.update()
+    assert "Input/output error" in session.snapshot().problem
+    handle.stop()
+    os.truncate(field.folder / "recorder.json", 0)
+    patience(lambda: (session.update(), session.board.get("recorder") is not None)[1])
+
+
+def test_who_fails_while_watching_holds_up_nobody_else(
+    field: Field, patience: Patience, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The limits fail, and a consumer beside them: said once, and the samples go on."""
+
+    class Watcher:
+        def __init__(self, fault: str = "") -> None:
+            self.fault, self.rows, self.calls = fault, 0, 0
+
+        def feed(self, block: Block) -> None:
+            self.calls += 1
+            if self.fault:
+                raise ValueError(self.fault)
+            self.rows += len(block)
+
+        def settle(self) -> None: ...
+
+        def reset(self) -> None: ...
+
+    def fail(_watch: AlarmWatch, _block: Block) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(AlarmWatch, "feed", fail)
+    field.record()
+    broken, sound = Watcher("no"), Watcher()
+    session = Session.follow(field.folder, channel_map="b777", consumers=(broken, sound))
+    field.aircraft.send(100)
+    patience(caught_up(session, field.aircraft.sent))
+    assert sound.rows > 100
+    assert broken.calls == 1
+    raised = {alarm.key: alarm for alarm in session.board.standing}
+    assert raised["failed:AlarmWatch"].severity is Severity.WARNING
+    assert "limits" in raised["failed:AlarmWatch"].sentence()
+    assert raised["failed:Watcher"].severity is Severity.CAUTION
+    assert session.snapshot().problem == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import sys
 from collections.abc import Iterator
@@ -15,10 +16,13 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import Aircraft, alpha_sent, free_port, open_window, until, write_flight
+from window_kit import KILL, Aircraft, alpha_sent, free_port, open_window, until, write_flight
 
 import ui.window
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.raw.files import RawFile
+from gsapp.foundation import FlightError
+from gsapp.session import Session
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.requests import ConnectRequest
 from ui.window import MainWindow
@@ -286,3 +290,45 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_can_be_ended(
         until(qtbot, lambda: part.part.value == "stopped")
     assert find_recorders() == []
     monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+
+
+def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One banner, and the bar still tells that the recorder died."""
+    raised: list[object] = []
+    window.faults.raised.connect(raised.append)
+    port = free_port()
+    with Aircraft(port):
+        window.desk.connect_link(f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777")
+        until(qtbot, lambda: window.desk.is_open and samples(window) > 20)
+
+        def refuse(file: RawFile) -> int:
+            raise FlightError(f"{file.path.name} cannot be read (Device not configured)")
+
+        monkeypatch.setattr(RawFile, "size", refuse)
+        os.kill(window.desk.session.recorder.pid, KILL)
+        until(qtbot, lambda: window.bar.views["record"].part.note == "recorder dead")
+        qtbot.wait(1500)
+    told = [text for text in window.banners.texts() if "Device not configured" in text]
+    assert len(told) == 1
+    assert raised == []
+
+
+def test_what_fails_in_a_replay_is_told_once(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    calls: list[float] = []
+
+    def fail(_session: Session, budget: float) -> None:
+        calls.append(budget)
+        raise ZeroDivisionError("in the middle")
+
+    monkeypatch.setattr(Session, "update", fail)
+    window.desk.toggle_play()
+    until(qtbot, lambda: any("in the middle" in text for text in window.banners.texts()))
+    qtbot.wait(1500)
+    assert len([text for text in window.banners.texts() if "in the middle" in text]) == 1
+    assert len(calls) <= 4
