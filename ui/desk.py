@@ -5,16 +5,17 @@ from __future__ import annotations
 import importlib
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from datetime import datetime
 from pathlib import Path
-from threading import Thread
+from threading import Lock, Thread
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
-from gsapp.flight.next_flight import hand_over
+from gsapp.flight.next_flight import begin_the_next, hand_over
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, GroundStationError, UnmappedError
 from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
@@ -30,10 +31,10 @@ from ui.flight.reading import PictureTaker, bar_facts
 from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
-from ui.recording import RunningRecorder, launch, prepare_folder, running_recorders
+from ui.recording import Begun, RunningRecorder, launch, prepare_folder, running_recorders
 from ui.settings import SettingsStore, next_flight_path, recording_folder
 from ui.words import sentences
-from ui.work import Progress, Work
+from ui.work import CancelledError, Progress, Work
 
 _BUDGET = 0.006
 _BESIDE_BUDGET = 0.02
@@ -102,6 +103,8 @@ class Desk(QObject):
         self._snapshot: SessionSnapshot | None = None
         self._aircraft: AircraftProcess | None = None
         self._work: Work | None = None
+        self._records: Path | None = None  # where that begins to record
+        self._recording = Lock()
         self._told_at = 0.0
         self._painted_at = 0.0
         self._seen: tuple[float | None, int] | None = None
@@ -210,7 +213,7 @@ class Desk(QObject):
         """
         place = Path(path).expanduser()
         if place.is_dir() and find_recorder(place) is not None:
-            self._open(lambda: self._followed(place, channel_map), place.name)
+            self._open_session(lambda: self._followed(place, channel_map), place.name)
             return
 
         def replay() -> Session:
@@ -220,7 +223,7 @@ class Desk(QObject):
                 workers=OtherProcess(),
             )  # fmt: skip
 
-        self._open(replay, place.name, None if channel_map or calibration else place)
+        self._open_session(replay, place.name, None if channel_map or calibration else place)
 
     def read_with(self, calibration: str | None) -> None:
         """Open the replay anew where it stands, with other certificates.
@@ -245,12 +248,12 @@ class Desk(QObject):
                 workers=OtherProcess(),
             )  # fmt: skip
 
-        self._open(replay, path.name, back_to=here)
+        self._open_session(replay, path.name, back_to=here)
 
     def attach(self, found: RunningRecorder) -> None:
         """Follow a flight that is being recorded."""
         folder = found.handle.folder
-        self._open(lambda: self._followed(folder), folder.name)
+        self._open_session(lambda: self._followed(folder), folder.name)
 
     def connect_aircraft(self, request: ConnectRequest, *, trial: bool = False) -> None:
         """Record a link in a process of its own, and follow it.
@@ -258,14 +261,13 @@ class Desk(QObject):
         A flight for trial gets a copy of what waits for the next one.
         """
 
-        def begin() -> Session:
+        def begin(begun: Begun, progress: Progress) -> None:
             # A second connection to the same flight joins what is recorded already.
             if not request.folder.is_dir() or find_recorder(request.folder) is None:
-                self._prepare(request, trial=trial)
-                start_recorder(request.link, request.folder)
-            return self._followed(request.folder)
+                self._record(request, begun, progress, trial=trial)
+            begun.session = self._followed(request.folder)
 
-        self._open(begin, request.folder.name)
+        self._open(begin, request.folder.name, records=request.folder)
 
     def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
         """Return the session of a flight that is being recorded."""
@@ -274,16 +276,24 @@ class Desk(QObject):
             workers=OtherProcess(),
         )  # fmt: skip
 
-    def _prepare(self, request: ConnectRequest, *, trial: bool = False) -> None:
-        """Make the flight folder, with what waits for the next flight in it.
+    def _record(
+        self, request: ConnectRequest, begun: Begun, progress: Progress, *, trial: bool = False
+    ) -> None:
+        """Make the flight folder, with what waits for the next flight in it, and record into it.
 
-        A flight for trial gets a copy. A card that cannot be read holds up no recording.
+        It waits on until that is not cancelled any more; where a flight is for trial, even then.
+        A card that cannot be read holds up no recording.
         """
+        if not request.folder.exists():
+            begun.folder = request.folder
         folder = FlightFolder(path=prepare_folder(request))
         try:
-            hand_over(next_flight_path(self._store.path), folder, keep=trial)
+            handed_over = hand_over(next_flight_path(self._store.path), folder, keep=True)
+            begun.handed_over = handed_over and not trial
         except GroundStationError as error:
             self.faults.report(error)
+        progress(None, "starting the recorder")
+        begun.recorder = start_recorder(request.link, request.folder)
 
     def connect_link(
         self, link: str, *, channel_map: str | None = None, aircraft: str | None = None
@@ -320,39 +330,89 @@ class Desk(QObject):
             calibration="b777",
         )
 
-        def begin() -> tuple[Session, AircraftProcess]:
-            self._prepare(connect, trial=True)
-            start_recorder(connect.link, connect.folder)
-            return self._followed(connect.folder), launch(request, port)
+        def begin(begun: Begun, progress: Progress) -> None:
+            self._record(connect, begun, progress, trial=True)
+            begun.session = self._followed(connect.folder)
+            begun.aircraft = launch(request, port)
 
-        self._open(begin, request.folder.name)
+        self._open(begin, request.folder.name, records=request.folder)
 
-    def _open(
+    def _open_session(
         self,
-        make: Callable[[], Session | tuple[Session, AircraftProcess]],
+        make: Callable[[], Session],
         name: str,
         wants_map: Path | None = None,
         back_to: float | None = None,
     ) -> None:
-        """Make a session in a thread; the window goes on meanwhile."""
+        """Open what needs nothing but a session."""
 
-        def run(progress: Progress) -> tuple[Session, AircraftProcess | None]:
-            made = make()
-            session, aircraft = made if isinstance(made, tuple) else (made, None)
-            if progress.cancelled:
-                session.close()
-                if aircraft is not None:
-                    aircraft.stop()
-            return session, aircraft
+        def begin(begun: Begun, _progress: Progress) -> None:
+            begun.session = make()
+
+        self._open(begin, name, wants_map, back_to)
+
+    def _open(
+        self,
+        begin: Callable[[Begun, Progress], None],
+        name: str,
+        wants_map: Path | None = None,
+        back_to: float | None = None,
+        records: Path | None = None,
+    ) -> None:
+        """Set a flight going in a thread; the window goes on meanwhile.
+
+        What a work that is cancelled has set going is undone. One that begins to record waits for
+        that, lest it meet the recorder of the one before.
+        """
+
+        def run(progress: Progress) -> Begun:
+            begun = Begun()
+            with self._recording if records is not None else nullcontext():
+                try:
+                    if not progress.cancelled:
+                        begin(begun, progress)
+                    if progress.cancelled:
+                        raise CancelledError
+                except BaseException:
+                    if progress.cancelled:
+                        self._undo(begun)
+                    else:
+                        self._begin_the_next(begun)
+                    raise
+            return begun
 
         if self._work is not None and self._work.running:
             self._work.cancel()
         work = Work(f"Opening {name}", run, self)
-        self._work = work
-        work.done.connect(lambda made: self._show(*made, back_to))
+        self._work, self._records = work, records
+        work.done.connect(lambda begun: self._show(begun, back_to))
+        work.dropped.connect(self._drop)
         work.failed.connect(lambda error: self._failed(error, wants_map))
         self.working.emit(work, "")
         work.start()
+
+    def _drop(self, begun: Begun) -> None:
+        """Undo what was set going in the very moment in which it was cancelled."""
+        wanted = [self.session.path] if self.session is not None else []
+        if self._records is not None and self._work is not None and self._work.running:
+            wanted.append(self._records)
+        if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
+            begun.recorder = begun.folder = None  # another connection has joined it
+        Thread(target=self._undo, args=(begun,), name="undoing").start()
+
+    def _undo(self, begun: Begun) -> None:
+        """End what was set going; called in a thread."""
+        if begun.undo() and begun.folder is not None:
+            words = f"What came before it was cancelled is kept in {begun.folder}."
+            self.said.emit("note", words)
+
+    def _begin_the_next(self, begun: Begun) -> None:
+        """Let nothing wait any more of what this flight was given."""
+        if begun.handed_over:
+            try:
+                begin_the_next(next_flight_path(self._store.path))
+            except GroundStationError as error:
+                self.faults.report(error)
 
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
         if wants_map is not None and wants_map.is_file() and isinstance(error, UnmappedError):
@@ -360,13 +420,15 @@ class Desk(QObject):
         else:
             self.faults.report(error, opening=True)
 
-    def _show(
-        self, session: Session, aircraft: AircraftProcess | None, back_to: float | None
-    ) -> None:
+    def _show(self, begun: Begun, back_to: float | None) -> None:
+        session = begun.session
+        if session is None:
+            return
         self.close()
+        self._begin_the_next(begun)
         self._back_to = back_to
         self.session = session
-        self._aircraft = aircraft
+        self._aircraft = begun.aircraft
         self._taker = PictureTaker(session)
         self._finished = self._remarked = False
         self._problem = self._fault = ""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from gsapp.flight.folder import FlightFolder
 from gsapp.flight.preparing import prepare_flight
+from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
 from gsapp.telemetry.virtual.process import AircraftProcess
 from ui.dialogs.requests import ConnectRequest, VirtualRequest
@@ -28,6 +31,45 @@ class RunningRecorder:
     handle: RecorderHandle
     name: str
     link: str
+
+
+@dataclass(slots=True, eq=False)
+class Begun:
+    """What was set going for a flight that opens; undone if nobody wants it any more.
+
+    Attributes
+    ----------
+    session : Session or None
+        The flight.
+    aircraft : AircraftProcess or None
+        Flies for it.
+    recorder : RecorderHandle or None
+        Was started for it; None where one ran already, or none is needed.
+    folder : Path or None
+        The flight folder, if it was made for it.
+    handed_over : bool
+        Whether the flight has what waited for the next one.
+    """
+
+    session: Session | None = None
+    aircraft: AircraftProcess | None = None
+    recorder: RecorderHandle | None = None
+    folder: Path | None = None
+    handed_over: bool = False
+
+    def undo(self) -> bool:
+        """End everything, and take away a folder without a record; return whether one is kept."""
+        if self.session is not None:
+            self.session.close()
+        if self.aircraft is not None:
+            self.aircraft.stop()
+        ended = self.recorder is None or self.recorder.stop()
+        if self.folder is None or not self.folder.is_dir():
+            return False
+        if not ended or FlightFolder(path=self.folder).records:
+            return True
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return False
 
 
 def running_recorders() -> tuple[RunningRecorder, ...]:

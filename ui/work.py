@@ -70,12 +70,15 @@ class Work(QObject):
         The exception.
     cancelled : Signal
         It stopped because it was asked to.
+    dropped : Signal(object)
+        A result that came after that, for those who must undo it.
     """
 
     progressed = Signal(object, str)
     done = Signal(object)
     failed = Signal(object)
     cancelled = Signal()
+    dropped = Signal(object)
     _ended = Signal(object, object)
 
     def __init__(
@@ -132,6 +135,8 @@ class Work(QObject):
     def _finish(self, result: object, error: BaseException | None) -> None:
         self.running = False
         if isinstance(error, CancelledError) or (self._progress.cancelled and error is None):
+            if error is None:
+                self.dropped.emit(result)
             self.cancelled.emit()
         elif error is not None:
             self.failed.emit(error)

@@ -68,12 +68,26 @@ def hand_over(waiting: Path, folder: FlightFolder, *, keep: bool = False) -> boo
     if planned:
         copy_atomically(plan, folder.path / CARDS_FILE)
     if not keep:
-        _begin_the_next(prepared)
+        begin_the_next(waiting)
     return bool(values or ticks or planned)
 
 
-def _begin_the_next(prepared: CardFile) -> None:
-    """Leave what stays from flight to flight."""
+def begin_the_next(waiting: Path) -> None:
+    """Leave of what waits only what stays from flight to flight: the rest was handed over.
+
+    Parameters
+    ----------
+    waiting : Path
+        Where it waits.
+
+    Raises
+    ------
+    FileProblemsError
+        If a card holds mistakes.
+    FlightError
+        If the disk refuses.
+    """
+    prepared = CardFile(FlightFolder(path=waiting))
     prepared.restore({key: value for key, value in prepared.content.items() if key in STAYS})
     prepared.save()
     with contextlib.suppress(FileNotFoundError):

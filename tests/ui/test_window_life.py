@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,7 +26,9 @@ from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.requests import ConnectRequest
+from ui.settings import next_flight_path
 from ui.window import MainWindow
+from ui.work import Work
 
 
 @pytest.fixture(autouse=True)
@@ -332,3 +335,96 @@ def test_what_fails_in_a_replay_is_told_once(
     qtbot.wait(1500)
     assert len([text for text in window.banners.texts() if "in the middle" in text]) == 1
     assert len(calls) <= 4
+
+
+@pytest.mark.parametrize("moment", ["early", "late", "done"])
+def test_a_connection_that_is_cancelled_leaves_nothing_behind(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    """Neither recorder nor folder: connecting again works at once, and the card still waits."""
+    card = next_flight_path(window.store.path) / "flight.toml"
+    card.parent.mkdir(parents=True, exist_ok=True)
+    card.write_text('notes = "new tire"\n', encoding="utf-8")
+    works: list[Work] = []
+    ended: list[str] = []
+
+    def keep(work: Work, _done: str) -> None:
+        works.append(work)
+        work.cancelled.connect(lambda: ended.append("cancelled"))
+
+    window.desk.working.connect(keep)
+    follow = Session.follow
+
+    def slow(folder: Path, **options: object) -> Session:
+        # Cancelled in the very moment in which the work ends.
+        made = follow(folder, **options)
+        if moment == "late" and not ended:
+            works[0].cancel()
+        return made
+
+    monkeypatch.setattr(Session, "follow", slow)
+    finish = Work._finish
+
+    def cancel_and_finish(work: Work, result: object, error: BaseException | None) -> None:
+        if moment == "done" and not ended:
+            work.cancel()
+        finish(work, result, error)
+
+    link = f"udpin:127.0.0.1:{free_port()}"
+    flights = tmp_path / "flights"
+    if moment == "done":
+        monkeypatch.setattr(Work, "_finish", cancel_and_finish)
+    window.desk.connect_link(link)
+    if moment == "early":
+        works[0].cancel()
+    until(qtbot, lambda: bool(ended))
+    until(qtbot, lambda: find_recorders() == [] and not list(flights.glob("*")))
+    assert not window.desk.is_open
+    assert "new tire" in card.read_text(encoding="utf-8")
+    window.desk.connect_link(link)
+    until(qtbot, lambda: window.desk.is_open)
+    assert window.banners.texts() == () or not any(
+        "in use" in one for one in window.banners.texts()
+    )
+    assert "new tire" in (window.desk.session.path / "flight.toml").read_text(encoding="utf-8")
+    assert "new tire" not in card.read_text(encoding="utf-8")
+    window.desk.stop_now()
+
+
+def test_a_connection_that_is_cancelled_keeps_what_came(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An aircraft that sends already: its bytes stay, and a sentence says where."""
+    works: list[Work] = []
+    window.desk.working.connect(lambda work, _done: works.append(work))
+
+    def wait(folder: Path, **_options: object) -> Session:
+        deadline = time.monotonic() + 20.0
+        while not FlightFolder(path=folder).records and time.monotonic() < deadline:
+            time.sleep(0.01)
+        works[0].cancel()
+        raise FlightError("not wanted any more")
+
+    monkeypatch.setattr(Session, "follow", wait)
+    port = free_port()
+    with Aircraft(port):
+        window.desk.connect_link(f"udpin:127.0.0.1:{port}")
+        until(qtbot, lambda: any("is kept in" in text for text in window.banners.texts()))
+    assert find_recorders() == []
+    (folder,) = (window.desk.next_folder().parent).glob("*")
+    assert FlightFolder(path=folder).records
+
+
+def test_a_second_connection_joins_the_recorder_of_the_first(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """Clicked twice, the first is given up; whatever is recorded goes on being recorded."""
+    link = f"udpin:127.0.0.1:{free_port()}"
+    window.desk.connect_link(link)
+    qtbot.wait(20)
+    window.desk.connect_link(link)
+    until(qtbot, lambda: window.desk.is_open)
+    qtbot.wait(600)
+    assert [handle.folder for handle in find_recorders()] == [window.desk.session.path.absolute()]
+    assert window.desk.session.recorder.alive()
+    window.desk.stop_now()
