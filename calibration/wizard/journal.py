@@ -18,6 +18,7 @@ from typing import Any
 
 from calibration.fit import CalibrationError
 from gsapp.foundation import write_atomically
+from gsapp.foundation.files import flush_to_disk
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +89,7 @@ class Journal:
             try:
                 stream.write(line)
                 stream.flush()
-                os.fsync(stream.fileno())
+                flush_to_disk(stream.fileno())
             except OSError:
                 # Half a line would spoil the next one.
                 with contextlib.suppress(OSError):

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from gsapp.flight.names import EVENTS_FILE
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import flush_to_disk
 from gsapp.foundation.locking import alone
 
 if TYPE_CHECKING:
@@ -251,6 +252,6 @@ def _append_line(path: Path, line: bytes) -> None:
             os.lseek(handle, 0, os.SEEK_END)
             while line:
                 line = line[os.write(handle, line) :]
-            os.fsync(handle)
+            flush_to_disk(handle)
     finally:
         os.close(handle)

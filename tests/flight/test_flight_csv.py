@@ -236,7 +236,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("gsapp.foundation.files.os.fsync", full)
+    monkeypatch.setattr("gsapp.foundation.files.flush_to_disk", full)
     with pytest.raises(FlightError, match="No space left"):
         write_flight_csv(path, block, "base")
     assert path.read_bytes() == before

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 from pathlib import Path
 from typing import IO
 
 from gsapp.foundation import FlightError, write_atomically
-from gsapp.foundation.files import put_in_place
+from gsapp.foundation.files import flush_to_disk, put_in_place
 from gsapp.telemetry.log_download.protocol import LogEntry
 from gsapp.telemetry.log_download.stretches import Missing
 
@@ -72,7 +71,7 @@ class PartialLog:
             If the disk refuses.
         """
         try:
-            os.fsync(self._stream.fileno())
+            flush_to_disk(self._stream.fileno())
             write_atomically(
                 self._note,
                 json.dumps({"log": self._identity(), "missing": self.missing.stretches}),

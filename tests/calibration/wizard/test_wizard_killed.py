@@ -170,7 +170,7 @@ def test_a_journal_cut_at_every_byte_keeps_every_whole_step(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A torn last line is no step, and the next step stands on a line of its own."""
-    monkeypatch.setattr(os, "fsync", lambda _: None)
+    monkeypatch.setattr("calibration.wizard.journal.flush_to_disk", lambda _: None)
     field = Field(tmp_path / "whole", DOUBLE)
     crew = field.begin()
     crew.until(lambda now: len(now.points) == 3)
@@ -243,7 +243,7 @@ def test_a_full_disk_makes_no_step(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", full)
+        patch.setattr("calibration.wizard.journal.flush_to_disk", full)
         with pytest.raises(CalibrationError, match="No space left"):
             crew.press("delete")
         assert len(crew.wizard.view.points) == 1
