@@ -296,7 +296,8 @@ class EquipmentMonitor:
                 "its disk hangs",
             )
         if status.error:
-            return "not writing", Severity.WARNING, status.error
+            words = "on failing disk" if status.unconfirmed else "not writing"
+            return words, Severity.WARNING, status.error
         return status.state, Severity.NORMAL, ""
 
     def _look_at_disk(self, now: float | None) -> DiskView:

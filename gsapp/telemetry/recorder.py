@@ -261,6 +261,7 @@ class Recorder:
             waiting_bytes=written.waiting_bytes,
             dropped_bytes=written.dropped_bytes,
             error=self._error(),
+            unconfirmed=bool(written.sync_error and not (written.error or written.dropped_bytes)),
             warnings=self._warnings(free, seconds),
             notes=list(written.notes),
             parent=os.getppid(),
@@ -274,7 +275,7 @@ class Recorder:
                 f"{written.error or 'The disk was full for long.'} {written.dropped_records} of "
                 "the oldest records could not be kept."
             )
-        return written.error
+        return written.error or written.sync_error
 
     @staticmethod
     def _warnings(free: int | None, seconds: float | None) -> list[str]:

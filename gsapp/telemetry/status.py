@@ -53,6 +53,8 @@ class RecorderStatus(BaseModel):
         Held in memory because the disk refuses; lost because memory was full too.
     error : str
         What is wrong, in words; empty when all is well.
+    unconfirmed : bool
+        Whether what is wrong is only that the disk does not say that it keeps what it took.
     warnings : list of str
         What will be wrong soon.
     notes : list of str
@@ -87,6 +89,7 @@ class RecorderStatus(BaseModel):
     waiting_bytes: int = 0
     dropped_bytes: int = 0
     error: str = ""
+    unconfirmed: bool = False
     warnings: list[str] = []
     notes: list[str] = []
     parent: int = 0

@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation import write_atomically
+from gsapp.decoding.framing import Line
+from gsapp.flight.events import Event, EventLog
+from gsapp.flight.raw import RawWriter
+from gsapp.foundation import files, write_atomically
 from gsapp.foundation.files import appearing, files_of, folder_beside, put_in_place
 
 
@@ -21,7 +24,7 @@ def test_a_failed_write_leaves_the_former_file_and_no_litter(
     def refuse(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", refuse)
+    monkeypatch.setattr(files, "flush_to_disk", refuse)
     with pytest.raises(OSError, match="No space left"):
         write_atomically(path, "after")
     assert path.read_text() == "before"
@@ -125,3 +128,51 @@ def test_what_a_system_lays_into_a_folder_is_not_ours(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=r"(?i)not empty"):
         fill(mine, b"other")
     assert (mine / ".notes").read_text() == "dear to somebody"
+
+
+class Mac:
+    """Calls of the system as macOS has them, with a disk that may not know how to flush."""
+
+    def __init__(self, fault: OSError | None = None) -> None:
+        self.fault = fault
+        self.calls: list[object] = []
+
+    def fcntl(self, _descriptor: int, command: int) -> int:
+        self.calls.append(command)
+        if self.fault is not None:
+            raise self.fault
+        return 0
+
+    def fsync(self, _descriptor: int) -> None:
+        self.calls.append("fsync")
+
+
+@pytest.fixture
+def mac(monkeypatch: pytest.MonkeyPatch) -> Mac:
+    made = Mac()
+    monkeypatch.setattr(files, "_FULL", 51)
+    monkeypatch.setattr(files, "fcntl", made, raising=False)
+    monkeypatch.setattr(os, "fsync", made.fsync)
+    return made
+
+
+def test_a_file_is_flushed_out_of_the_drive_too_where_that_can_be_asked_for(
+    mac: Mac, tmp_path: Path
+) -> None:
+    write_atomically(tmp_path / "file.txt", "kept")
+    EventLog(tmp_path / "events.jsonl").append(Event(kind="mark"))
+    writer = RawWriter(tmp_path / "flight")
+    writer.append(1_000_000, [Line(0, b"1,2", 4)])
+    writer.sync()  # once a second, and quick
+    assert mac.calls == [51, 51, "fsync"]
+    writer.append(1_000_001, [Line(4, b"3,4", 8)])
+    writer.close()
+    assert mac.calls == [51, 51, "fsync", 51]
+
+
+def test_a_file_system_that_knows_no_such_flush_gets_the_usual_one(
+    mac: Mac, tmp_path: Path
+) -> None:
+    mac.fault = OSError(45, "Operation not supported")
+    write_atomically(tmp_path / "file.txt", "kept")
+    assert mac.calls == [51, "fsync"]

@@ -117,7 +117,9 @@ def test_a_recorder_that_fails_hangs_dies_or_was_stopped(bench: Bench) -> None:
     assert bench.look(error="The disk is full.") == {"recorder": Severity.WARNING}
     assert bench.monitor.recorder.words == "not writing"
     assert bench.board.get("recorder").sentence() == "The disk is full."
-    assert bench.look(error="") == {}
+    assert bench.look(error="The disk fails.", unconfirmed=True) == {"recorder": Severity.WARNING}
+    assert bench.monitor.recorder.words == "on failing disk"
+    assert bench.look(error="", unconfirmed=False) == {}
     stamp = bench.status().updated_us
     assert bench.look(updated_us=stamp) == {}
     bench.now += 6.0

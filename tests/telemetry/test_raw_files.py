@@ -308,3 +308,42 @@ def test_a_full_memory_keeps_the_newest_and_tells(tmp_path: Path, frames) -> Non
     assert read[-10:] == sent[-10:]
     assert read[0] == sent[0]
     assert tail.lost == ()
+
+
+def test_a_disk_that_does_not_keep_what_it_took_is_told_until_it_does(
+    tmp_path: Path, frames, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing waits in memory, and writing goes on: another sentence than for a full disk."""
+    failing = True
+
+    def flush(_: int) -> None:
+        if failing:
+            raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "fsync", flush)
+    writer, framer = RawWriter(tmp_path), Framer()
+    sent = frames(4)
+
+    def take(number: int) -> None:
+        writer.append(STAMP + number, framer.feed(sent[number]) + framer.settle())
+
+    take(0)
+    writer.sync()
+    assert "Input/output error" in writer.state.sync_error
+    assert "memory" not in writer.state.sync_error
+    assert writer.state.error == ""
+    told = writer.state.sync_error
+    take(1)
+    assert writer.retry()
+    assert writer.state.sync_error == told
+    # A system forgets what it could not flush: success without anything new proves nothing.
+    writer.sync()
+    failing = False
+    writer.sync()
+    assert writer.state.sync_error == told
+    take(2)
+    writer.sync()
+    assert writer.state.sync_error == ""
+    take(3)
+    writer.close()
+    assert [record.data for record in RawTail(tmp_path).poll()] == sent

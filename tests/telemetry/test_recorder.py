@@ -290,6 +290,30 @@ def test_a_full_disk_does_not_end_the_record(tmp_path, frames, patience) -> None
     assert data_of(tmp_path) == sent
 
 
+def test_a_disk_that_fails_to_flush_is_told_without_a_break(
+    tmp_path, frames, patience, monkeypatch
+) -> None:
+    """One error that stays as long as it is true: an alarm that comes and goes is spoken anew."""
+
+    def broken(_: int) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "fsync", broken)
+    told: list[RecorderStatus] = []
+    source = Script()
+    sent = frames(60)
+    with Running(source, tmp_path, on_status=told.append):
+        for number, frame in enumerate(sent):
+            source.chunks.append(Chunk(1_000_000 + number, frame))
+            time.sleep(0.05)
+    first = next(n for n, status in enumerate(told) if status.error)
+    assert len(told) - first >= 3
+    assert len({status.error for status in told[first:]}) == 1
+    assert all(status.unconfirmed for status in told[first:])
+    assert told[-1].waiting_bytes == 0
+    assert data_of(tmp_path) == sent
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files there")
 def test_a_disk_that_really_takes_no_more(tmp_path, frames) -> None:
     """The operating system itself refuses, in the middle of a record: the file stays whole."""

@@ -20,6 +20,7 @@ from gsapp.flight.raw.files import (
     find_end,
 )
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import flush_to_disk
 
 
 @dataclass(slots=True)
@@ -46,6 +47,8 @@ class WriterState:
         What memory could not hold either.
     error : str
         Why the disk takes no more, in words; empty when it does.
+    sync_error : str
+        Why nobody knows whether the disk keeps what it took, in words; empty when it says so.
     notes : list of str
         What was found and mended in files that were there already.
     """
@@ -58,6 +61,7 @@ class WriterState:
     dropped_records: int = 0
     dropped_bytes: int = 0
     error: str = ""
+    sync_error: str = ""
     notes: list[str] = field(default_factory=list)
 
 
@@ -106,6 +110,7 @@ class RawWriter:
         self._write = write
         self._descriptors: dict[str, int] = {}
         self._unsynced = dict.fromkeys(RAW_FILES, False)
+        self._unkept: set[str] = set()  # files of which a flush has failed
         self._waiting: deque[_Pending] = deque()
         self._closing = threading.Lock()
         try:
@@ -167,18 +172,34 @@ class RawWriter:
         self.state.error = ""
         return True
 
-    def sync(self) -> None:
-        """Flush to the disk itself; may be called from another thread."""
+    def sync(self, *, through: bool = False) -> None:
+        """Flush to the disk; may be called from another thread.
+
+        Parameters
+        ----------
+        through : bool
+            Whether to empty the memory of the drive itself, too, which takes long on macOS and
+            guards against nothing but a power cut.
+        """
+        flush = flush_to_disk if through else os.fsync
         with self._closing:
             for name, descriptor in list(self._descriptors.items()):
-                if not self._unsynced[name]:
+                fresh = self._unsynced[name]
+                if not (fresh or through or name in self._unkept):
                     continue
                 self._unsynced[name] = False
                 try:
-                    os.fsync(descriptor)
+                    flush(descriptor)
                 except OSError as error:
-                    self._unsynced[name] = True
-                    self.state.error = _refusal(self.folder / name, error)
+                    self._unkept.add(name)
+                    self.state.sync_error = _doubt(self.folder, error)
+                else:
+                    # A system may forget what it could not flush, and then call the rest, which
+                    # is nothing, flushed: only what was written since proves that the disk works.
+                    if fresh:
+                        self._unkept.discard(name)
+            if not self._unkept:
+                self.state.sync_error = ""
 
     def close(self) -> None:
         """Write what waits, flush and close. What the disk does not take now is lost."""
@@ -188,7 +209,7 @@ class RawWriter:
                 self.state.dropped_records += pending.records
             self._waiting.clear()
             self.state.waiting_bytes = 0
-        self.sync()
+        self.sync(through=True)
         with self._closing:
             for descriptor in self._descriptors.values():
                 os.close(descriptor)
@@ -245,4 +266,11 @@ def _refusal(path: Path, error: OSError) -> str:
     return (
         f"{path} cannot be written to ({error.strerror or error}); the newest data are kept in "
         "memory until it can."
+    )
+
+
+def _doubt(folder: Path, error: OSError) -> str:
+    return (
+        f"The disk of {folder} takes what comes, but does not say that it keeps it "
+        f"({error.strerror or error}): it may be failing; record to another one."
     )
