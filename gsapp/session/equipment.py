@@ -179,7 +179,14 @@ class EquipmentMonitor:
         """
         return self._wall_us() + (0 if self._status is None else self._status.ahead_us)
 
-    def look(self, health: LinkHealth | None, now: float | None, *, caught_up: bool = True) -> bool:
+    def look(
+        self,
+        health: LinkHealth | None,
+        now: float | None,
+        *,
+        caught_up: bool = True,
+        unread: bool = False,
+    ) -> bool:
         """Look at everything, if it is time; return whether it was.
 
         Parameters
@@ -191,6 +198,8 @@ class EquipmentMonitor:
         caught_up : bool
             Whether everything recorded was counted in `health`. While an older part of the record
             is being read its age says nothing of the link.
+        unread : bool
+            Whether the record cannot be read. What the recorder says of the link counts then.
         """
         time = self._clock()
         if time < self._next_look:
@@ -204,7 +213,9 @@ class EquipmentMonitor:
         self._look_at_clock(now)
         self.recorder = self._look_at_recorder(now, time)
         self.disk = self._look_at_disk(now)
-        if caught_up or self._handle is None:
+        if unread:
+            self.link = self._look_at_unread_link(now)
+        elif caught_up or self._handle is None:
             self.link = self._look_at_link(health, time, now)
         else:
             self.link = replace(self.link, words="catching up", age=None)
@@ -340,6 +351,14 @@ class EquipmentMonitor:
         else:
             self._board.clear("aircraft", now)
         return link_view(report, words=words, severity=severity, loss=loss, age=age)
+
+    def _look_at_unread_link(self, now: float | None) -> LinkView:
+        former = self.link
+        heard = None if self._status is None else self._status.last_data_us
+        age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
+        words, severity, sentence = self._state_of_link(age, 0.0, "")
+        self._say("link", severity, now, sentence, former.severity)
+        return LinkView(words="not read" if words == "ok" else words, severity=severity)
 
     def _state_of_link(
         self, age: float | None, loss: float, unreadable: str

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
@@ -68,7 +68,7 @@ if TYPE_CHECKING:
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
 _AGAIN = 1.0
-"""Seconds after which a record that could not be read is tried again."""
+"""Seconds after which what failed in a live flight is tried again."""
 _LIMITS = "limits and missing messages are watched no more"
 _ESTIMATES = "there are no estimates any more"
 _CUES = "there are no cues any more"
@@ -148,8 +148,9 @@ class Session:
         everyone = self._everyone(options.get("consumers", ()))
         # Who looks for what the crew is told at once.
         self._urgent = everyone[: 1 if self.cue_watch is None else 2]
-        self._failure = ""
-        self._next_try = -math.inf
+        # What fails at present, in words, and when it is tried again.
+        self._failures: dict[str, str] = {}
+        self._again: dict[str, float] = {}
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
@@ -230,49 +231,49 @@ class Session:
         """
         now = self._clock()
         if self.equipment is None:
-            self._go_on(now, budget)
+            self.feed.advance(now + budget)
+            self._look_around(now)
             return
-        if now >= self._next_try:
-            try:
-                self._go_on(now, budget)
-            except Exception as error:
-                self._next_try = now + _AGAIN
-                self._note_failure(error)
-            else:
-                self._failure = ""
+        self._attempt("record", lambda: self.feed.advance(now + budget), now)
+        self._attempt("beside", lambda: self._look_around(now), now)
         self._look_at_equipment(self.equipment)
 
-    def _go_on(self, now: float, budget: float) -> None:
-        """Take in what came: samples, events, estimates."""
-        self.feed.advance(now + budget)
-        if now >= self._next_events:
-            self._next_events = now + _EVENTS_EVERY
-            self._alarm_log.read()
+    def _attempt(self, what: str, step: Callable[[], None], now: float) -> None:
+        """Do a step of a live flight; keep in words why it fails, and try it again later."""
+        if now < self._again.get(what, now):
+            return
+        try:
+            step()
+        except Exception as error:
+            self._again[what] = now + _AGAIN
+            words = str(error)
+            if not isinstance(error, GroundStationError):
+                words = f"a step of the program failed ({error!r}); the log has more"
+            if words != self._failures.get(what):
+                self._failures[what] = words
+                log.error("a live flight cannot be followed", exc_info=error)
+        else:
+            self._failures.pop(what, None)
+
+    def _look_around(self, now: float) -> None:
+        """See what there is beside the samples: estimates, and what all windows wrote."""
         if self.estimates is not None:
             self.estimates.look(self.now)
         if now >= self._next_relax:
             self._next_relax = now + _RELAX_EVERY
             self.history.relax()
+        if now >= self._next_events:
+            self._next_events = now + _EVENTS_EVERY
+            self._alarm_log.read()
 
     def _look_at_equipment(self, equipment: EquipmentMonitor) -> None:
         decoder = self.decoder
         health = None if decoder is None else decoder.health
-        if equipment.look(health, self.now, caught_up=self.feed.present):
+        unread = "record" in self._failures
+        if equipment.look(health, self.now, caught_up=self.feed.present, unread=unread):
             self._alarm_log.write_equipment()
             if self.cue_watch is not None:
                 self.cue_watch.look_at_equipment()
-
-    def _note_failure(self, error: Exception) -> None:
-        """Keep in words why the record cannot be taken in; in the log it stands once."""
-        words = str(error)
-        if not isinstance(error, GroundStationError):
-            words = (
-                f"a step of the program failed ({error!r}): the record is taken in more slowly, or "
-                "not at all; the log has more"
-            )
-        if words != self._failure:
-            self._failure = words
-            log.error("the record cannot be taken in", exc_info=error)
 
     @property
     def has_news(self) -> bool:
@@ -421,7 +422,7 @@ class Session:
             alarms=standing,
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
-            problem=self._failure or self._account.problem,
+            problem=next(iter(self._failures.values()), self._account.problem),
             marks_revision=self.book.revision,
             alarms_revision=self.board.revision,
         )

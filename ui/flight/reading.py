@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gsapp.session.estimating.picture import EstimateRow
 
 _NO_BANDS = Bands()
-_DUMB = ("silent", "unreadable", "lost")
+_DUMB = ("silent", "unreadable", "not read", "lost")
 _MESSAGES_EVERY = 5
 _ESTIMATES_EVERY = 10
 _FIRST_SECONDS = 3.0

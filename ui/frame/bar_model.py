@@ -19,7 +19,9 @@ from ui.words import (
     sentences,
 )
 
-_SPEECHLESS = ("waiting", "silent", "unreadable", "lost", "none", "ended", "catching up")
+_SPEECHLESS = (
+    "waiting", "silent", "unreadable", "not read", "lost", "none", "ended", "catching up",
+)  # fmt: skip
 """States of the link in which its last numbers must not stand."""
 
 _STATES: dict[Severity, State] = {
