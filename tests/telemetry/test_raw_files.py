@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import random
+import shutil
 import struct
+import sys
 import tempfile
 from pathlib import Path
 
@@ -347,3 +349,36 @@ def test_a_disk_that_does_not_keep_what_it_took_is_told_until_it_does(
     take(3)
     writer.close()
     assert [record.data for record in RawTail(tmp_path).poll()] == sent
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")
+def test_a_disk_that_was_pulled_out_is_written_to_again_when_it_is_back(
+    tmp_path: Path, frames
+) -> None:
+    """What was open on it stays dead; the files are opened anew, and nothing is missing."""
+    folder, pulled = tmp_path / "stick", tmp_path / "pulled"
+    dead: set[int] = set()
+
+    def write(descriptor: int, data: bytes) -> int:
+        if os.fstat(descriptor).st_ino in dead:
+            raise OSError(errno.EIO, "Input/output error")
+        return os.write(descriptor, data)
+
+    writer, framer, sent = RawWriter(folder, write=write), Framer(), frames(9)
+
+    def take(numbers: range) -> None:
+        for number in numbers:
+            writer.append(STAMP + number, framer.feed(sent[number]) + framer.settle())
+
+    take(range(3))
+    dead.add((folder / FRAMES_FILE).stat().st_ino)
+    folder.rename(pulled)
+    take(range(3, 6))
+    assert writer.state.waiting_bytes > 0
+    assert not writer.retry()
+    shutil.copytree(pulled, folder)
+    take(range(6, 9))
+    assert writer.retry()
+    assert (writer.state.error, writer.state.waiting_bytes) == ("", 0)
+    writer.close()
+    assert [record.data for record in RawTail(folder).poll()] == sent

@@ -22,6 +22,8 @@ from gsapp.flight.raw.files import (
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import flush_to_disk
 
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC)
+
 
 @dataclass(slots=True)
 class _Pending:
@@ -253,12 +255,25 @@ class RawWriter:
                 pending.begun = True
         except OSError as error:
             self.state.error = _refusal(path, error)
+            if error.errno not in _NO_ROOM:
+                self._let_go(pending.name)
             return False
         return True
 
+    def _let_go(self, name: str) -> None:
+        """Open a file anew next time: a disk that was pulled out and put back is another one."""
+        # A flush that hangs on that disk must not hold up what still comes.
+        if name in self._descriptors and self._closing.acquire(blocking=False):
+            try:
+                os.close(self._descriptors.pop(name))
+            except OSError:
+                pass  # it is let go all the same
+            finally:
+                self._closing.release()
+
 
 def _refusal(path: Path, error: OSError) -> str:
-    if error.errno in (errno.ENOSPC, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC):
+    if error.errno in _NO_ROOM:
         return (
             f"The disk of {path.parent} is full; the newest data are kept in memory: make room, "
             "and writing goes on."
