@@ -260,6 +260,8 @@ def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
         [sys.executable, "-m", "gsapp.cli", "discrepancy", str(flight), "--out", "answer", *named],
         cwd=tmp_path, stdin=end, stdout=end, stderr=end, start_new_session=True,
         env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+        # The tests themselves may run where Ctrl-C is ignored: in the background of a script.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - no locks
     )  # fmt: skip
     os.close(end)
     shown = ""

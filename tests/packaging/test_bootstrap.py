@@ -112,7 +112,11 @@ def test_what_runs_is_asked_to_end_and_may_take_its_time(
         f"from pathlib import Path; inner = {inner!r}; {begin}\n"
     )
     command = [sys.executable, "-c", outer]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
+    # The tests themselves may run where Ctrl-C is ignored: in the background of a script.
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - no locks
+    ) as process:  # fmt: skip
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
         send, number = ask

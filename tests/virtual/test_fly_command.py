@@ -88,7 +88,11 @@ def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path)
     """By whoever shuts the machine down, or closes the terminal."""
     command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(tmp_path / "flight")]
     number = getattr(signal, name)
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        # The tests themselves may run under nohup.
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # noqa: PLW1509 - it locks nothing
+    )  # fmt: skip
     try:
         deadline = time.monotonic() + 60.0
         while not any(path.stat().st_size for path in tmp_path.rglob("raw.tlog")):
