@@ -21,7 +21,7 @@ from gsapp.foundation import FlightError, GroundStationError, UnmappedError
 from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
 from gsapp.session.estimating.workers import OtherProcess
 from gsapp.telemetry.address import parse_link
-from gsapp.telemetry.recorder_control import find_recorder, start_recorder
+from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, start_recorder
 from gsapp.telemetry.virtual.process import AircraftProcess, free_port
 from ui.commands import Need, key_text
 from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
@@ -102,6 +102,7 @@ class Desk(QObject):
         self._taker: PictureTaker | None = None
         self._snapshot: SessionSnapshot | None = None
         self._aircraft: AircraftProcess | None = None
+        self._left: list[RecorderHandle] = []
         self._work: Work | None = None
         self._records: Path | None = None  # where that begins to record
         self._recording = Lock()
@@ -151,6 +152,12 @@ class Desk(QObject):
     def records_here(self) -> bool:
         """Return whether the open flight is being recorded."""
         return self.session is not None and self.session.recorder is not None
+
+    @property
+    def recording_elsewhere(self) -> tuple[RecorderHandle, ...]:
+        """Return the recorders of flights that were open here, are not now, and still record."""
+        here = self.session.path.absolute() if self.session is not None else None
+        return tuple(left for left in self._left if left.folder != here and left.alive())
 
     @property
     def present(self) -> tuple[Need, ...]:
@@ -424,6 +431,7 @@ class Desk(QObject):
         session = begun.session
         if session is None:
             return
+        former = self.session.recorder if self.session is not None else None
         self.close()
         self._begin_the_next(begun)
         self._back_to = back_to
@@ -440,15 +448,26 @@ class Desk(QObject):
         self.changed.emit()
         self._timer.start()
         QTimer.singleShot(_SETTLING_MS, self, _load_what_maneuvers_need)
+        self._tell_of(former)
 
     def close_flight(self) -> None:
         """Close the flight; what is recorded goes on being recorded."""
-        name, recorded = self.name, self.records_here
+        former = self.session.recorder if self.session is not None else None
         self.close()
         self.changed.emit()
-        if recorded:
-            words = f"{name} goes on being recorded. {key_text('Ctrl+R')} attaches again."
+        self._tell_of(former)
+
+    def _tell_of(self, former: RecorderHandle | None) -> None:
+        """Say that the flight which was open goes on being recorded, if it does."""
+        if former is not None and former in self.recording_elsewhere:
+            words = (
+                f"{former.folder.name} goes on being recorded. {key_text('Ctrl+R')} attaches again."
+            )
             self.said.emit("note", words)
+
+    def give_up(self, recorder: RecorderHandle) -> None:
+        """Say and ask nothing of a recorder any more: somebody else ends it."""
+        self._left = [left for left in self._left if left != recorder]
 
     def close(self) -> None:
         """Give the session back. Recorder and virtual aircraft go on."""
@@ -458,6 +477,8 @@ class Desk(QObject):
         session, self.session = self.session, None
         self._taker = self._snapshot = self._aircraft = None
         if session is not None:
+            if session.recorder is not None and session.recorder not in self._left:
+                self._left.append(session.recorder)
             session.close()
 
     def stop_recording(self) -> None:

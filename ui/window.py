@@ -319,16 +319,21 @@ class MainWindow(QMainWindow):
         self.bar.fit(self.height())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about a recording, remember the window, and close."""
-        if self.pilot.training.running:
+        """Ask about the recordings, remember the window, and close."""
+        trains = self.pilot.training.running
+        elsewhere = self.desk.recording_elsewhere
+        names = [recorder.folder.name for recorder in elsewhere]
+        if self.desk.records_here and not trains:
+            names.insert(0, self.desk.name or "The flight")
+        answer = ask_closing(self, *names) if names else "leave"
+        if answer == "stay":
+            event.ignore()
+            return
+        if trains or answer == "stop":
             self.desk.stop_now()
-        elif self.desk.records_here:
-            answer = ask_closing(self, self.desk.name or "The flight")
-            if answer == "stay":
-                event.ignore()
-                return
-            if answer == "stop":
-                self.desk.stop_now()
+        if answer == "stop":
+            for recorder in elsewhere:
+                recorder.stop()
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
         self.gap.close_search()

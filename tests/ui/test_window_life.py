@@ -198,6 +198,37 @@ def test_a_flight_is_replayed_with_keys_alone(
     assert traced_pixels(window) > 200
 
 
+def test_a_recording_is_not_forgotten_when_another_flight_opens(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The crew is told, Ctrl+R comes back to it, and closing the window asks about it."""
+    asked: list[tuple[str, ...]] = []
+    answers = iter(("stay", "stop"))
+
+    def answer(_parent: object, *flights: str) -> str:
+        asked.append(flights)
+        return next(answers)
+
+    monkeypatch.setattr(ui.window, "ask_closing", answer)
+    folder = tmp_path / "flights" / "first"
+    window.desk.connect_aircraft(
+        ConnectRequest(
+            link=f"udpin:127.0.0.1:{free_port()}", folder=folder, channel_map="b777",
+            aircraft="b777", calibration="b777",
+        )
+    )  # fmt: skip
+    until(qtbot, lambda: window.desk.records_here)
+    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_replay)
+    assert any("first goes on being recorded" in text for text in window.banners.texts())
+    window.close()
+    assert window.isVisible()
+    window.close()
+    assert not window.isVisible()
+    assert asked == [("first",), ("first",)]
+    assert find_recorder(folder) is None
+
+
 def test_cursors_give_values_and_differences(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:

@@ -199,17 +199,17 @@ class MapDialog(FormDialog):
         self.fit(480)
 
 
-def ask_closing(parent: QWidget, what: str) -> ClosingAnswer:
-    """Ask what shall become of the recording when its window closes.
+def ask_closing(parent: QWidget, *flights: str) -> ClosingAnswer:
+    """Ask what shall become of the recordings of some flights when their window closes.
 
     Leaving it running is the default: nothing is lost by a key pressed in haste.
     """
     box = QMessageBox(parent)
     box.setWindowTitle("Recording")
     box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(f"{what} is being recorded.")
+    box.setText(f"{' and '.join(flights)} {'is' if len(flights) == 1 else 'are'} being recorded.")
     box.setInformativeText(
-        "The recorder runs in a process of its own. Left running, it goes on without this window, "
+        "A recorder runs in a process of its own. Left running, it goes on without this window, "
         "and the next window finds it again."
     )
     leave = box.addButton("Leave it running", QMessageBox.ButtonRole.AcceptRole)

@@ -135,6 +135,7 @@ class Training(QObject):
         aircraft, self._aircraft = self._aircraft, None
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
+            self._desk.give_up(recorder)
             self._ending = Work("Ending the recording", lambda _tell: recorder.stop(), self)
             self._ending.start()
         if aircraft is not None:
