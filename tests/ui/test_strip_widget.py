@@ -207,14 +207,35 @@ def test_the_wheel_zooms_about_the_pointer(qtbot, strips):
     assert strips.view.x(before) + place.x == pytest.approx(x, abs=2)
 
 
-def wheel(widget, x, y, turn):
+def test_a_touchpad_zooms_by_how_far_the_fingers_move(strips):
+    """Proves that small turns add up to one step, and that slanting ones count as the larger."""
+    plot = strips.geometry_in_pixels.plot
+    x, y = plot.x + 200, plot.y + 50
+    seconds = strips.view.seconds
+    for _ in range(7):
+        wheel(strips, x, y, 15, 5)
+    assert strips.view.seconds == seconds
+    wheel(strips, x, y, 15, -14)
+    nearer = strips.view.seconds
+    assert nearer < seconds
+    wheel(strips, x, y, 90)
+    wheel(strips, x, y, -90)
+    wheel(strips, x, y, 90)
+    assert strips.view.seconds == nearer
+    first = strips.view.columns[0]
+    wheel(strips, x, y, 8, 60)
+    assert strips.view.columns[0] < first
+    assert strips.view.seconds == nearer
+
+
+def wheel(widget, x, y, turn, sideways=0):
     point = QPointF(x, y)
     widget.wheelEvent(
         QWheelEvent(
             point,
             widget.mapToGlobal(point),
             QPoint(0, 0),
-            QPoint(0, turn),
+            QPoint(sideways, turn),
             Qt.MouseButton.NoButton,
             Qt.KeyboardModifier.NoModifier,
             Qt.ScrollPhase.NoScrollPhase,

@@ -16,6 +16,7 @@ from ui.keyboard import ArrowKeys
 from ui.look import Look
 from ui.review.timeline_drawing import TimelineSpan
 from ui.review.timeline_picture import TimelinePicture
+from ui.wheel import along_and_up
 
 _REACH = 6
 """Points beside an edge in which it is taken hold of."""
@@ -202,14 +203,11 @@ class Timeline(TimelinePicture, ArrowKeys):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom about the pointer; with Shift, or sideways, move."""
-        steps = event.angleDelta()
-        shifted = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        sideways = steps.x() or (steps.y() if shifted else 0)
-        if sideways:
-            self.view.pan(-sideways / 120.0 * _STEP * self.view.seconds)
-        elif steps.y():
-            at = self.scale.time(event.position().x())
-            self.view.zoom(_ZOOM ** (steps.y() / 120.0), at)
+        along, up = along_and_up(event)
+        if along:
+            self.view.pan(-along * _STEP * self.view.seconds)
+        elif up:
+            self.view.zoom(_ZOOM**up, self.scale.time(event.position().x()))
         self._redraw()
         event.accept()
 

@@ -46,6 +46,7 @@ from ui.strips.raster import ring_pieces
 from ui.strips.ticks import number, time_step
 from ui.strips.view import StripView
 from ui.theme import DAYLIGHT, Theme, sizes
+from ui.wheel import Notches, along_and_up
 from ui.words import DASH
 
 _FRAME = 16  # ms between looks at the history
@@ -117,6 +118,7 @@ class StripChart(QWidget):
         self._header_key: tuple[float | bool, float | None] | None = None
         self._tick = 10.0
         self._stale_build = True
+        self._notches = Notches()
         self._actions = self._make_actions()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -672,14 +674,12 @@ class StripChart(QWidget):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom about the pointer; with Shift, or sideways, scroll."""
-        steps = event.angleDelta()
-        sideways = steps.x() or (
-            steps.y() if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 0
-        )
-        if sideways:
-            self.scroll(-sideways / 120.0 * 0.1 * self.view.seconds)
-        elif steps.y():
-            self.zoom(1 if steps.y() > 0 else -1, self._time_at(event.position().x()))
+        along, up = along_and_up(event)
+        steps = self._notches.turn(up)
+        if along:
+            self.scroll(-along * 0.1 * self.view.seconds)
+        elif steps:
+            self.zoom(steps, self._time_at(event.position().x()))
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
