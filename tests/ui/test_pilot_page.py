@@ -27,11 +27,12 @@ from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.quantities.constants import FOOT
 from ui.look import Look
-from ui.pilot.canvas import PilotCanvas
+from ui.pilot.canvas import PilotCanvas, foot_words
 from ui.pilot.fitting import fit, letters, shortened
 from ui.pilot.flight_cues import FlightCues
 from ui.pilot.reading import Reading, sheet_of
 from ui.pilot.second import other_screen
+from ui.pilot.sheet import STATEMENTS
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
 
@@ -229,6 +230,49 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
             assert (shown[top:bottom] == panel).all(), (name, top)
         left = int(min(row.left() for row in rows)) - 1
         assert (shown[:, :left] == panel).all(), name
+
+
+def test_letters_grow_with_the_size_of_text(
+    window: MainWindow, flown: Flown, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The menu, the bar and the buttons grow too, and must not do so at the cost of the page."""
+    used: dict[str, int] = {}
+
+    def watched(text: str, *sizes: object, **how: object) -> QFont:
+        font = fit(text, *sizes, **how)
+        used[text] = font.pixelSize()
+        return font
+
+    monkeypatch.setattr(ui.pilot.canvas, "fit", watched)
+    monkeypatch.setattr(ui.pilot.gauge_drawing, "fit", watched)
+    window.resize(1280, 800)
+    former: dict[str, int] = {}
+    for scale in (100, 125, 150, 200):
+        dress(window, "daylight", scale)
+        used.clear()
+        pixels(show(window, flown, BASE))
+        titles = {words: used[words] for words in ("SPEED", "LEG LEFT", "FLIGHT")}
+        assert all(size >= 0.11 * scale for size in titles.values())
+        assert all(titles[words] >= size for words, size in former.items()), scale
+        former = titles
+        judged = [size for words, size in used.items() if words.startswith("Not judged")]
+        assert all(size >= 0.11 * scale for size in judged)
+
+
+def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
+    """What cannot be judged goes before what can, and neither is cut in its middle."""
+    look = Look()
+    page = PilotCanvas(look)
+    qtbot.addWidget(page)
+    page.show_sheet(sheet_of(Reading(cues=BASE, open=True)))
+    first, second = page.sheet.foot.split(STATEMENTS)
+    box = QRectF(0, 0, QFontMetricsF(letters(11)).horizontalAdvance(page.sheet.foot) - 5, 14)
+    assert foot_words(page.sheet.foot, box, 11) == first
+    assert foot_words(page.sheet.foot, box.adjusted(0, 0, 20, 0), 11).endswith(second)
+    page.resize(1160, 480)
+    assert page.regions().foot is not None
+    look.set_scale(200)
+    assert page.regions().foot is None
 
 
 def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_it(

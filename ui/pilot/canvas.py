@@ -11,20 +11,24 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ui.look import Look, mixed
 from ui.pilot.fitting import fit, shortened
-from ui.pilot.gauge_drawing import paint_gauge
-from ui.pilot.regions import Regions, regions
+from ui.pilot.gauge_drawing import TITLE_SHARE, paint_gauge
+from ui.pilot.regions import SMALL, Regions, regions
 from ui.pilot.shapes import paint_ring, paint_shape
-from ui.pilot.sheet import CardLines, Hint, Sheet, Tone
+from ui.pilot.sheet import STATEMENTS, CardLines, Hint, Sheet, Tone
 from ui.words import DASH
 
 _ALIGN: Final = Qt.AlignmentFlag
 _WRAP: Final = Qt.TextFlag.TextWordWrap
 _LEAST: Final = 9
 """Pixels of the smallest letters, in a window smaller than any that is meant."""
-_SMALL: Final = 11
-"""Pixels of the small line's letters, at least; what then has no room ends in an ellipsis."""
+_LARGEST_SMALL: Final = 17
+"""Pixels of the small line's letters, at most; times the scale of the window."""
+_TITLE: Final = 24
+"""Pixels of the letters of titles, at most; times the scale of the window."""
 _CAPITALS: Final = 1.0
 """Size of the big word's letters, times the height of its box."""
+_LEAD_SHARE: Final = 0.2
+"""Share of the card's height for its title."""
 _CORNER: Final = 8
 _BORDER: Final = 2.0
 
@@ -35,7 +39,7 @@ class PilotCanvas(QWidget):
     Parameters
     ----------
     look : Look
-        Colors and units; sizes come from the widget's own size alone.
+        Colors and units, and the least size of letters; all else is as large as the widget allows.
 
     Attributes
     ----------
@@ -74,7 +78,7 @@ class PilotCanvas(QWidget):
 
     def regions(self) -> Regions:
         """Return where everything stands."""
-        return regions(float(self.width()), float(self.height()))
+        return regions(float(self.width()), float(self.height()), self._look.sizes.scale)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it, or the part of it that moved."""
@@ -91,7 +95,7 @@ class PilotCanvas(QWidget):
             (places.card.united(places.time), self._paint_card),
             (places.foot, self._paint_foot),
         ):
-            if asked.intersects(box):
+            if box is not None and asked.intersects(box):
                 paint(painter, places)
         painter.end()
 
@@ -152,12 +156,14 @@ class PilotCanvas(QWidget):
     def _paint_gauges(self, painter: QPainter, places: Regions) -> None:
         gauges = self.sheet.gauges
         for gauge, box in zip(gauges, places.gauge_boxes(len(gauges)), strict=True):
-            paint_gauge(painter, self._look, gauge, box)
+            paint_gauge(painter, self._look, gauge, box, places)
 
     def _paint_foot(self, painter: QPainter, places: Regions) -> None:
-        # All of it is in the description; here the first of it, which is what is missing.
-        words = shortened(self.sheet.foot, places.foot, _SMALL)
-        self._text(painter, words, places.foot, 17, "muted", wrap=True)
+        if places.foot is not None:
+            scale = self._look.sizes.scale
+            words = foot_words(self.sheet.foot, places.foot, round(SMALL * scale))
+            largest = round(_LARGEST_SMALL * scale)
+            self._text(painter, words, places.foot, largest, "muted", wrap=True)
 
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
         color = self._look.color(
@@ -180,32 +186,33 @@ class PilotCanvas(QWidget):
         box = places.leg
         if not self.sheet.leg:
             return
-        title = box.adjusted(0, 0, 0, -0.78 * box.height())
-        number = box.adjusted(0, 0.22 * box.height(), 0, 0)
-        self._text(painter, "LEG LEFT", title, 24, "muted", right=True)
+        title, number = places.titled(box, TITLE_SHARE)
+        self._title(painter, "LEG LEFT", title, right=True)
         role = "caution" if self.sheet.leg_short else "text"
         words = self.sheet.leg if self.sheet.leg == DASH else f"{self.sheet.leg} s"
         self._text(painter, words, number, 400, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: Regions) -> None:
         card, box, time = self.sheet.card, places.card, places.time
-        high = box.height()
-        lead = box.adjusted(0, 0, 0, -0.8 * high)
-        words = box.adjusted(0, 0.2 * high, 0, -0.36 * high)
-        gain = box.adjusted(0, 0.66 * high, 0, 0)
+        lead, below = places.titled(box, _LEAD_SHARE)
+        words, gain = _parted(below)
         if card == CardLines():
             return
         painter.setPen(self._look.color("line"))
         painter.drawLine(box.topLeft(), time.topRight())
-        self._text(painter, card.lead, lead, 24, "muted")
+        self._title(painter, card.lead, lead)
         self._text(painter, card.words, words, 400, "text", bold=True)
         self._text(painter, card.gain, gain, 400, "caution" if card.problem else "text", wrap=True)
+        title, below = places.titled(time, _LEAD_SHARE)
+        upper, lower = _parted(below)
         if card.time or card.room:
-            self._text(painter, "FLIGHT", lead_of(time), 24, "muted", right=True)
-        upper = time.adjusted(0, 0.2 * high, 0, -0.36 * high)
-        lower = time.adjusted(0, 0.66 * high, 0, 0)
+            self._title(painter, "FLIGHT", title, right=True)
         self._text(painter, card.time, upper, 400, "text", bold=True, right=True)
         self._text(painter, card.room, lower, 400, "text", right=True)
+
+    def _title(self, painter: QPainter, words: str, box: QRectF, *, right: bool = False) -> None:
+        largest = round(_TITLE * self._look.sizes.scale)
+        self._text(painter, words, box, largest, "muted", right=right)
 
     def _text(
         self,
@@ -229,6 +236,16 @@ class PilotCanvas(QWidget):
         painter.drawText(box, flags | _WRAP if wrap else flags, words)
 
 
-def lead_of(box: QRectF) -> QRectF:
-    """Return the strip on top of a box where its title stands."""
-    return box.adjusted(0, 0, 0, -0.8 * box.height())
+def _parted(box: QRectF) -> tuple[QRectF, QRectF]:
+    """Return where the words of a card stand below its title, and the smaller ones below them."""
+    high = box.height()
+    return box.adjusted(0, 0, 0, -0.45 * high), box.adjusted(0, 0.575 * high, 0, 0)
+
+
+def foot_words(told: str, box: QRectF, pixels: int) -> str:
+    """Return what the small line holds: whole statements where one fits, the first one first.
+
+    All of it is in the description of the page; here what cannot be judged goes before what can.
+    """
+    held = shortened(told, box, pixels)
+    return held if held == told else shortened(told.split(STATEMENTS)[0], box, pixels)

@@ -9,20 +9,25 @@ from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from ui.look import Look
 from ui.pilot.fitting import fit
+from ui.pilot.regions import Regions
 from ui.pilot.sheet import Gauge
 
 _ALIGN: Final = Qt.AlignmentFlag
 _NUMBER: Final = 0.36
 """Share of the width for the number."""
 _LEAST: Final = 9
+_TITLE: Final = 24
+"""Pixels of the letters of its title, at most; times the scale of the window."""
+TITLE_SHARE: Final = 0.22
+"""Share of the height for its title."""
 
 
-def paint_gauge(painter: QPainter, look: Look, gauge: Gauge, box: QRectF) -> None:
+def paint_gauge(painter: QPainter, look: Look, gauge: Gauge, box: QRectF, places: Regions) -> None:
     """Draw a gauge into a box."""
     high = box.height()
     left = QRectF(box.left(), box.top(), _NUMBER * box.width(), high)
-    _words(painter, look, gauge.title, left.adjusted(0, 0, 0, -0.78 * high), 24, "muted")
-    number = left.adjusted(0, 0.22 * high, 0, 0)
+    title, number = places.titled(left, TITLE_SHARE)
+    _words(painter, look, gauge.title, title, round(_TITLE * look.sizes.scale), "muted")
     _number(painter, look, gauge, number)
     if gauge.low is None or gauge.high is None:
         return

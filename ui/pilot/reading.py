@@ -14,7 +14,7 @@ from gsapp.excitation.trim.cue import TrimCue
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card import SURFACES
 from ui.pilot.gauges import input_gauges, point_gauges
-from ui.pilot.sheet import CardLines, Gauge, Hint, Sheet, SignName, Tone
+from ui.pilot.sheet import STATEMENTS, CardLines, Gauge, Hint, Sheet, SignName, Tone
 from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_text
 from ui.words import DASH, clock_text, count_text, duration_text, floor_percent, keys_text
 
@@ -314,4 +314,4 @@ def _foot(cues: CueSnapshot) -> str:
     told = [f"Not judged: {'; '.join(missing)}"] if missing else []
     if judged:
         told.append(f"Judged: {'; '.join(judged)}")
-    return " · ".join(told)
+    return STATEMENTS.join(told)

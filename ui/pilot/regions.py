@@ -1,4 +1,5 @@
-"""Where everything stands on the page; from its size alone, so that nothing ever jumps."""
+"""Where everything stands on the page; from its size and that of letters alone, so that nothing
+ever jumps."""  # noqa: D205, D209
 
 from __future__ import annotations
 
@@ -13,13 +14,22 @@ _SIDE: Final = 0.19
 """Share of the width for seconds of leg and for time left, on the right."""
 _MARGIN: Final = 0.016
 """Share of the width that is left free around everything."""
+SMALL: Final = 11
+"""Pixels of the small line's letters, at least; times the scale of the window."""
+_TITLE: Final = 15
+"""Pixels of the letters of titles, at least; times the scale of the window."""
+_LINE: Final = 1.25
+"""Room for a line of letters, times their height."""
+_MOST_TITLE: Final = 0.32
+"""Share of its box that a title takes at most."""
 _FIRST_HINT: Final = 0.6
 """Share of their row that the first of two hints takes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regions:
-    """Boxes of the page, pixels."""
+    """Boxes of the page, pixels; no `foot` where it has no room for a line of the small letters,
+    and how high a title is at least."""  # noqa: D205, D209
 
     state: QRectF
     sign: QRectF
@@ -29,7 +39,21 @@ class Regions:
     leg: QRectF
     card: QRectF
     time: QRectF
-    foot: QRectF
+    foot: QRectF | None
+    least_title: float
+
+    def titled(self, box: QRectF, share: float) -> tuple[QRectF, QRectF]:
+        """Return the strip on top of a box where its title stands, and what is below.
+
+        Parameters
+        ----------
+        box : QRectF
+        share : float
+            Of its height for the title, unless the least letters take more.
+        """
+        high = box.height()
+        strip = min(max(share * high, self.least_title), _MOST_TITLE * high)
+        return box.adjusted(0, 0, 0, strip - high), box.adjusted(0, strip, 0, 0)
 
     def hint_boxes(self, count: int) -> tuple[QRectF, ...]:
         """Return the boxes of so many hints, the first one larger."""
@@ -54,17 +78,23 @@ class Regions:
         )
 
 
-def regions(width: float, height: float) -> Regions:
-    """Return the boxes of a page of this size."""
+def regions(width: float, height: float, scale: float) -> Regions:
+    """Return the boxes of a page of this size, with letters of this scale."""
     gap = _MARGIN * min(width, 1.6 * height)
     inner = QRectF(gap, gap, width - 2 * gap, height - 2 * gap)
     free = inner.height() - gap * (len(_ROWS) - 1)
+    shares = _ROWS
+    if _ROWS[-1] * free < _LINE * SMALL * scale:
+        # What can be read from afar has its room before what cannot.
+        shares = _ROWS[:-1]
+        free += gap
     rows = []
     top = inner.top()
-    for share in _ROWS:
-        rows.append(QRectF(inner.left(), top, inner.width(), share * free))
-        top += share * free + gap
-    state, hints, gauges, card, foot = rows
+    for share in shares:
+        high = share / sum(shares) * free
+        rows.append(QRectF(inner.left(), top, inner.width(), high))
+        top += high + gap
+    state, hints, gauges, card = rows[:4]
     pad = 0.1 * state.height()
     side = min(state.height() - 2 * pad, 0.25 * state.width())
     sign = QRectF(state.left() + pad, state.center().y() - side / 2, side, side)
@@ -81,5 +111,6 @@ def regions(width: float, height: float) -> Regions:
         leg=QRectF(gauges.right() - right, gauges.top(), right, gauges.height()),
         card=card.adjusted(0, 0, -right - gap, 0),
         time=QRectF(card.right() - right, card.top(), right, card.height()),
-        foot=foot,
+        foot=rows[4] if len(rows) > 4 else None,
+        least_title=_LINE * _TITLE * scale,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 Tone = Literal["plain", "good", "caution", "warning", "strong", "unknown"]
 """How something is colored: ``strong`` is ink with light letters, ``unknown`` has no value."""
@@ -14,6 +14,10 @@ SignName = Literal[
     "unknown", "danger", "land",
 ]  # fmt: skip
 """Shapes that say the same as the word, or which way; see `ui.pilot.shapes`."""
+
+
+STATEMENTS: Final = " · "
+"""Between the statements of the small line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
