@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
+import shutil
+import tomllib
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import platformdirs
-from pydantic import Field
+from pydantic import Field, ValidationError
 
-from gsapp.foundation import FileProblemsError, StrictModel, read_toml, write_toml
+from gsapp.foundation import StrictModel, write_toml
 from ui.review.estimate_wishes import Wishes
 
 _APPLICATION = "gsapp"
@@ -192,38 +197,68 @@ class SettingsStore:
     current : Settings
         As they are now.
     complaint : str
-        Why the file could not be used; empty if it could. It is then kept under another name.
+        What of the file could not be used, or that it cannot be written; empty if all is well.
+        What could not be used is kept under another name.
+    refused : callable
+        Called with a sentence, once, when the file cannot be written although it seemed so.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.complaint = ""
+        self.refused: Callable[[str], object] = lambda _sentence: None
         self.current = self._read()
+        self._told = not _may_write(path)
+        if self._told:
+            self.complaint = f"{self.complaint} {self._forgetting}".lstrip()
+
+    @property
+    def _forgetting(self) -> str:
+        return (
+            f"What you set is forgotten when the window closes: {self.path} cannot be written. "
+            "Check the permissions of that folder, and that the disk has room."
+        )
 
     def _read(self) -> Settings:
-        if not self.path.exists():
-            return Settings()
+        """Return what can be used of the file; a single bad value costs that value alone."""
         try:
-            return read_toml(self.path, Settings)
-        except FileProblemsError as error:
-            kept = self.path.with_suffix(".damaged.toml")
-            with contextlib.suppress(OSError):
-                self.path.replace(kept)
-            log.warning("settings not used: %s", error)
+            content = tomllib.loads(self.path.read_text(encoding="utf-8"))
+        except (FileNotFoundError, NotADirectoryError):
+            return Settings()
+        except (OSError, ValueError) as error:
+            log.warning("settings not used: %s: %s", self.path, error)
+            kept = self._keep(shutil.move)
             self.complaint = (
-                f"The settings in {self.path.name} could not be read ({error.problems[0]}): "
-                f"the window starts with its defaults, the old file is kept as {kept.name}."
+                f"The settings in {self.path} cannot be read: the window begins as at its first "
+                f"start.{kept}"
             )
             return Settings()
+        found, bad = _usable(content)
+        if bad:
+            log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
+            kept = self._keep(shutil.copyfile)
+            self.complaint = (
+                f"Of the settings in {self.path} some cannot be used and are as at the first "
+                f"start: {', '.join(bad)}.{kept}"
+            )
+        return found
+
+    def _keep(self, lay_aside: Callable[[Path, Path], object]) -> str:
+        """Lay the file aside as it is, and return a sentence about where it is kept."""
+        kept = self.path.with_suffix(".damaged.toml")
+        with contextlib.suppress(OSError):
+            lay_aside(self.path, kept)
+            return f" The former file is kept as {kept.name} beside it."
+        return ""
 
     def change(self, **values: object) -> Settings:
-        """Change some values and write the file; a disk that refuses is only logged."""
+        """Change some values and write the file; a disk that refuses is told and logged."""
         self.replace(self.current.changed(**values))
         return self.current
 
     def replace(self, settings: Settings) -> None:
         """Take other settings and write them."""
-        if settings == self.current and self.path.exists():
+        if settings == self.current and os.access(self.path, os.F_OK):
             return
         self.current = settings
         try:
@@ -231,3 +266,46 @@ class SettingsStore:
         except OSError as error:
             # The window goes on; only its memory is lost.
             log.warning("settings not saved to %s: %s", self.path, error)
+            if not self._told:
+                self._told = True
+                self.refused(self._forgetting)
+
+
+def _may_write(path: Path) -> bool:
+    """Return whether a file can be written, so far as permissions tell."""
+    place = path.parent
+    while not os.access(place, os.F_OK) and place != place.parent:
+        place = place.parent
+    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+
+
+def _usable(content: dict[str, Any]) -> tuple[Settings, tuple[str, ...]]:
+    """Return the settings without what does not fit, and the keys of that.
+
+    Keys that are not known, of a later version of the program, are passed over.
+    """
+    bad: list[str] = []
+    while True:
+        try:
+            return Settings.model_validate(content), tuple(dict.fromkeys(bad))
+        except ValidationError as error:
+            dropped = {
+                _drop(content, detail["loc"]): detail["type"] == "extra_forbidden"
+                for detail in error.errors()
+            }
+            bad += [key for key, unknown in dropped.items() if key and not unknown]
+            if not any(dropped):
+                return Settings(), (*bad, "all of them")
+
+
+def _drop(content: dict[str, Any], location: Sequence[int | str]) -> str:
+    """Take the innermost key on the way to a place out of nested tables, and return its path."""
+    tables, path = [content], list[str]()
+    for part in location:
+        if not isinstance(tables[-1], dict) or part not in tables[-1]:
+            break
+        path.append(str(part))
+        tables.append(tables[-1][part])
+    if path:
+        tables[len(path) - 1].pop(path[-1])
+    return ".".join(path)

@@ -124,6 +124,7 @@ class MainWindow(QMainWindow):
             application.installEventFilter(self._keeper)
         self._restore_geometry(settings.geometry)
         self.show_place("flight")
+        store.refused = lambda sentence: self.banners.show_banner("caution", sentence)
         for complaint in (store.complaint, limits.complaint, *layouts.complaints):
             if complaint:
                 self.banners.show_banner("caution", complaint)

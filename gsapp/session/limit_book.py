@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -35,7 +36,8 @@ class LimitBook:
         self._path = path
         self.complaint = ""
         self._entries: dict[str, LimitEntry] = {}
-        if path.exists():
+        # Unlike that of a path, it answers in a folder that nobody may look into, too.
+        if os.access(path, os.F_OK):
             self._read()
 
     def _read(self) -> None:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import ui.commands
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import CHANNELS, channel
+from gsapp.session.limit_book import LimitBook
 from ui.commands import COMMANDS
 from ui.dialogs.requests import check_folder, check_link, link_text, next_flight_name
 from ui.flight.choice import (
@@ -30,7 +31,7 @@ from ui.flight.choice import (
 )
 from ui.flight.controls import SPEEDS, next_speed
 from ui.flight.layout_store import LayoutStore
-from ui.settings import Settings, SettingsStore
+from ui.settings import Settings, SettingsStore, layouts_path, limits_path
 from ui.strips.drawing import sight_text
 from ui.strips.view import StripView
 from ui.words import (
@@ -240,11 +241,69 @@ def test_damaged_settings_are_kept_aside_and_told(tmp_path: Path) -> None:
     path = tmp_path / "window.toml"
     path.write_text('theme = "dark"\nscale = 999\n')
     store = SettingsStore(path)
-    assert store.current == Settings()
+    assert store.current == Settings(theme="dark")
     assert "scale" in store.complaint
     assert (tmp_path / "window.damaged.toml").read_text().startswith("theme")
     store.change(scale=125)
-    assert SettingsStore(path).current.scale == 125
+    again = SettingsStore(path)
+    assert again.current == Settings(theme="dark", scale=125)
+    assert not again.complaint
+
+
+@pytest.mark.parametrize("content", [b"this is not [", b"\xff\xfe\x00", b"theme = "])
+def test_settings_that_are_no_settings_are_told_in_one_plain_sentence(
+    tmp_path: Path, content: bytes
+) -> None:
+    path = tmp_path / "window.toml"
+    path.write_bytes(content)
+    store = SettingsStore(path)
+    assert store.current == Settings()
+    assert (tmp_path / "window.damaged.toml").read_bytes() == content
+    assert str(path) in store.complaint
+    assert "window.damaged.toml" in store.complaint
+    assert not any(word in store.complaint for word in ("byte", "line", "TOML", "codec"))
+
+
+def test_keys_of_a_later_version_cost_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "window.toml"
+    path.write_text(
+        'theme = "dark"\nhologram = true\ngeometry = "zz"\nlinks = [3]\n'
+        '[review_estimate]\nmethod = "guess"\nbound_factor = "2"\nsmell = 1\n'
+    )
+    store = SettingsStore(path)
+    assert store.current.theme == "dark"
+    assert store.current.review_estimate.bound_factor == "2"
+    for key in ("geometry", "links", "review_estimate.method"):
+        assert key in store.complaint
+    for words in ("hologram", "smell", "pattern", "known"):
+        assert words not in store.complaint
+
+
+def test_settings_that_cannot_be_read_hold_up_nothing(tmp_path: Path) -> None:
+    """As where nobody may look into the folder; such a name no disk takes."""
+    store = SettingsStore(tmp_path / ("x" * 300) / "window.toml")
+    assert store.current == Settings()
+    store.change(theme="dark")
+    assert store.current.theme == "dark"
+    assert not LimitBook(limits_path(store.path)).limits
+    assert not LayoutStore(layouts_path(store.path)).names
+
+
+def test_settings_that_cannot_be_written_are_told_once(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("no folder")
+    told: list[str] = []
+    store = SettingsStore(tmp_path / "taken" / "window.toml")
+    store.refused = told.append
+    assert "forgotten" in store.complaint
+    store.change(theme="dark")
+    assert told == []
+    later = SettingsStore(tmp_path / "later" / "window.toml")
+    later.refused = told.append
+    (tmp_path / "later").write_text("no folder")
+    later.change(theme="dark")
+    later.change(theme="daylight")
+    assert len(told) == 1
+    assert "forgotten" in told[0]
 
 
 # What is typed into the dialogs

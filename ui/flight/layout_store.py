@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import re
 from pathlib import Path
 
@@ -35,7 +36,9 @@ class LayoutStore:
         self._folder = folder
         self._layouts: dict[str, tuple[Path, StripLayout]] = {}
         complaints: list[str] = []
-        for path in files_of(folder, "*.toml"):
+        # A folder that nobody may look into holds up no window.
+        readable = os.access(folder, os.R_OK | os.X_OK)
+        for path in files_of(folder, "*.toml") if readable else ():
             try:
                 layout = load_layout(path)
             except FileProblemsError as error:
