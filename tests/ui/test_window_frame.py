@@ -46,7 +46,7 @@ from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
 from ui.faults import FaultDesk
 from ui.flight.channel_panel import ChannelPanel
-from ui.flight.panels import MarksPanel
+from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
@@ -515,6 +515,23 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     assert [line.key for line in panel.view.lines.lines] == ["a", "b", "c", "d"]
     show("d", "a")
     assert panel.view.current_key() == "d"
+
+
+@pytest.mark.parametrize("kind", [MarksPanel, AlarmsPanel, MessagesPanel])
+@pytest.mark.parametrize("scale", [100, 200])
+def test_times_are_whole_after_an_hour(
+    flight: MainWindow, qtbot: QtBot, kind: type[ListPanel], scale: int
+) -> None:
+    """Also in the strong letters of what nobody has acknowledged; measured as the view draws it."""
+    flight.look.set_scale(scale)
+    panel = kind(flight.look)
+    qtbot.addWidget(panel)
+    panel.setStyleSheet(QApplication.instance().styleSheet())
+    panel.resize(500, 300)
+    panel.show()
+    panel.show_lines([Line(key=1, cells=("1:06:48.9", "words"), strong=True)])
+    view = panel.view
+    assert view.sizeHintForColumn(0) <= view.columnWidth(0)
 
 
 def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -> None:

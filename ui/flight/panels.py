@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
 
 from ui.commands import key_text
-from ui.flight.tables import Line, LinesModel, LinesView
+from ui.flight.tables import LATE, Line, LinesModel, LinesView
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
@@ -125,7 +125,7 @@ class MarksPanel(ListPanel):
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
-        view = LinesView(model, look, "Marks and notes", stretch=1, widths={0: 80})
+        view = LinesView(model, look, "Marks and notes", stretch=1, widths={0: LATE})
         super().__init__(
             view, look, "No marks yet. M marks this moment, N also asks for a few words."
         )
@@ -167,7 +167,7 @@ class AlarmsPanel(ListPanel):
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Alarm"), right=frozenset({0}))
-        view = LinesView(model, look, "Alarms", stretch=1, widths={0: 80})
+        view = LinesView(model, look, "Alarms", stretch=1, widths={0: LATE})
         super().__init__(view, look, "No alarms.")
         view.opened.connect(self.jumped)
         button = self.add_button("Acknowledge (K)", "Acknowledge the alarms (K)")
@@ -181,6 +181,6 @@ class MessagesPanel(ListPanel):
 
     def __init__(self, look: Look) -> None:
         model = LinesModel(look, ("Time", "Message"), right=frozenset({0}))
-        view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: 80})
+        view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: LATE})
         super().__init__(view, look, "The aircraft has sent no messages.")
         view.opened.connect(self.jumped)

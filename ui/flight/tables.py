@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from ui.glyphs import State
@@ -42,7 +42,11 @@ class Line:
     colored: frozenset[int] = field(default_factory=frozenset)
 
 
+LATE = "0:00:00.0"
+"""A flight time after the first hour, as wide as any."""
 _NOWHERE = QModelIndex()
+_PADDING = 24
+"""Pixels of the design beside the text of a cell: what the style leaves free, and the frame."""
 
 
 def _inserted(before: Sequence[object], after: Sequence[object]) -> int | None:
@@ -168,6 +172,20 @@ class LinesModel(QAbstractTableModel):
 class LinesView(QTableView):
     """A table of lines; Enter or a double press jumps, text columns may be edited in place.
 
+    Parameters
+    ----------
+    model : LinesModel
+    look : Look
+        Sizes.
+    name : str
+        Accessible name.
+    stretch : int
+        Column that takes the rest of the width.
+    widths : dict of int to int or str
+        Of the others, pixels of the design; or a text that must have room in strong letters.
+    wrap : bool
+        Whether long texts take several rows.
+
     Attributes
     ----------
     opened : Signal(object)
@@ -185,7 +203,7 @@ class LinesView(QTableView):
         look: Look,
         name: str,
         stretch: int,
-        widths: dict[int, int],
+        widths: dict[int, int] | dict[int, str],
         *,
         wrap: bool = True,
     ) -> None:
@@ -230,10 +248,16 @@ class LinesView(QTableView):
 
     def _resized(self) -> None:
         for column, width in self._widths.items():
-            self.setColumnWidth(column, self._look.px(width))
+            self.setColumnWidth(column, self._pixels(width))
         self.verticalHeader().setMinimumSectionSize(self._look.px(32))
         self.verticalHeader().setDefaultSectionSize(self._look.px(32))
         self.lines.refresh()
+
+    def _pixels(self, width: int | str) -> int:
+        if isinstance(width, int):
+            return self._look.px(width)
+        letters = QFontMetrics(self._look.font("body", strong=True))
+        return letters.horizontalAdvance(width) + self._look.px(_PADDING)
 
     def current_key(self) -> object | None:
         """Return the key of the line the keyboard is on."""
