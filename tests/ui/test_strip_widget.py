@@ -4,6 +4,7 @@ import math
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from ui.strips import (
     StripLayout,
     Trace,
     default_layout,
+    drawing,
 )
 from ui.strips.keys import ACTION_BY_KEY
 from ui.theme import DARK, DAYLIGHT, THEMES
@@ -570,6 +572,63 @@ def test_every_chart_in_sight_has_two_labels_or_more(qtbot, strips, scale, heigh
     assert len(geometry.numbers) > 1
     assert all(len(strips.charts[number].ticks) >= 2 for number in geometry.numbers)
     assert len(geometry.charts) + geometry.hidden == 16
+
+
+@pytest.mark.parametrize("past", [0.0, 5.0, 10.0, 3600.0, 3611.0, 3627.0])
+@pytest.mark.parametrize("width", [560, 640, 700, 900])
+def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
+    """Proves that times can be read off beside cursors and after an hour, and none touch."""
+    drawn = []
+    former = drawing.Pen.text
+
+    def watched(pen, painter, x, center, text, *rest, **more):
+        taken = former(pen, painter, x, center, text, *rest, **more)
+        if more.get("align") == "center" and ":" in text:
+            drawn.append((x - taken / 2.0, x + taken / 2.0))
+        return taken
+
+    monkeypatch.setattr(drawing.Pen, "text", watched)
+    found = History(("alpha",), 100.0)
+    times = past + np.arange(7000) / 100.0
+    found.append(Block(channels=("alpha",), times=times, values=np.sin(times)[:, None]))
+    widget = StripChart(timed=False)
+    qtbot.addWidget(widget)
+    widget.resize(width, 400)
+    widget.set_layout(LAYOUT)
+    widget.set_history(found)
+    widget.show()
+    settle(qtbot, widget)
+    for name in ("a", "b", "cursor"):
+        widget.set_cursor(name, past + 60.0)
+    for seconds in (2.0, 10.0, 60.0):
+        widget.set_window(seconds)
+        settle(qtbot, widget)
+        drawn.clear()
+        image_of(widget)
+        labels = sorted(set(drawn))
+        assert len(labels) >= 2, seconds
+        assert all(one[1] + 4 <= other[0] for one, other in pairwise(labels))
+        plot = widget.geometry_in_pixels.plot
+        assert plot.x <= labels[0][0] + 1
+        assert labels[-1][1] <= plot.right + 1
+    found.close()
+
+
+def test_a_pause_says_how_much_time_is_in_sight(qtbot, strips, monkeypatch):
+    """Proves that the banner does not hide what stands there otherwise."""
+    said = []
+    former = drawing.Pen.text
+
+    def watched(pen, painter, x, center, text, *rest, **more):
+        said.append(text)
+        return former(pen, painter, x, center, text, *rest, **more)
+
+    monkeypatch.setattr(drawing.Pen, "text", watched)
+    press(qtbot, strips, Qt.Key.Key_Space)
+    said.clear()
+    image_of(strips)
+    assert drawing.sight_text(strips.view) in said
+    assert "Home: back to now" in said
 
 
 def test_a_subscript_of_the_last_chart_is_whole(qtbot, strips):

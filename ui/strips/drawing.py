@@ -16,12 +16,15 @@ from ui.fonts import sans
 from ui.strips.charts import BEYOND, BEYOND_WORDS, Chart, Reading, thickness
 from ui.strips.furniture import Display, Mark, Span, symbol_parts
 from ui.strips.geometry import Box, Columns, Geometry
-from ui.strips.ticks import clock, multiples, number, step_decimals
+from ui.strips.ticks import clock, multiples, number, step_decimals, time_step
 from ui.strips.view import StripView
 from ui.theme import Theme
 from ui.words import DASH, span_text, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
+_FAR_APART, _APART = 1.9, 1.2
+"""Distance of the labels of the time axis in widths of one: of minutes as a rule, of hours at
+least."""
 _KNOWN_WIDTHS = 4096
 _CURSOR_NAMES = {"cursor": "cursor", "a": "A", "b": "B", "delta": "B\N{MINUS SIGN}A"}
 
@@ -472,11 +475,14 @@ def draw_header(
         note = "Home: back to now"
         if recording:
             note = f"Recording goes on. {note}"
-        if x + pen.px(24) + pen.width(note, _BODY) < plot.right:
-            pen.text(
-                painter, plot.right - pen.px(10), middle, note, theme.banner_text, _BODY,
-                align="right",
+        end = plot.right - pen.px(10)
+        if x + pen.px(14) + pen.width(note, _BODY) < end:
+            end -= pen.text(
+                painter, end, middle, note, theme.banner_text, _BODY, align="right"
             )  # fmt: skip
+        x, sight = x + pen.px(16), sight_text(view)
+        if x + pen.width(sight, _LABEL) + pen.px(12) < end:
+            pen.text(painter, x, middle, sight, theme.banner_text, _LABEL)
     else:
         room = plot.x - geometry.columns.gutter - pen.px(8)
         x = geometry.columns.gutter + pen.px(4)
@@ -610,6 +616,46 @@ def _marks_at(view: StripView, marks: Sequence[Mark]) -> dict[int, str]:
     return {x: ", ".join(labels) for x, labels in found.items()}
 
 
+def axis_step(pen: Pen, seconds: float, width: int) -> float:
+    """Return the step of a time axis of some seconds and pixels, s.
+
+    Labels stand well apart, but rather nearer than that there is only one: those at the edges
+    have no room, whatever the time. One label is no scale.
+    """
+
+    def room(step: float) -> float:
+        return _APART * pen.width(clock(3600.0, _step_digits(step)), _LABEL)
+
+    usual = time_step(seconds, max(width / (_FAR_APART * pen.width("00:00", _LABEL)), 2.0))
+    if 2.0 * usual * width / seconds <= width - room(usual):
+        return usual
+    nearer = time_step(seconds, max(width / room(usual), 2.0))
+    return nearer if nearer * width / seconds >= room(nearer) else usual
+
+
+def _step_digits(step: float) -> int:
+    return step_decimals(step) if step < 1.0 else 0
+
+
+def _placed(labels: list[tuple[float, float, str]], width: int) -> list[tuple[float, str]]:
+    """Return where labels of places and half widths stand whole.
+
+    Those at the edges have no room; where there would be but one without them, they are moved
+    inwards as far as they must.
+    """
+    whole = [(x, label) for x, half, label in labels if half <= x <= width - half]
+    if len(whole) > 1:
+        return whole
+    placed: list[tuple[float, str]] = []
+    end = 0.0
+    for x, half, label in labels:
+        moved = min(max(x, half), width - half)
+        if moved - half >= end:
+            placed.append((moved, label))
+            end = moved + _APART * half
+    return placed
+
+
 def draw_axis(
     painter: QPainter,
     pen: Pen,
@@ -625,18 +671,17 @@ def draw_axis(
     painter.fillRect(QRect(plot.x, axis.y, plot.width, line), pen.color(theme.axis))
     center = axis.y + pen.px(14)
     first, last = view.columns
-    decimals = step_decimals(step) if step < 1.0 else 0
-    half = pen.width("00:00", _LABEL) / 2.0
+    decimals = _step_digits(step)
+    labels: list[tuple[float, float, str]] = []
     for time in multiples(view.scale.time(first), view.scale.time(last), step):
         x = view.x(time)
         if not 0 <= x < plot.width:
             continue
         painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), pen.color(theme.axis))
-        if half <= x <= plot.width - half:
-            pen.text(
-                painter, plot.x + x, center, clock(time, decimals), theme.text, _LABEL,
-                align="center",
-            )  # fmt: skip
+        label = clock(time, decimals)
+        labels.append((x, pen.width(label, _LABEL) / 2.0, label))
+    for x, label in _placed(labels, plot.width):
+        pen.text(painter, plot.x + x, center, label, theme.text, _LABEL, align="center")
     note = "flight time" if not hidden else f"{hidden} more: Up, Down"
     pen.text(
         painter,

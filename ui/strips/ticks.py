@@ -86,7 +86,7 @@ def value_ticks(
     return [round((low + high) / 2.0 / step) * step]
 
 
-def time_step(window: float, most: int) -> float:
+def time_step(window: float, most: float) -> float:
     """Return the step of the time axis (s) at which not more than `most` labels appear."""
     for step in _TIME_STEPS:
         if window / step <= most:

@@ -43,7 +43,7 @@ from ui.strips.keys import ACTION_BY_KEY
 from ui.strips.layout import StripLayout, default_layout
 from ui.strips.picture import Picture
 from ui.strips.raster import ring_pieces
-from ui.strips.ticks import number, time_step
+from ui.strips.ticks import number
 from ui.strips.view import StripView
 from ui.theme import DAYLIGHT, Theme, sizes
 from ui.wheel import Notches, along_and_up
@@ -438,8 +438,7 @@ class StripChart(QWidget):
             alone,
         )
         self.view.resize(geometry.plot.width)
-        label = pen.width("00:00", 11) * 1.9
-        self._tick = time_step(self.view.seconds, max(int(geometry.plot.width / label), 2))
+        self._tick = drawing.axis_step(pen, self.view.seconds, geometry.plot.width)
         self._picture = picture = Picture(
             self._charts, geometry, self._theme, self._tick, self._spans, self._marks
         )
