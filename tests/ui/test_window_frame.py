@@ -46,6 +46,7 @@ from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
 from ui.faults import FaultDesk
 from ui.flight.channel_panel import ChannelPanel
+from ui.flight.controls import TimeSlider
 from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
@@ -515,6 +516,22 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     assert [line.key for line in panel.view.lines.lines] == ["a", "b", "c", "d"]
     show("d", "a")
     assert panel.view.current_key() == "d"
+
+
+@pytest.mark.parametrize("button", [Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton])
+def test_only_the_left_button_presses(
+    flight: MainWindow, qtbot: QtBot, button: Qt.MouseButton
+) -> None:
+    """A slip onto another one neither mutes the alarms nor jumps in the flight."""
+    slider = flight.findChild(TimeSlider)
+    muted, before = flight.store.current.muted, flight.desk.time
+    left = Qt.MouseButton.LeftButton
+    sound = flight.bar.views["sound"]
+    for pressed in (button, left):
+        qtbot.mouseClick(sound, pressed, pos=sound.rect().center())
+        assert (flight.store.current.muted != muted) == (pressed == left)
+        qtbot.mouseClick(slider, pressed, pos=slider.rect().center())
+        assert (flight.desk.time != before) == (pressed == left)
 
 
 @pytest.mark.parametrize("kind", [MarksPanel, AlarmsPanel, MessagesPanel])

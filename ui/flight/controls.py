@@ -173,6 +173,9 @@ class TimeSlider(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Go where it was pressed."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
         self._dragged = True
         self.moved.emit(self._time_at(event.position().x()))
 
@@ -181,9 +184,10 @@ class TimeSlider(QWidget):
         if self._dragged:
             self.moved.emit(self._time_at(event.position().x()))
 
-    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go."""
-        self._dragged = False
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._dragged = False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move by 1 s, by 10 s with PgUp and PgDown, to the ends with Home and End."""

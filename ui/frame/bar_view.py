@@ -181,6 +181,9 @@ class BarPartView(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Run what belongs to the part, or else show its whole sentence."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
         self.pressed.emit(self.part.id)
         if self.part.detail:
             QToolTip.showText(event.globalPosition().toPoint(), self.part.detail, self)

@@ -230,12 +230,16 @@ class StepTrack(ArrowKeys, QSlider):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Go to the model that was pressed."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
         self.setValue(self._at(event.position().x()))
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the finger."""
-        self.setValue(self._at(event.position().x()))
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self.setValue(self._at(event.position().x()))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw a line with a knob for each model and its name below."""

@@ -106,6 +106,9 @@ class PointList(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Choose the point under the mouse."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
         place = int((event.position().y() - self._look.px(_HEAD)) // self._look.px(_ROW))
         if 0 <= place < len(self.rows) and self.rows[place].index is not None:
             self.chosen.emit(self.rows[place].index)
