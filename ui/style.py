@@ -64,6 +64,7 @@ QPushButton[role="segment"]:focus {{ padding: {p3}px {p7}px; }}
 QLineEdit, QPlainTextEdit, QSpinBox, QDoubleSpinBox, QComboBox {{ background: {panel};
   border: 1px solid {axis}; border-radius: {p4}px; padding: {p4}px {p8}px; min-height: {p20}px;
   selection-background-color: {text}; selection-color: {background}; }}
+QLineEdit, QPlainTextEdit, QComboBox {{ placeholder-text-color: {muted}; }}
 QLineEdit:focus, QPlainTextEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus {{
   border: 2px solid {text}; padding: {p3}px {p7}px; }}
 QLineEdit[tall="true"], QComboBox[tall="true"], QPushButton[tall="true"] {{
@@ -97,6 +98,8 @@ QTreeView::item:selected, QListView::item:selected, QTableView::item:selected {{
 QTreeView::item:selected:active, QListView::item:selected:active,
 QTableView::item:selected:active {{ background: {pressed}; }}
 QTreeView::branch {{ background: transparent; }}
+QTreeView::branch:selected {{ background: {chosen}; }}
+QTreeView::branch:selected:active {{ background: {pressed}; }}
 QTreeView::branch:has-children:closed {{ image: url("{arrow_right}"); }}
 QTreeView::branch:has-children:open {{ image: url("{arrow_down}"); }}
 QTreeView::indicator, QTableView::indicator {{ width: {p14}px; height: {p14}px;

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QPalette
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -53,7 +53,7 @@ from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
 from ui.settings import Settings, SettingsStore, first_folder
 from ui.strips.keys import KEY_ACTIONS
-from ui.theme import THEMES
+from ui.theme import THEMES, contrast
 from ui.window import MainWindow
 from ui.work import Progress, Work
 
@@ -516,6 +516,44 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     assert [line.key for line in panel.view.lines.lines] == ["a", "b", "c", "d"]
     show("d", "a")
     assert panel.view.current_key() == "d"
+
+
+def test_headings_of_the_charts_grow_with_the_text(flight: MainWindow, qtbot: QtBot) -> None:
+    order = flight.findChild(ChannelPanel).order
+    headings = [item for row in range(order.count()) if (item := order.item(row)).font().bold()]
+    assert headings
+    assert {item.font().pixelSize() for item in headings} == {11}
+    qtbot.keyClick(flight, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
+    assert {item.font().pixelSize() for item in headings} == {flight.look.sizes.label}
+    assert flight.look.sizes.label > 11
+
+
+@pytest.mark.parametrize("theme", list(THEMES))
+def test_a_chosen_channel_and_an_empty_field_have_the_colors_of_the_theme(
+    flight: MainWindow, qtbot: QtBot, theme: str
+) -> None:
+    """The indent beside a chosen line has no color of its own, and what to type is readable."""
+    flight.look.set_theme(theme)
+    panel = flight.findChild(ChannelPanel)
+    tree = panel.tree
+    for focused in (panel.search, tree):
+        tree.setCurrentItem(tree.topLevelItem(0).child(0))
+        focused.setFocus()
+        until(qtbot, focused.hasFocus)
+        line = tree.visualItemRect(tree.currentItem())
+        image = tree.viewport().grab().toImage()
+        ratio = image.devicePixelRatio()
+        indent, item = (
+            image.pixelColor(round(x * ratio), round((line.top() + 2) * ratio)).name()
+            for x in (3, line.right() - 3)
+        )
+        assert indent == item
+    for field in [*flight.findChildren(QLineEdit), *flight.findChildren(QComboBox)]:
+        field.ensurePolished()
+        words = field.palette().color(QPalette.ColorRole.PlaceholderText)
+        assert words.alpha() == 255
+        least = 4.5 if theme == "dark" else 7.0
+        assert contrast(words.name(), flight.look.theme.plot) >= least
 
 
 @pytest.mark.parametrize("button", [Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton])

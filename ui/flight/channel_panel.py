@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QLineEdit,
     QListWidget,
-    QListWidgetItem,
     QPushButton,
     QSplitter,
     QTreeWidget,
@@ -141,6 +140,7 @@ class ChannelPanel(QWidget):
         split.setStretchFactor(0, 3)
         split.setStretchFactor(1, 2)
         column.addWidget(split, 1)
+        look.changed.connect(self._restyle)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put tree and order side by side where the panel is wide and low."""
@@ -259,15 +259,20 @@ class ChannelPanel(QWidget):
         if [self.order.item(row).text() for row in range(self.order.count())] != texts:
             kept = self.order.currentRow()
             self.order.clear()
-            for row, text in zip(order, texts, strict=True):
-                item = QListWidgetItem(text)
-                if isinstance(row, str):
-                    item.setFont(self._look.font("label", strong=True))
-                self.order.addItem(item)
+            self.order.addItems(texts)
             self.order.setCurrentRow(min(kept, self.order.count() - 1))
         for place, row in enumerate(order):
             self.order.item(place).setData(_ID, row)
+        self._restyle()
         self._count.setText(f"{count_text(len(self._charts.strips), 'chart')}, top to bottom")
+
+    def _restyle(self) -> None:
+        """Give headings their letters; a style sheet cannot tell them from charts."""
+        font = self._look.font("label", strong=True)
+        for place in range(self.order.count()):
+            item = self.order.item(place)
+            if isinstance(item.data(_ID), str) and item.font() != font:
+                item.setFont(font)
 
     # What the user does
 
