@@ -40,6 +40,8 @@ class Settings(StrictModel):
         Whether alarms are silent.
     side_panel : bool
         Whether the panel beside the charts is open.
+    panel_width : int
+        Points to which it was drawn; never narrower than its tabs.
     geometry : str
         Place and size of the window, as Qt writes it, in hexadecimal.
     links : tuple of str
@@ -83,6 +85,7 @@ class Settings(StrictModel):
     scale: int = Field(default=100, ge=100, le=250)
     muted: bool = False
     side_panel: bool = True
+    panel_width: int = Field(default=0, ge=0)
     geometry: str = Field(default="", pattern="^[0-9a-f]*$")
     links: tuple[str, ...] = ()
     folder: str = ""

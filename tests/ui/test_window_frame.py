@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QMessageBox,
+    QSplitter,
     QToolButton,
     QWidget,
 )
@@ -516,6 +517,35 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     assert [line.key for line in panel.view.lines.lines] == ["a", "b", "c", "d"]
     show("d", "a")
     assert panel.view.current_key() == "d"
+
+
+def test_the_side_panel_is_drawn_wider_and_stays_so(
+    flight: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Its edge shows that it can be dragged; neither tabs nor charts lose the room they need."""
+    flight.show_place("flight")
+    handle = flight.view.findChild(QSplitter).handle(1)
+    tabs, charts = flight.view.tabs, flight.view.charts
+    usual = tabs.width()
+
+    def drag(by: int) -> None:
+        start = handle.rect().center()
+        qtbot.mousePress(handle, Qt.MouseButton.LeftButton, pos=start)
+        qtbot.mouseMove(handle, start + QPoint(by, 0))
+        qtbot.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=start + QPoint(by, 0))
+
+    drag(-100)
+    wide = tabs.width()
+    assert wide == pytest.approx(usual + 100, abs=5)
+    until(qtbot, lambda: SettingsStore(flight.store.path).current.panel_width == wide)
+    flight.resize(1300, 800)
+    until(qtbot, lambda: charts.width() + tabs.width() > 1200)
+    assert tabs.width() == wide
+    drag(-900)
+    assert charts.isVisible()
+    assert charts.width() >= 420
+    drag(900)
+    assert tabs.width() == usual
 
 
 def test_headings_of_the_charts_grow_with_the_text(flight: MainWindow, qtbot: QtBot) -> None:

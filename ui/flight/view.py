@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
 
@@ -33,6 +33,8 @@ _ALARMS = "Alarms"
 _TAB_NAMES = ("Channels", "Values", "Marks", _ALARMS, "Messages", "Derivatives")
 _ROOM_FOR_PANEL = 1000
 _LEAST_FOR_CHARTS = 420
+_DRAWN_MS = 300
+"""From the last move of the edge of the side panel until its width is written down."""
 
 
 class FlightView(QWidget):
@@ -87,6 +89,12 @@ class FlightView(QWidget):
         self._split.setStretchFactor(0, 1)
         self._split.setStretchFactor(1, 0)
         column.addWidget(self._split, 1)
+        self._panel_width = store.current.panel_width
+        self._drawn = QTimer(self)
+        self._drawn.setSingleShot(True)
+        self._drawn.setInterval(_DRAWN_MS)
+        self._drawn.timeout.connect(lambda: store.change(panel_width=self._panel_width))
+        self._split.splitterMoved.connect(lambda *_: self._panel_drawn())
         foot = QWidget()
         foot.setObjectName("controls")
         foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -208,15 +216,24 @@ class FlightView(QWidget):
             self.tabs.setVisible(shown)
         self._actions["side_panel"].setChecked(shown)
         # Where both do not fit side by side, the open panel takes the place of the charts.
-        wide = max(self._look.px(_PANEL_WIDTH), self._tabs_width())
-        alone = shown and self.width() - wide < self._look.px(_LEAST_FOR_CHARTS)
+        least = max(self._look.px(_PANEL_WIDTH), self._tabs_width())
+        most = self.width() - self._look.px(_LEAST_FOR_CHARTS)
+        alone = shown and most < least
         self.charts.setVisible(not alone)
         if shown:
-            side = max(self.width(), 1) if alone else wide
-            self.tabs.setFixedWidth(side)
+            if alone:
+                least = most = max(self.width(), 1)
+            self.tabs.setMinimumWidth(least)
+            self.tabs.setMaximumWidth(most)
+            side = min(max(self._look.px(self._panel_width), least), most)
             # Else the splitter would keep the shares of a time when it was hidden, or room for
             # words that are wider than the panel.
             self._split.setSizes([self.width() - side, side])
+
+    def _panel_drawn(self) -> None:
+        """Remember how wide the panel was drawn."""
+        self._panel_width = round(self.tabs.width() / self._look.sizes.scale)
+        self._drawn.start()
 
     def _tabs_width(self) -> int:
         """Return the width at which all tabs are in sight, with up to 99 alarms waiting."""
