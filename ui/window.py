@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import QByteArray, QSize, QTimer
+from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -219,11 +219,11 @@ class MainWindow(QMainWindow):
         self.crew.show_time(at)
 
     def toggle_full_screen(self) -> None:
-        """Fill the screen, or come back; the menu bar goes and comes with it."""
-        if self.isFullScreen():
-            self.showNormal()
-        else:
-            self.showFullScreen()
+        """Fill the screen, or come back to the window as it was, maximized or not.
+
+        The menu bar stays: its commands would have no keys without it.
+        """
+        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
         self.commands.check("full_screen", self.isFullScreen())
 
     def _bar_pressed(self, part: str) -> None:

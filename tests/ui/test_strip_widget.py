@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QWheelEvent
 
-from gsapp.quantities import Block
+from gsapp.quantities import Block, channel
 from gsapp.session.history import History
 from gsapp.session.limits import Bands
 from ui.flight.picture import Origin
@@ -629,6 +629,29 @@ def test_a_pause_says_how_much_time_is_in_sight(qtbot, strips, monkeypatch):
     image_of(strips)
     assert drawing.sight_text(strips.view) in said
     assert "Home: back to now" in said
+
+
+def test_titles_stand_at_all_charts_of_a_height_or_at_none(qtbot, strips, monkeypatch):
+    """Proves that a pixel of height more does not tell charts apart."""
+    said = []
+    former = drawing.Pen.text
+
+    def watched(pen, painter, x, center, text, *rest, **more):
+        said.append(text)
+        return former(pen, painter, x, center, text, *rest, **more)
+
+    monkeypatch.setattr(drawing.Pen, "text", watched)
+    layout = default_layout()
+    strips.set_layout(layout)
+    titles = {channel(strip.channel).title for strip in layout.strips}
+    shown = set()
+    for height in range(600, 760, 3):
+        strips.resize(900, height)
+        settle(qtbot, strips)
+        said.clear()
+        image_of(strips)
+        shown.add(len(titles & set(said)))
+    assert shown == {0, len(titles)}
 
 
 def test_a_subscript_of_the_last_chart_is_whole(qtbot, strips):

@@ -519,6 +519,21 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     assert panel.view.current_key() == "d"
 
 
+@pytest.mark.parametrize("maximized", [False, True])
+def test_a_full_screen_comes_back_to_what_was_before(
+    window: MainWindow, qtbot: QtBot, *, maximized: bool
+) -> None:
+    if maximized:
+        window.showMaximized()
+        until(qtbot, window.isMaximized)
+    qtbot.keyClick(window, Qt.Key.Key_F11)
+    until(qtbot, window.isFullScreen)
+    assert window.menuBar().isVisible()
+    qtbot.keyClick(window, Qt.Key.Key_F11)
+    until(qtbot, lambda: not window.isFullScreen())
+    assert window.isMaximized() == maximized
+
+
 def test_the_side_panel_is_drawn_wider_and_stays_so(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:

@@ -60,11 +60,8 @@ class PilotWindow(QWidget):
         self.show()
 
     def toggle_full_screen(self) -> None:
-        """Fill the screen, or come back."""
-        if self.isFullScreen():
-            self.showNormal()
-        else:
-            self.showFullScreen()
+        """Fill the screen, or come back to the window as it was."""
+        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
 
     def event(self, event: QEvent) -> bool:
         """Keep keys of the page from becoming something else."""

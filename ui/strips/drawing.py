@@ -169,13 +169,19 @@ def draw_names(
     theme = pen.theme
     for name, box in geometry.groups:
         _draw_group(painter, pen, name, box)
+    lowest: dict[float, int] = {}
+    for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+        share = charts[number_of_chart].strip.height
+        lowest[share] = min(lowest.get(share, box.height), box.height)
     for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
         chart = charts[number_of_chart]
         x = geometry.columns.gutter
         if number_of_chart == selected and focused:
             bar = QRect(x - pen.px(4), box.y, pen.px(3), box.height)
             painter.fillRect(bar, pen.color(theme.selection))
-        _draw_name(painter, pen, geometry, chart, box)
+        # Charts that are to be equally high differ by a pixel: all have their title, or none.
+        titled = lowest[chart.strip.height] >= pen.px(34)
+        _draw_name(painter, pen, geometry, chart, box, titled=titled)
         draw_ticks(painter, pen, geometry, chart, box)
 
 
@@ -196,17 +202,18 @@ def _draw_group(painter: QPainter, pen: Pen, name: str, box: Box) -> None:
     painter.restore()
 
 
-def _draw_name(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, box: Box) -> None:
+def _draw_name(
+    painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, box: Box, *, titled: bool
+) -> None:
     theme = pen.theme
     x = geometry.columns.gutter + pen.px(4)
     room = geometry.columns.names - pen.px(8)
     count = len(chart.specs)
-    tall = box.height >= pen.px(34)
     if count == 1:
         spec, display = chart.specs[0], chart.displays[0]
-        center = box.center - (pen.px(8) if tall else 0)
+        center = box.center - (pen.px(8) if titled else 0)
         _draw_symbol(painter, pen, x, center, spec.symbol, chart.inks[0], display.unit, room)
-        if tall:
+        if titled:
             below = box.center + pen.px(9)
             pen.text(painter, x, below, spec.title, theme.muted, _LABEL, room=room)
         return
