@@ -67,6 +67,8 @@ class Desk(QObject):
     ----------
     changed : Signal
         Another flight is open, or none.
+    leaving : Signal
+        The open flight is closed next: the last moment to write something into it.
     painted : Signal(object)
         Samples came: paint a frame; carries the flight time to paint up to, s or None.
     told : Signal
@@ -84,6 +86,7 @@ class Desk(QObject):
     """
 
     changed = Signal()
+    leaving = Signal()
     painted = Signal(object)
     told = Signal()
     working = Signal(object, str)
@@ -471,6 +474,8 @@ class Desk(QObject):
 
     def close(self) -> None:
         """Give the session back. Recorder and virtual aircraft go on."""
+        if self.session is not None:
+            self.leaving.emit()
         self._timer.stop()
         if self._work is not None and self._work.running:
             self._work.cancel()

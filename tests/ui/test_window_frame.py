@@ -242,6 +242,23 @@ def test_a_note_is_typed_in_place_found_again_and_taken_back(
     assert len(flight.desk.session.marks) == 1
 
 
+@pytest.mark.parametrize("end", ["another flight", "closed", "window"])
+def test_a_note_half_typed_is_kept_when_its_flight_goes(
+    flight: MainWindow, qtbot: QtBot, tmp_path: Path, end: str
+) -> None:
+    former = flight.desk.session
+    flight.crew.note()
+    qtbot.keyClicks(flight.view.marks.view.findChild(QLineEdit), "half typ")
+    if end == "window":
+        flight.close()
+    elif end == "closed":
+        flight.desk.close_flight()
+    else:
+        flight.desk.open_flight(write_flight(tmp_path / "other"), playing=False)
+        until(qtbot, lambda: flight.desk.session is not former)
+    assert [mark.text for mark in former.marks] == ["half typ"]
+
+
 # Look
 
 

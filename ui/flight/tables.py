@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+from PySide6.QtWidgets import (
+    QAbstractItemDelegate,
+    QAbstractItemView,
+    QHeaderView,
+    QLineEdit,
+    QTableView,
+)
 
 from ui.glyphs import State
 from ui.look import Look
@@ -273,6 +279,14 @@ class LinesView(QTableView):
                 self.scrollTo(index)
                 self.edit(index)
                 return
+
+    def finish_edit(self) -> None:
+        """Take what was typed so far, as Enter does."""
+        editor = self.viewport().findChild(QLineEdit)
+        if self.state() == QAbstractItemView.State.EditingState and editor is not None:
+            delegate = self.itemDelegate()
+            delegate.commitData.emit(editor)
+            delegate.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Jump with Enter, delete with Delete."""
