@@ -609,6 +609,27 @@ def flown(card_surfaces: tuple[str, ...], speed: float, size: float) -> FoundMan
     )  # fmt: skip
 
 
+def test_a_flight_without_cards_has_none_at_every_place(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Those of the program stand ready to be chosen, and count when they are."""
+    folder = FlightFolder.create(tmp_path / "landed", FlightInfo(name="Landed"))
+    folder.keep_onboard_log(write_flight(tmp_path))
+    window.desk.open_flight(folder.path, playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    page = go(window, qtbot, 4)
+    shown = window.preflight.steps.buttons["cards"]
+    good = flown(("de",), page.book.cards.cards[0].speed, 4.5 * DEGREE)
+    for found in (False, True):
+        if found:
+            page.book.found((good,))
+        window.preflight.refresh()
+        assert window.pilot.cues.cards is None
+        assert shown.shown.words == "none in this flight"
+    folder.keep_cards(page.book.cards)
+    assert "of 5 cards done" in page.book.state.words
+
+
 def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) -> None:
     """In words and color; where the window is narrow the card stands in place of the list."""
     page = go(window, qtbot, 4)

@@ -75,7 +75,8 @@ class CardsBook:
             return StepState(state="warning", words="cannot be read", detail=self.complaint)
         file = self.editor.file
         problems = tuple(self.editor.problems.values())
-        return cards_state(file.model, self.flown, problems, own=file.path.exists())
+        flies = self.session is not None
+        return cards_state(file.model, self.flown, problems, own=file.path.exists(), flies=flies)
 
     def progress(self, card_id: str) -> CardProgress | None:
         """Return what was flown for a card; None before anybody looked."""

@@ -116,12 +116,32 @@ def card_line(card: TestCard, progress: CardProgress | None, system: str) -> Big
 
 
 def cards_state(
-    cards: CardSet, flown: CardsFlown | None, problems: Sequence[str], *, own: bool
+    cards: CardSet,
+    flown: CardsFlown | None,
+    problems: Sequence[str],
+    *,
+    own: bool,
+    flies: bool,
 ) -> StepState:
-    """Return how the step stands; `own` says whether a crew planned them."""
+    """Return how the step stands.
+
+    Parameters
+    ----------
+    cards : CardSet
+    flown : CardsFlown or None
+        What was flown for them; None before anybody looked.
+    problems : sequence of str
+        What is wrong with values.
+    own : bool
+        Whether a crew planned them; else they are those that come with the program.
+    flies : bool
+        Whether a flight is open: without cards of its own it has none, as the pilot's page says.
+    """
     count = count_text(len(cards.cards), "card")
     if problems:
         return StepState(state="warning", words="1 value wrong", detail=". ".join(problems))
+    if flies and not own:
+        return StepState(words="none in this flight", detail=f"{count} as shipped to choose from")
     if flown is None:
         repeats = sum(card.repeats for card in cards.cards)
         return StepState(
