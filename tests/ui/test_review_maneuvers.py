@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QGuiApplication, QImage, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -27,12 +27,17 @@ import ui.window
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.writers import write_block
+from gsapp.quantities import CHANNELS
 from gsapp.session.review import open_reviewed
+from ui.look import Look
 from ui.review.grade_dialog import GradeDialog
 from ui.review.maneuvers_columns import PLACES
 from ui.review.maneuvers_page import ManeuversPage
+from ui.review.timeline_drawing import draw_names
+from ui.review.timeline_lines import Line, LineChart
 from ui.review.timeline_view import TimeView
 from ui.settings import catalog_path
+from ui.strips.furniture import Display
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
 from ui.words import MINUS
@@ -391,3 +396,28 @@ def test_the_view_never_leaves_the_flight(deeds):
         assert view.start >= 10.0 - 1e-9
         assert view.stop <= 110.0 + 1e-9
         assert view.seconds >= 0.5 - 1e-9
+
+
+def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplication) -> None:
+    """At large sizes of text a ground of their own would hide half a minute."""
+    look = Look(scale=200)
+    unit = CHANNELS["alpha"].display_unit("US")
+    times = np.arange(3.0)
+    lines = tuple(
+        Line(
+            channel=name, title=name, color="blue", times=times, values=times, dense=False,
+            display=Display.of(CHANNELS[name], "US"),
+        )
+        for name in ("alpha", "beta")
+    )  # fmt: skip
+    chart = LineChart(lines=lines, unit=unit, low=0.0, high=2.0)
+    image = QImage(400, 80, QImage.Format.Format_RGB32)
+    image.fill(QColor("#ff00ff"))
+    painter = QPainter(image)
+    draw_names(painter, look, chart, QRectF(0, 0, 400, 80), ("alpha", "beta"))
+    painter.end()
+    shown = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(80, 400)
+    changed = shown != 0xFFFF00FF
+    rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+    covered = changed[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    assert 0.1 < covered.mean() < 0.75

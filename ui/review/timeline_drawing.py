@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pyqtgraph
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
 from gsapp.quantities import FloatArray
 from gsapp.session.review.traces import Traces
@@ -22,6 +22,8 @@ GRADE_STATES: dict[str, State] = {"A": "good", "B": "good", "C": "caution", "D":
 """How a grade is colored; the letter says it too."""
 
 _TICK_ROOM = 15.0
+_RIM = 3.0
+"""Points of the rim around the letters of names; half of it lies outside."""
 _GRIP = (8.0, 28.0)
 
 
@@ -272,7 +274,10 @@ def _draw_ticks(
 def draw_names(
     painter: QPainter, look: Look, chart: LineChart, box: QRectF, names: Sequence[str]
 ) -> None:
-    """Write a name for each line in its color, and the unit, on a ground of their own."""
+    """Write a name for each line in its color, and the unit, each letter with a rim of the ground.
+
+    A whole ground would hide the lines behind it, at large sizes of text half a minute of them.
+    """
     font = look.font("label", strong=True)
     painter.setFont(font)
     metrics = QFontMetricsF(font)
@@ -282,16 +287,18 @@ def draw_names(
         for name, line in zip(names, chart.lines, strict=True)
     ]
     texts.append((f"[{chart.unit}]", look.color("muted")))
-    wide = sum(metrics.horizontalAdvance(text) + gap for text, _ in texts) + gap
-    ground = QColor(look.color("panel"))
-    ground.setAlphaF(0.85)
-    place = QRectF(box.left() + 1, box.top() + 1, wide, metrics.height() + look.px(2))
-    painter.fillRect(place, ground)
-    x = place.left() + gap
+    rim = QPen(look.color("panel"), look.px(_RIM), j=Qt.PenJoinStyle.RoundJoin)
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    x, foot = box.left() + 1 + gap, box.top() + 1 + metrics.ascent() + look.px(1)
     for text, color in texts:
+        letters = QPainterPath()
+        letters.addText(QPointF(x, foot), font, text)
+        painter.strokePath(letters, rim)
         painter.setPen(color)
-        painter.drawText(QPointF(x, place.top() + metrics.ascent() + look.px(1)), text)
+        painter.drawText(QPointF(x, foot), text)
         x += metrics.horizontalAdvance(text) + gap
+    painter.restore()
 
 
 def draw_axis(painter: QPainter, look: Look, scale: Scale, box: QRectF, tick: float) -> None:
