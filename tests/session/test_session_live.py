@@ -359,18 +359,25 @@ def test_a_record_that_cannot_be_read_is_said_once_and_hides_no_dead_recorder(
             now[0] += 0.002
             session.update()
         assert "Device not configured" in session.snapshot().problem
+
         # Nobody may say that the aircraft is silent; the recorder still hears it.
-        for _ in range(10):
-            field.aircraft.send(50)
+        def heard() -> bool:
+            now[0] += 0.1
+            field.aircraft.send(5)
             session.update()
-        assert session.snapshot().link.words == "not read"
-        assert session.board.get("link") is None
+            return session.snapshot().link.words == "not read"
+
+        patience(heard)
+        link = session.board.get("link")
+        assert link is None or not link.active
+        # What reached the recorder and no file is lost with it.
+        patience(lambda: field.recorder.status().frames >= field.aircraft.sent)
         os.kill(field.recorder.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
         patience(lambda: (session.update(), session.board.get("recorder") is not None)[1])
         now[0] += 2.0
         session.update()
     assert session.snapshot().recorder.words == "dead"
-    assert len(reads) <= 3
+    assert len(reads) <= 2 + (now[0] - 1000.0)  # once a second
     assert len([one for one in caplog.records if "cannot be followed" in one.message]) == 1
     # Readable again, all of it is there.
     field.record()
