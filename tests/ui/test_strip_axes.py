@@ -14,6 +14,7 @@ from ui.strips.columns import ColumnScale, choose_scale, column_extremes
 from ui.strips.drawing import tick_decimals
 from ui.strips.ranges import SteadyRange
 from ui.strips.ticks import clock, number, round_range, step_decimals, time_step, value_ticks
+from ui.words import clock_text
 
 
 @given(
@@ -88,7 +89,10 @@ def test_numbers_and_times_read_as_they_should():
     assert number(-2.5, 1) == "\N{MINUS SIGN}2.5"
     assert clock(247.0) == "04:07"
     assert clock(3847.25, 2) == "1:04:07.25"
-    assert clock(59.999, 1) == "01:00.0"
+    for seconds in (59.999, 60.0, 144.69, 0.3, 2.34):
+        assert clock(seconds, 1) == clock_text(seconds, tenths=True)  # of the bar
+    assert clock(59.999, 1) == "00:59.9"
+    assert clock(2.34, 2) == "00:02.34"
     assert clock(-3.0) == "\N{MINUS SIGN}00:03"
     assert step_decimals(0.25) == 2
     assert step_decimals(20.0) == 0

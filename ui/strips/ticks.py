@@ -97,7 +97,8 @@ def time_step(window: float, most: float) -> float:
 def clock(time: float, decimals: int = 0) -> str:
     """Return a flight time as ``mm:ss``, ``h:mm:ss`` from one hour on, with decimals."""
     scale = 10**decimals
-    ticks = round(abs(time) * scale)
+    # Truncated, as clocks are and as the bar above the charts shows it.
+    ticks = int(abs(time) * scale + 1e-6)
     seconds, part = divmod(ticks, scale)
     minutes, seconds = divmod(seconds, 60)
     hours, minutes = divmod(minutes, 60)
