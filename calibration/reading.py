@@ -22,7 +22,7 @@ from gsapp.foundation import (
     read_toml,
     write_toml,
 )
-from gsapp.foundation.files import files_of
+from gsapp.foundation.files import files_of, stands
 from gsapp.quantities import channel, from_si, normalize_unit
 from gsapp.quantities.fields import Temperature, Voltage
 
@@ -182,7 +182,7 @@ def certificate_files(folder_or_name: str | Path) -> tuple[Path, ...]:
                 f"of that name comes with the program; shipped are: {', '.join(shipped_sets())}"
             )
     inner = (folder / name for name in ("calibration", "in_force"))
-    folder = next((place for place in inner if place.is_dir()), folder)
+    folder = next((place for place in inner if stands(place)), folder)
     files = files_of(folder, "*.toml")
     if not files:
         raise UnknownNameError(f"the folder {folder} holds no calibration certificate (*.toml)")

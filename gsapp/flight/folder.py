@@ -47,8 +47,8 @@ from gsapp.flight.names import (
     STATUS_FILE,
 )
 from gsapp.flight.replacing import copy_atomically, write_whole
-from gsapp.foundation import FlightError, read_toml
-from gsapp.foundation.files import files_of, is_litter
+from gsapp.foundation import FlightError, GroundStationError, read_toml
+from gsapp.foundation.files import files_of, is_litter, names_in, stands
 from gsapp.foundation.toml import validate
 
 _SIGNS_OF_A_FLIGHT = (
@@ -307,15 +307,22 @@ class FlightFolder:
         FileProblemsError
             If the file holds mistakes; all are named.
         """
-        return load_cards(self.cards_file) if self.cards_file.is_file() else None
+        return load_cards(self.cards_file) if stands(self.cards_file) else None
 
     def certificate_files(self) -> tuple[Path, ...]:
-        """Return the copies of the certificates, sorted."""
+        """Return the copies of the certificates, sorted.
+
+        Raises
+        ------
+        GroundStationError
+            If they cannot be told.
+        """
         return files_of(self.calibration_folder, "*.toml")
 
     def aircraft(self) -> Aircraft | None:
         """Read the copy of the aircraft file; None if there is none."""
-        return load_aircraft(self.aircraft_file) if self.aircraft_file.is_file() else None
+        # A link to nothing is a copy that is lost, not one that never was.
+        return load_aircraft(self.aircraft_file) if stands(self.aircraft_file) else None
 
     def _keep(self, source: Path, target: Path) -> Path:
         return write_whole(target, self._content(source))
@@ -358,11 +365,9 @@ def is_flight_folder(path: Path | str) -> bool:
 
 def _entries(folder: Path) -> list[str]:
     try:
-        return [entry.name for entry in os.scandir(folder)]
-    except OSError as error:
-        raise FlightError(
-            f"the folder {folder} cannot be read ({error.strerror}); check its permissions"
-        ) from error
+        return names_in(folder)
+    except GroundStationError as error:
+        raise FlightError(str(error)) from error
 
 
 def _must_not_be_a_file(path: Path) -> None:

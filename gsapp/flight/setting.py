@@ -12,6 +12,7 @@ from gsapp.decoding.channel_map import ChannelMap, load_channel_map
 from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import stands
 
 DEFAULT_RATE = 100.0
 """Samples per second of the grid where nothing else is said."""
@@ -80,7 +81,7 @@ class Setting:
             folder = FlightFolder(path=path)
             info = folder.info()
             rate = rate or (info.grid_rate if info else None)
-            if channel_map is None and folder.channel_map_file.is_file():
+            if channel_map is None and stands(folder.channel_map_file):
                 channel_map = folder.channel_map_file
             if folder.certificate_files():
                 own = load_certificates(folder.calibration_folder)
@@ -148,5 +149,5 @@ def aircraft_of(path: Path, given: Aircraft | Name | None = None) -> Aircraft | 
     """
     if given is None and path.is_dir():
         copy = FlightFolder(path=path).aircraft_file
-        given = copy if copy.is_file() else None
+        given = copy if stands(copy) else None
     return load_aircraft(given) if isinstance(given, (str, Path)) else given

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fnmatch
 import os
 import secrets
 import shutil
@@ -11,6 +12,8 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+
+from gsapp.foundation.errors import GroundStationError
 
 if sys.platform != "win32":
     import fcntl
@@ -37,9 +40,54 @@ def is_litter(path: Path | str) -> bool:
     return name.startswith("._") or name.casefold() in _LITTER
 
 
+def stands(path: Path | str) -> bool:
+    """Return whether anything stands there, be it a link to nothing.
+
+    Raises
+    ------
+    OSError
+        If that cannot be told.
+    """
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
+
+
+def names_in(folder: Path) -> list[str]:
+    """Return the names of all that a folder holds.
+
+    Raises
+    ------
+    GroundStationError
+        If it is missing, no folder, or may not be read.
+    """
+    try:
+        return [path.name for path in folder.iterdir()]
+    except OSError as error:
+        if folder.is_symlink() and isinstance(error, FileNotFoundError):
+            raise GroundStationError(
+                f"{folder} is a link to a folder that is not there; mend the link or remove it"
+            ) from error
+        raise GroundStationError(
+            f"the folder {folder} cannot be read ({error.strerror}); check its permissions"
+        ) from error
+
+
 def files_of(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
-    """Return what a folder holds of a pattern, by name, without litter; nothing if it is none."""
-    return tuple(sorted(path for path in folder.glob(pattern) if not is_litter(path)))
+    """Return what a folder holds of a pattern, by name, without litter; nothing if it is missing.
+
+    Raises
+    ------
+    GroundStationError
+        If something stands there whose content cannot be told: what is kept in it would silently
+        be replaced by what counts without it.
+    """
+    if not stands(folder):
+        return ()
+    names = fnmatch.filter(names_in(folder), pattern)
+    return tuple(sorted(folder / name for name in names if not is_litter(name)))
 
 
 def flush_to_disk(descriptor: int) -> None:

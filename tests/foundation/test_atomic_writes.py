@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from gsapp.decoding.framing import Line
 from gsapp.flight.events import Event, EventLog
 from gsapp.flight.raw import RawWriter
-from gsapp.foundation import files, write_atomically
+from gsapp.foundation import GroundStationError, files, write_atomically
 from gsapp.foundation.files import appearing, files_of, folder_beside, put_in_place
 
 
@@ -176,3 +177,24 @@ def test_a_file_system_that_knows_no_such_flush_gets_the_usual_one(
     mac.fault = OSError(45, "Operation not supported")
     write_atomically(tmp_path / "file.txt", "kept")
     assert mac.calls == [51, "fsync"]
+
+
+def test_a_folder_that_cannot_be_read_is_not_an_empty_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "kept").mkdir()
+
+    def refuse(path: Path) -> Iterator[Path]:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(GroundStationError, match=r"kept cannot be read \(.*; check its perm"):
+        files_of(tmp_path / "kept", "*.toml")
+    assert files_of(tmp_path / "missing") == ()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own")
+def test_a_link_to_nothing_is_not_an_empty_folder(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "gone")
+    with pytest.raises(GroundStationError, match="is a link to a folder that is not there"):
+        files_of(tmp_path / "link")

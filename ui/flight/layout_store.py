@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
 from pathlib import Path
 
-from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
+from gsapp.foundation import FileProblemsError, FlightError, GroundStationError, UnknownNameError
 from gsapp.foundation.files import files_of
 from ui.flight.choice import LAYOUT_NAMES, named
 from ui.strips.layout import StripLayout, load_layout, save_layout
@@ -36,9 +35,13 @@ class LayoutStore:
         self._folder = folder
         self._layouts: dict[str, tuple[Path, StripLayout]] = {}
         complaints: list[str] = []
-        # A folder that nobody may look into holds up no window.
-        readable = os.access(folder, os.R_OK | os.X_OK)
-        for path in files_of(folder, "*.toml") if readable else ():
+        try:
+            files = files_of(folder, "*.toml")
+        except GroundStationError as error:
+            log.warning("layouts not used: %s", error)
+            complaints.append(f"The layouts could not be read: {error}.")
+            files = ()
+        for path in files:
             try:
                 layout = load_layout(path)
             except FileProblemsError as error:
