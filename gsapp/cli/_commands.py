@@ -33,8 +33,10 @@ class _Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Do it; when asked to end, take back on the way out what is half done."""
-        from gsapp.foundation.endings import asked_to_end  # not needed for --help
+        from gsapp.cli._targets import check_targets  # not needed for --help
+        from gsapp.foundation.endings import asked_to_end
 
+        check_targets(ctx.params)
         # The exit code is as the shells count: 128 and the signal.
         with asked_to_end(lambda signal: sys.exit(128 + signal), ctrl_c=False):
             return super().invoke(ctx)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -64,6 +65,7 @@ def run(
     check_pace(speed)
     with wrong_call():
         parse_link(link)
+    _check_other_flight(link, out)
     options = {} if speed is None else {"speed": speed}
     with asked_to_end(lambda _signal: stop.set()), new_flight(out):
         folder = prepare_flight(
@@ -81,6 +83,18 @@ def run(
     )
     if json is not None:
         write_result(json, status.model_dump_json(indent=2) + "\n")
+
+
+def _check_other_flight(link: str, out: Path) -> None:
+    """Raise where a recorded flight would be played into itself, and never be what it was."""
+    from gsapp.foundation import GroundStationError
+
+    with contextlib.suppress(OSError, ValueError):
+        played = Path(link)
+        if out.samefile(played if played.is_dir() else played.parent) and played.exists():
+            raise GroundStationError(
+                f"{out} is the flight that is to be played; record into another folder"
+            )
 
 
 class _Teller:

@@ -25,3 +25,22 @@ LOCK_FILE: Final = "recorder.lock"
 STOP_FILE: Final = "recorder.stop"
 LOG_FILE: Final = "recorder.log"
 SEND_FILE: Final = "recorder.send"
+
+OWN_FILES: Final = frozenset(
+    (
+        *RAW_FILES,
+        INFO_FILE,
+        AIRCRAFT_FILE,
+        CHANNEL_MAP_FILE,
+        LIMITS_FILE,
+        CARDS_FILE,
+        FENCE_FILE,
+        EVENTS_FILE,
+        STATUS_FILE,
+        LOCK_FILE,
+        STOP_FILE,
+        LOG_FILE,
+        SEND_FILE,
+    )
+)
+"""All that have a meaning in a flight folder."""

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
+from typer.models import OptionInfo
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from command_kit import gsapp as here
 
 from gsapp.aircraft.reading import SHIPPED
+from gsapp.cli import _targets
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
@@ -212,3 +216,48 @@ def test_a_failure_exits_with_1_and_says_why_without_a_stack_trace(
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("cut", "table.csv", "--window", "0:1", "--out", "table.csv"),
+        ("cut", "table.csv", "--window", "0:1", "--out", "other/../table.csv"),
+        ("merge", "more.csv", "table.csv", "--out", "table.csv"),
+        ("export", "solo.tlog", "--map", "b777", "--to", "csv", "--out", "solo.tlog"),
+        ("calibrate", "table.csv", "--channel", "alpha", "--out", "table.csv"),
+        ("replay", "flight", "--headless", "--json", "flight/raw.tlog"),
+        ("replay", "table.csv", "--headless", "--json", "flight/flight.toml"),
+        ("cut", "table.csv", "--out", "new.csv", "--json", "new.csv"),
+        ("inertia", "table.csv", "--json", "table.csv"),
+        ("record", "flight", "--out", "flight"),
+        ("record", "flight/raw.tlog", "--out", "flight"),
+    ],
+)
+def test_no_command_overwrites_what_it_reads_nor_a_flight(
+    tmp_path: Path, call: tuple[str, ...]
+) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "flight").mkdir()
+    names = ("table.csv", "more.csv", "solo.tlog", "flight/raw.tlog", "flight/flight.toml")
+    for name in names:
+        (tmp_path / name).write_text(f"dear {name}")
+    done = here(*call, folder=tmp_path)
+    assert done.returncode == 1, done.stderr
+    assert re.search("overwritten; choose|made of; choose|choose two|another folder", done.stderr)
+    for name in names:
+        assert (tmp_path / name).read_text() == f"dear {name}"
+    assert not (tmp_path / "new.csv").exists()
+
+
+def test_every_option_that_names_what_is_written_is_watched() -> None:
+    """A new one must be entered where targets are checked."""
+    read = {"channel_map", "calibration", "aircraft", "model", "weights", "validate", "former"}
+    read |= {"plan", "cards", "log", "catalog"}  # a catalog is both, and nothing but a catalog
+    watched = set(_targets._WRITTEN)
+    for command in app.registered_commands:
+        hints = get_type_hints(command.callback, include_extras=True)
+        for name, hint in hints.items():
+            about = next(iter(getattr(hint, "__metadata__", ())), None)
+            if isinstance(about, OptionInfo) and "Path" in str(hint):
+                assert name in watched | read, (command.callback, name)

@@ -1,0 +1,94 @@
+"""What a command writes takes the place neither of what it reads nor of a flight's files."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+_WRITTEN = {
+    "out": "--out",
+    "json": "--json",
+    "csv": "--csv",
+    "truth": "--truth",
+    "onboard": "--onboard",
+    "report": "--report",
+}
+"""The parameters of all commands that name what is written, with their options."""
+
+
+def check_targets(given: Mapping[str, object]) -> None:
+    """Refuse a call that would overwrite its own input, or a file of a flight.
+
+    Parameters
+    ----------
+    given : mapping of str to object
+        The parameters of a command. Whatever is not written may be a path that is read.
+
+    Raises
+    ------
+    GroundStationError
+        If it would.
+    """
+    from gsapp.foundation import GroundStationError
+
+    targets = {
+        option: Path(str(given[name]))
+        for name, option in _WRITTEN.items()
+        if given.get(name) is not None and str(given[name]) != "-"
+    }
+    sources = [
+        path
+        for name, value in given.items()
+        if name not in _WRITTEN
+        for path in _paths(value)
+        if _is_file(path)
+    ]
+    for option, target in targets.items():
+        if any(_same(target, source) for source in sources):
+            raise GroundStationError(
+                f"{option} {target} is what the command reads, and would be overwritten; choose "
+                "another name"
+            )
+        if _belongs_to_flight(target):
+            raise GroundStationError(
+                f"{option} {target} is the name of a file that the flight {target.parent} is made "
+                "of; choose another name"
+            )
+    for option, target in targets.items():
+        for other, second in targets.items():
+            if option < other and target.absolute() == second.absolute():
+                raise GroundStationError(
+                    f"{option} and {other} both name {target}; choose two names"
+                )
+
+
+def _paths(value: object) -> Iterator[Path]:
+    if isinstance(value, (str, Path)):
+        yield Path(value)
+    elif isinstance(value, (list, tuple)):
+        for one in value:
+            yield from _paths(one)
+
+
+def _is_file(path: Path) -> bool:
+    # What is no path at all, as the words of an option, may be too long for one.
+    with contextlib.suppress(OSError, ValueError):
+        return path.is_file()
+    return False
+
+
+def _same(target: Path, source: Path) -> bool:
+    with contextlib.suppress(OSError, ValueError):
+        return target.samefile(source)
+    return False
+
+
+def _belongs_to_flight(target: Path) -> bool:
+    from gsapp.flight.names import OWN_FILES
+
+    if target.name.casefold() in OWN_FILES:
+        from gsapp.flight.folder import is_flight_folder
+
+        return is_flight_folder(target.parent)
+    return False
