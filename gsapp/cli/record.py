@@ -49,17 +49,20 @@ def run(
     from gsapp.cli._calls import check_pace, wrong_call
     from gsapp.cli._results import on_screen, write_result
     from gsapp.flight.preparing import prepare_flight
+    from gsapp.foundation import GroundStationError
     from gsapp.foundation.endings import asked_to_end
     from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.beginning import new_flight
-    from gsapp.telemetry.recorder_process import record
+    from gsapp.telemetry.recorder_process import asked_again, record
 
     console = Console(stderr=on_screen(json))
 
     def say(words: str) -> None:
-        console.print(words, highlight=False, markup=False, soft_wrap=True)
+        # Words that nobody reads any more must not end the record.
+        with contextlib.suppress(OSError, SystemExit):
+            console.print(words, highlight=False, markup=False, soft_wrap=True)
 
-    stop = threading.Event()
+    stop, give_up = threading.Event(), threading.Event()
     teller = _Teller(say, f"Recording {link} into {out}; Ctrl-C ends it.")
     # Before anything is made.
     check_pace(speed)
@@ -67,22 +70,30 @@ def run(
         parse_link(link)
     _check_other_flight(link, out)
     options = {} if speed is None else {"speed": speed}
-    with asked_to_end(lambda _signal: stop.set()), new_flight(out):
+    with asked_to_end(asked_again(stop, give_up)), new_flight(out):
         folder = prepare_flight(
             out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
             tell=say,
         )  # fmt: skip
         warn_of_aircraft(console, [folder.aircraft()], rests_on_it=False)
-        status = record(link, out, heartbeat=heartbeat, stop=stop, on_status=teller.tell, **options)
+        status = record(
+            link, out, heartbeat=heartbeat, stop=stop, give_up=give_up, on_status=teller.tell,
+            **options,
+        )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
-    console.print(
-        f"Recorded {status.frames} frames, {status.lines} lines and {status.residue_bytes} other "
-        f"bytes in {seconds:.0f} s.",
-        highlight=False,
-        soft_wrap=True,
+    frames, lines = status.frames - status.unwritten_frames, status.lines - status.unwritten_lines
+    say(
+        f"Recorded {frames} frames, {lines} lines and {status.residue_bytes} other bytes in "
+        f"{seconds:.0f} s."
     )
     if json is not None:
         write_result(json, status.model_dump_json(indent=2) + "\n")
+    if status.dropped_bytes:
+        raise GroundStationError(
+            f"{status.unwritten_frames} of {status.frames} frames and {status.unwritten_lines} of "
+            f"{status.lines} lines ({status.dropped_bytes} bytes in all) were not written, for "
+            f"the disk of {out} did not take them; make room before the next flight"
+        )
 
 
 def _check_other_flight(link: str, out: Path) -> None:

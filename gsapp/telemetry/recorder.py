@@ -20,7 +20,7 @@ from typing import Final, Literal
 
 from gsapp.decoding.frames import Frame, Residue
 from gsapp.decoding.framing import Framer, Line, LineFramer
-from gsapp.flight.names import STATUS_FILE, STOP_FILE
+from gsapp.flight.names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.heartbeat import GroundHeartbeat
@@ -149,6 +149,7 @@ class Recorder:
         self._arrived: queue.SimpleQueue[list[Chunk]] = queue.SimpleQueue()
         self._outgoing: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._ended = threading.Event()
+        self._written = threading.Event()
         self._started_us = clock.now_us()
         self._status_path = writer.folder / STATUS_FILE
         self._rates = _Rates()
@@ -156,8 +157,17 @@ class Recorder:
         self._next_heartbeat = 0.0
         self._next_retry = 0.0
 
-    def run(self, stop: threading.Event) -> None:
-        """Record until `stop` is set, the stop file appears, or the source has finished."""
+    def run(self, stop: threading.Event, give_up: threading.Event | None = None) -> None:
+        """Record until `stop` is set, the stop file appears, or the source has finished.
+
+        Parameters
+        ----------
+        stop : threading.Event
+            Set it to end; it is set in the end.
+        give_up : threading.Event, optional
+            Where the disk does not take the last data, it is tried on until this is set, or the
+            stop file appears again; at once without it.
+        """
         reading = threading.Thread(target=self._read, name="reading", daemon=True)
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
         sending = threading.Thread(target=self._send, name="sending", daemon=True)
@@ -190,6 +200,11 @@ class Recorder:
         with contextlib.suppress(queue.Empty):
             while True:
                 self.take(self._arrived.get_nowait())
+        self._flush_streams()
+        stop.set()
+        if give_up is not None:
+            self._wait_for_room(give_up, stop_file)
+        self._written.set()
         keeping.join(timeout=5.0)
         self.finish()
         outbox.close()
@@ -225,9 +240,7 @@ class Recorder:
 
     def finish(self) -> None:
         """Write what is pending, flush and close the files."""
-        for stream in self._streams.values():
-            self._write(self._last_batch_us + 1, stream.flush())
-        self._streams.clear()
+        self._flush_streams()
         self.writer.close()
 
     def status(self, state: Literal["starting", "recording", "stopped"]) -> RecorderStatus:
@@ -259,9 +272,14 @@ class Recorder:
             disk_free_bytes=free,
             seconds_until_full=seconds,
             waiting_bytes=written.waiting_bytes,
-            dropped_bytes=written.dropped_bytes,
+            dropped_bytes=written.dropped_bytes + written.lost_bytes,
+            unwritten_frames=written.unwritten[FRAMES_FILE],
+            unwritten_lines=written.unwritten[LINES_FILE],
             error=self._error(),
-            unconfirmed=bool(written.sync_error and not (written.error or written.dropped_bytes)),
+            unconfirmed=bool(
+                written.sync_error
+                and not (written.error or written.dropped_bytes or written.lost_bytes)
+            ),
             warnings=self._warnings(free, seconds),
             notes=list(written.notes),
             parent=os.getppid(),
@@ -270,12 +288,26 @@ class Recorder:
 
     def _error(self) -> str:
         written = self.writer.state
-        if written.dropped_bytes:
+        if written.lost_bytes:
             return (
-                f"{written.error or 'The disk was full for long.'} {written.dropped_records} of "
-                "the oldest records could not be kept."
+                f"The disk of {self.writer.folder} did not take the last {written.lost_records} "
+                f"records, nor could {written.dropped_records} before them be kept."
+                if written.dropped_bytes
+                else f"The disk of {self.writer.folder} did not take the last "
+                f"{written.lost_records} records."
             )
-        return written.error or written.sync_error
+        sentences = [written.error]
+        if written.dropped_bytes:
+            sentences = [
+                written.error or "The disk was full for long.",
+                f"{written.dropped_records} of the oldest records could not be kept.",
+            ]
+        if written.waiting_bytes and self._ended.is_set():
+            sentences.append(
+                f"The record has ended, and {written.waiting_bytes / 1e3:.0f} kB wait for room; "
+                "asked to end now, the recorder gives them up."
+            )
+        return " ".join(filter(None, sentences)) or written.sync_error
 
     @staticmethod
     def _warnings(free: int | None, seconds: float | None) -> list[str]:
@@ -283,6 +315,18 @@ class Recorder:
             return []
         lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
         return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; make room."]
+
+    def _flush_streams(self) -> None:
+        for stream in self._streams.values():
+            self._write(self._last_batch_us + 1, stream.flush())
+        self._streams.clear()
+
+    def _wait_for_room(self, give_up: threading.Event, stop_file: Path) -> None:
+        """Go on trying to write what waits, until that is given up."""
+        with contextlib.suppress(OSError):
+            stop_file.unlink()
+        while not (self.writer.retry() or stop_file.exists() or give_up.wait(_RETRY_SECONDS)):
+            pass
 
     def _new_stream(self, stamp: int, peer: str) -> PeerStream:
         if len(self._streams) >= _MOST_STREAMS:
@@ -352,13 +396,15 @@ class Recorder:
         """Flush to the disk, and tell the state."""
         next_sync = time.monotonic() + _SYNC_SECONDS
         while True:
-            # Whatever goes wrong in telling, the flushing below goes on.
+            # Whatever goes wrong in telling, the flushing below goes on, and everyone else is told.
             with contextlib.suppress(Exception):
                 status = self.status("recording")
+                # A library for screens ends the program where nobody reads its words any more.
+                with contextlib.suppress(Exception, SystemExit):
+                    self._on_status(status)
                 # The file in the folder comes last: who sees it finds the recorder everywhere.
-                self._on_status(status)
                 write_status(self._status_path, status)
-            if self._ended.wait(_STATUS_SECONDS):
+            if self._written.wait(_STATUS_SECONDS):
                 return
             if time.monotonic() >= next_sync:
                 next_sync = time.monotonic() + _SYNC_SECONDS

@@ -52,6 +52,7 @@ def record(
     *,
     heartbeat: bool | None = None,
     stop: threading.Event | None = None,
+    give_up: threading.Event | None = None,
     on_status: Callable[[RecorderStatus], None] = lambda _: None,
     **options: Any,
 ) -> RecorderStatus:
@@ -68,6 +69,8 @@ def record(
         come without it (``udpout``).
     stop : threading.Event, optional
         Set it to end. The stop file works as well.
+    give_up : threading.Event, optional
+        See `Recorder.run`.
     on_status : callable
         Called about twice a second with the state.
     **options
@@ -107,7 +110,7 @@ def record(
         try:
             with contextlib.suppress(LinkAwaitedError):
                 source.open()
-            recorder.run(stop or threading.Event())
+            recorder.run(stop or threading.Event(), give_up)
         except BaseException:
             source.close()
             writer.close()
@@ -148,6 +151,15 @@ def _lock(place: Path) -> FileLock:
     return lock
 
 
+def asked_again(stop: threading.Event, give_up: threading.Event) -> Callable[[int], None]:
+    """Return what to do when asked to end: end; and asked again, give up what the disk refuses."""
+
+    def ask(_signal: int) -> None:
+        (give_up if stop.is_set() else stop).set()
+
+    return ask
+
+
 def stop_when_released(lock: Path, stop: threading.Event) -> None:
     """End a record that is made for another process, once that no longer holds a lock.
 
@@ -177,13 +189,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--speed", type=float, help="of a recorded flight")
     parser.add_argument("--while-held", type=Path, help="end once nobody holds this lock")
     given = parser.parse_args(arguments)
-    stop = threading.Event()
+    stop, give_up = threading.Event(), threading.Event()
     if given.while_held is not None:
         stop_when_released(given.while_held, stop)
+        give_up = stop  # nobody is there any more to make room
     options = {} if given.speed is None else {"speed": given.speed}
     try:
-        with asked_to_end(lambda _signal: stop.set()):
-            record(given.link, given.folder, heartbeat=given.heartbeat, stop=stop, **options)
+        with asked_to_end(asked_again(stop, give_up)):
+            record(
+                given.link, given.folder, heartbeat=given.heartbeat, stop=stop, give_up=give_up,
+                **options,
+            )  # fmt: skip
     except GroundStationError as error:
         sys.stderr.write(f"{error}\n")
         return 1

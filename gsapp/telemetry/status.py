@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 import tempfile
@@ -50,7 +51,10 @@ class RecorderStatus(BaseModel):
     seconds_until_full : float or None
         For how long it lasts at the present rate; None while nothing comes.
     waiting_bytes, dropped_bytes : int
-        Held in memory because the disk refuses; lost because memory was full too.
+        Held in memory because the disk refuses; lost because memory was full too, or because
+        the record ended meanwhile.
+    unwritten_frames, unwritten_lines : int
+        How many of `frames` and `lines` were lost so.
     error : str
         What is wrong, in words; empty when all is well.
     unconfirmed : bool
@@ -88,6 +92,8 @@ class RecorderStatus(BaseModel):
     seconds_until_full: float | None = None
     waiting_bytes: int = 0
     dropped_bytes: int = 0
+    unwritten_frames: int = 0
+    unwritten_lines: int = 0
     error: str = ""
     unconfirmed: bool = False
     warnings: list[str] = []
@@ -138,12 +144,26 @@ def write_status(path: Path, status: RecorderStatus) -> bool:
     is tried until nobody reads it: the last one tells that the recorder has stopped.
     """
     temporary = path.with_name(f".{path.name}.{status.pid}")
+    content = status.model_dump_json(indent=1).encode("utf-8")
     try:
-        temporary.write_text(status.model_dump_json(indent=1), encoding="utf-8")
+        temporary.write_bytes(content)
         put_in_place(temporary, path, patience=_PATIENCE)
-    except OSError:
+    except OSError as error:
         with contextlib.suppress(OSError):
             temporary.unlink()
+        return error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)) and _overwrite(
+            path, content
+        )
+    return True
+
+
+def _overwrite(path: Path, content: bytes) -> bool:
+    """Write over what stands there, in the room that it has: a full disk takes no second file."""
+    try:
+        with path.open("r+b", buffering=0) as stream:
+            stream.write(content)
+            stream.truncate()
+    except OSError:
         return False
     return True
 

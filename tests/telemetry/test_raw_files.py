@@ -293,6 +293,19 @@ def test_a_full_disk_is_survived(tmp_path: Path, frames, room: int) -> None:
     assert tail.lost == ()
 
 
+def test_what_waits_in_the_end_is_told_apart_from_what_was_dropped(tmp_path: Path, frames) -> None:
+    writer = RawWriter(tmp_path, write=FullDisk(50).write, memory_bytes=2000)
+    framer = Framer()
+    for number, frame in enumerate(frames(300)):
+        writer.append(STAMP + number, framer.feed(frame) + framer.settle())
+    dropped, waiting = writer.state.dropped_records, writer.state.waiting_bytes
+    writer.close()
+    state = writer.state
+    assert (state.dropped_records, state.lost_bytes) == (dropped, waiting)
+    assert state.lost_records == state.unwritten[FRAMES_FILE] - dropped > 0
+    assert state.unwritten[FRAMES_FILE] in (299, 300)
+
+
 def test_a_full_memory_keeps_the_newest_and_tells(tmp_path: Path, frames) -> None:
     disk = FullDisk(50)  # in the middle of a record
     writer = RawWriter(tmp_path, write=disk.write, memory_bytes=2000)

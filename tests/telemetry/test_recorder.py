@@ -30,7 +30,7 @@ from gsapp.telemetry.recorder import _MOST_UNSENT, PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_process import record
 from gsapp.telemetry.sources import Chunk, Source
-from gsapp.telemetry.status import RUNTIME_VARIABLE, RecorderStatus, read_status
+from gsapp.telemetry.status import RUNTIME_VARIABLE, RecorderStatus, read_status, write_status
 
 pytestmark = pytest.mark.usefixtures("own_runtime")
 
@@ -312,6 +312,78 @@ def test_a_disk_that_fails_to_flush_is_told_without_a_break(
     assert all(status.unconfirmed for status in told[first:])
     assert told[-1].waiting_bytes == 0
     assert data_of(tmp_path) == sent
+
+
+def test_a_record_that_ends_on_a_full_disk_waits_for_room(tmp_path, frames, patience) -> None:
+    full = threading.Event()
+    full.set()
+
+    def write(descriptor: int, data: bytes) -> int:
+        if full.is_set():
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return os.write(descriptor, data)
+
+    def ended(folder: Path, remedy) -> Recorder:
+        told: list[RecorderStatus] = []
+        source = Script(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+        writer = RawWriter(folder, write=write)
+        recorder = Recorder(source, writer, clock=HostClock(), on_status=told.append)
+        stop, give_up = threading.Event(), threading.Event()
+        thread = threading.Thread(target=recorder.run, args=(stop, give_up))
+        thread.start()
+        patience(lambda: writer.state.frames == len(sent))
+        stop.set()
+        patience(lambda: told and "wait for room" in told[-1].error)
+        assert thread.is_alive()
+        remedy(give_up)
+        thread.join(10)
+        assert not thread.is_alive()
+        return recorder
+
+    sent = frames(100)
+    status = ended(tmp_path / "given up", lambda give_up: give_up.set()).status("stopped")
+    assert status.unwritten_frames == status.frames == 100
+    assert status.dropped_bytes > 1000
+    assert status.error.endswith("did not take the last 100 records.")
+    assert "oldest" not in status.error
+    again = tmp_path / "asked again"
+    assert ended(again, lambda _: (again / STOP_FILE).touch()).writer.state.lost_records == 100
+    status = ended(tmp_path / "room", lambda _: full.clear()).status("stopped")
+    assert (status.dropped_bytes, status.unwritten_frames, status.error) == (0, 0, "")
+    assert data_of(tmp_path / "room") == sent
+
+
+def test_a_full_disk_takes_the_last_status(tmp_path: Path, monkeypatch) -> None:
+    def told(state) -> RecorderStatus:
+        return RecorderStatus(
+            pid=1, link="", folder="", state=state, started_us=1, updated_us=2, error="12" * 9
+        )
+
+    path = tmp_path / STATUS_FILE
+    assert write_status(path, told("recording"))
+
+    def refuse(_path: Path, _content: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", refuse)
+    assert write_status(path, told("stopped").model_copy(update={"error": ""}))
+    assert read_status(path).state == "stopped"
+    assert not write_status(tmp_path / "other.json", told("stopped"))
+
+
+@pytest.mark.parametrize("fault", [SystemExit(1), BrokenPipeError(32, "Broken pipe")])
+def test_a_record_is_kept_though_nobody_hears_of_it(tmp_path, frames, patience, fault) -> None:
+    """As where the program that read the words has ended."""
+
+    def deaf(_status: RecorderStatus) -> None:
+        raise fault
+
+    source = Script()
+    with Running(source, tmp_path, on_status=deaf) as recorder:
+        patience(lambda: read_status(tmp_path / STATUS_FILE))
+        source.chunks.extend(Chunk(1_000_000 + n, one) for n, one in enumerate(frames(9)))
+        patience(lambda: read_status(tmp_path / STATUS_FILE).frames == 9)
+        patience(lambda: not any(recorder.writer._unsynced.values()))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files there")

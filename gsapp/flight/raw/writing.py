@@ -46,7 +46,11 @@ class WriterState:
     waiting_bytes : int
         Bytes in memory, since the disk takes no more.
     dropped_records, dropped_bytes : int
-        What memory could not hold either.
+        The oldest that waited, which memory could not hold either.
+    lost_records, lost_bytes : int
+        What still waited when the files were closed.
+    unwritten : dict of str to int
+        Records of both kinds, by the file that they were for.
     error : str
         Why the disk takes no more, in words; empty when it does.
     sync_error : str
@@ -62,6 +66,9 @@ class WriterState:
     waiting_bytes: int = 0
     dropped_records: int = 0
     dropped_bytes: int = 0
+    lost_records: int = 0
+    lost_bytes: int = 0
+    unwritten: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RAW_FILES, 0))
     error: str = ""
     sync_error: str = ""
     notes: list[str] = field(default_factory=list)
@@ -207,8 +214,9 @@ class RawWriter:
         """Write what waits, flush and close. What the disk does not take now is lost."""
         if not self.retry():
             for pending in self._waiting:
-                self.state.dropped_bytes += len(pending.data)
-                self.state.dropped_records += pending.records
+                self.state.lost_bytes += len(pending.data)
+                self.state.lost_records += pending.records
+                self.state.unwritten[pending.name] += pending.records
             self._waiting.clear()
             self.state.waiting_bytes = 0
         self.sync(through=True)
@@ -234,6 +242,7 @@ class RawWriter:
             self.state.waiting_bytes -= len(first.data)
             self.state.dropped_bytes += len(first.data)
             self.state.dropped_records += first.records
+            self.state.unwritten[first.name] += first.records
 
     def _deliver(self, pending: _Pending) -> bool:
         """Hand bytes to the operating system; return False where it does not take all."""
