@@ -82,6 +82,10 @@ def describe(console: Console, flight: Flight) -> None:
             f"{frames.lost} lost",
             highlight=False,
         )
+        if frames.lines or frames.bad_lines:
+            console.print(
+                f"lines: {frames.lines} good, {frames.bad_lines} left out", highlight=False
+            )
     noticed = [event for event in flight.events if event.kind in NOTICE_KINDS]
     told = [
         *flight.remarks,

@@ -35,6 +35,7 @@ from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.stream import Columns, Stream
 from gsapp.decoding.texts import Text, TextJoiner
 from gsapp.foundation import FlightError
+from gsapp.foundation.numbers import number_in
 from gsapp.quantities import Block
 
 _STATUSTEXT = 253
@@ -181,6 +182,7 @@ class Decoder:
         self.messages: list[Notice] = []
         self.notices: list[Notice] = []
         self.unknown: Counter[int] = Counter()
+        self.lines = 0
         self.bad_lines = 0
         self._pipeline = Pipeline(
             channel_map,
@@ -242,6 +244,19 @@ class Decoder:
     def overtaken(self) -> int:
         """Return how many samples came after a later one of their message, and were left out."""
         return self._pipeline.overtaken
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what of the data was left out so far, in words."""
+        lines, samples = self.bad_lines, self.overtaken
+        return (
+            *([f"{lines} of {self.lines + lines} lines of text were left out"] if lines else []),
+            *(
+                [f"{samples} samples came after a later one of their message, and were left out"]
+                if samples
+                else []
+            ),
+        )
 
     @property
     def system(self) -> int | None:
@@ -482,30 +497,20 @@ class Decoder:
         if not self._lines:
             return
         cells = data.decode("utf-8", "replace").strip().split(self.channel_map.delimiter)
-        try:
-            numbers = [
-                float(cell) if cell.strip() and place in self._line_used else math.nan
-                for place, cell in enumerate(cells)
-            ]
-        except ValueError:
-            numbers = []
-        column = self.channel_map.text_time
-        stamp = None
-        if len(numbers) >= self._line_columns:
-            stamp = numbers[column] if column is not None else None
-        if len(numbers) < self._line_columns or (
-            stamp is not None and not 0.0 <= stamp * self.channel_map.text_scale < 2.0**62
-        ):
-            self.bad_lines += 1
-            shown = data[:60].decode("utf-8", "replace")
-            self._notice_once(
-                ("bad-line", 0, 0),
-                host,
-                f"a line is left out, since it does not hold {self._line_columns} numbers: "
-                f"'{shown}'; lines like it are counted",
-            )
+        numbers = (
+            number_in(cell) if place in self._line_used else math.nan
+            for place, cell in enumerate(cells[: self._line_columns])
+        )
+        item = [number for number in numbers if number is not None]
+        if len(item) < self._line_columns:
+            self._leave_out(host, data, f"it does not hold {self._line_columns} numbers")
             return
-        item = numbers[: self._line_columns]
+        column = self.channel_map.text_time
+        stamp = None if column is None else item[column]
+        if stamp is not None and not 0.0 <= stamp * self.channel_map.text_scale < 2.0**62:
+            self._leave_out(host, data, "its time is missing, negative or too great")
+            return
+        self.lines += 1
         for stream in self._lines:
             now = self.clock.now
             if stamp is None or not self._pipeline.streams[stream].vehicle_time:
@@ -520,6 +525,15 @@ class Decoder:
                 pending.times.append(time)
                 pending.nows.append(now)
                 pending.items.append(item)
+
+    def _leave_out(self, host: int, line: bytes, why: str) -> None:
+        self.bad_lines += 1
+        shown = line[:60].decode("utf-8", "replace")
+        self._notice_once(
+            ("bad-line", 0, 0),
+            host,
+            f"a line is left out, since {why}: '{shown}'; lines like it are counted",
+        )
 
     def _has_vehicle_time(self, entry: MapEntry) -> bool:
         if entry.time == ARRIVAL:

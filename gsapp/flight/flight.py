@@ -37,12 +37,18 @@ class FrameCounts:
         Whole frames of an id outside the dialect, so that they could not be checked.
     lost : int
         Frames missing by their sequence numbers.
+    lines : int
+        Lines of text that were read.
+    bad_lines : int
+        Lines of text that were left out.
     """
 
     good: int
     damaged: int
     unknown: int
     lost: int
+    lines: int = 0
+    bad_lines: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -420,10 +420,19 @@ def _decode_records(batches: Iterator[list[RawRecord]], setting: Setting, path: 
         block=block,
         sources={name: counted[name] for name in block.channels},
         frames=FrameCounts(
-            good=health.good, damaged=health.damaged, unknown=health.unknown, lost=health.lost
+            good=health.good,
+            damaged=health.damaged,
+            unknown=health.unknown,
+            lost=health.lost,
+            lines=decoder.lines,
+            bad_lines=decoder.bad_lines,
         ),
         said=tuple(event_of(notice) for notice in (*decoder.messages, *decoder.notices)),
-        remarks=(*health.report().sentences, *clipped_remarks(decoder.clipped)),
+        remarks=(
+            *health.report().sentences,
+            *decoder.remarks,
+            *clipped_remarks(decoder.clipped),
+        ),
     )
 
 

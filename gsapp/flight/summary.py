@@ -37,8 +37,8 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
         "measured", "calibrated"}}, "calibration": {"certificates": {id: {"stamp", "who"}},
         "given", "instead_of_own", "uncalibrated", "beyond": {id: samples}}, "onboard": {"file",
         "in_place", "why", "channels", "clock": {"offset", "offset_std", "drift", "drift_std",
-        ...}}, "frames": {"good", "damaged", "unknown", "lost"}, "events", "cues",
-        "maneuvers"}``. SI units; None
+        ...}}, "frames": {"good", "damaged", "unknown", "lost", "lines", "bad_lines"},
+        "events", "cues", "maneuvers"}``. SI units; None
         where there is nothing to tell: `calibrated` of what needs no certificate, `given` where
         the flight's own were used.
     """
@@ -60,6 +60,8 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
             "damaged": frames.damaged if frames else None,
             "unknown": frames.unknown if frames else None,
             "lost": frames.lost if frames else None,
+            "lines": frames.lines if frames else None,
+            "bad_lines": frames.bad_lines if frames else None,
         },
         "events": events_json(flight.events),
         "cues": [],

@@ -86,7 +86,7 @@ class Account:
         read_whole = self._opened.whole
         whole = () if read_whole is None else read_whole.remarks
         decoder = self.decoder
-        said = () if decoder is None else decoder.health.sentences()
+        said = () if decoder is None else (*decoder.health.sentences(), *decoder.remarks)
         lost = [damage.sentence() for damage in self._opened.damage()]
         if self._book.damaged and read_whole is None:
             lost.append(damaged_events(self._book.damaged))
@@ -136,12 +136,14 @@ class Account:
             sources={name: counted[name] for name in block.channels},
             info=info,
             frames=None
-            if health is None
+            if decoder is None or health is None
             else FrameCounts(
                 good=health.good,
                 damaged=health.damaged + torn,
                 unknown=health.unknown,
                 lost=health.lost,
+                lines=decoder.lines,
+                bad_lines=decoder.bad_lines,
             ),
             events=in_order((*self._book.events, *self.messages(until))),
             remarks=(*(() if log is None else (log.why,)), *self.remarks(block)),

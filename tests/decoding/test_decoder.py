@@ -437,6 +437,34 @@ calibration = "q"
     assert found["throttle"][1][8] == pytest.approx(0.04)
     assert decoder.bad_lines == 2
     assert [notice.kind for notice in decoder.notices] == ["bad-line"]
+    assert decoder.remarks == ("2 of 11 lines of text were left out",)
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("20,1_000", "does not hold 2 numbers"),
+        ("20,\u0661\u0662", "does not hold 2 numbers"),
+        ("20,inf", "does not hold 2 numbers"),
+        ("1_000,1", "does not hold 2 numbers"),
+        ("-20,1", "its time is missing, negative or too great"),
+        (",1", "its time is missing, negative or too great"),
+        ("1e300,1", "its time is missing, negative or too great"),
+    ],
+)
+def test_what_only_resembles_a_number_is_left_out_of_lines(
+    cases: SimpleNamespace, tmp_path: Path, line: str, why: str
+) -> None:
+    text = 'name = "t"\n[text]\ncolumns = ["time [ms]", "alpha [deg]"]\n'
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
+    lines = ["0,1", "10,2", line, "30,", " 40 , 5 "]
+    records = [
+        RawRecord(cases.HOST + 10_000 * k, "line", each.encode()) for k, each in enumerate(lines)
+    ]
+    found = cases.gather([*decoder.feed(records), *decoder.finish()])
+    assert np.nanmax(found["alpha"][1]) == pytest.approx(5 * DEG)
+    assert (decoder.lines, decoder.bad_lines) == (4, 1)
+    assert why in decoder.notices[0].text
 
 
 def test_lines_without_time_are_timed_by_arrival(cases: SimpleNamespace, tmp_path: Path) -> None:

@@ -160,6 +160,7 @@ def test_marks_latin1_comments_and_quotes(tmp_path):
         ("time [s],q [deg/s]\n0,1\n1,3deg\n", "line 3, column 2", "'3deg'", "header"),
         ("time [s],q [deg/s]\n0,1\n1,inf\n", "line 3, column 2", "'inf'", "empty"),
         ("time [s],q [deg/s]\n0,1\n1,1_0\n", "line 3, column 2", "'1_0'", "number"),
+        ("time [s],q [deg/s]\n0,1\n1,\u0661\n", "line 3, column 2", "\u0661", "number"),
         ("time [s],q [deg/s]\n0,1\n1\n2,3\n", "line 3", "1 cells where the header has 2", "empty"),
         ("time [s],q [deg/s]\n0,1\n1,2,3x\n", "line 3", "3 cells", "empty"),
         ("time [s],q [deg/s]\n0,0,1,2\n0,1,1,3\n", "line 2", "4 cells", "decimal commas"),

@@ -76,7 +76,9 @@ def test_folder_is_decoded_calibrated_and_summed_up(box_folder):
     assert q["rate"] == pytest.approx(100.0)
     assert q["mean"] == pytest.approx(np.nanmean(block["q"]))
     assert summary["duration"] == pytest.approx(2.99)
-    assert summary["frames"] == {"good": 298, "damaged": 0, "unknown": 0, "lost": 4}
+    assert summary["frames"] == {
+        "good": 298, "damaged": 0, "unknown": 0, "lost": 4, "lines": 0, "bad_lines": 0,
+    }  # fmt: skip
     assert summary["channels"]["de"]["measured"] is False
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from gsapp.foundation import FileProblem, FileProblemsError
+from gsapp.foundation.numbers import number_in
 from gsapp.quantities import FloatArray
 
 _ROWS_AT_ONCE = 4096
@@ -145,7 +146,7 @@ class TextTable:
         for index, (line, row) in enumerate(whole):
             for place, column in enumerate(chosen):
                 text = row[column].strip()
-                number = _number(text)
+                number = number_in(text)
                 if number is not None:
                     values[index, place] = number
                     continue
@@ -260,20 +261,11 @@ def _fast_numbers(rows: Sequence[Sequence[str]], width: int) -> FloatArray | Non
         values = np.array([float(cell) if cell else np.nan for cell in cells], dtype=np.float64)
     except ValueError:
         return None
-    if np.isinf(values).any() or any("_" in cell for row in rows for cell in row):
+    if np.isinf(values).any() or any(
+        "_" in cell or not cell.isascii() for row in rows for cell in row
+    ):
         return None
     return values.reshape(len(rows), width)
-
-
-def _number(text: str) -> float | None:
-    if not text:
-        return float("nan")
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    # float() also takes 1_000, and digits of other scripts; neither is meant.
-    return None if np.isinf(value) or "_" in text or not text.isascii() else value
 
 
 def _number_remedy(text: str) -> str:
