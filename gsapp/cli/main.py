@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from io import TextIOWrapper
 from pathlib import Path
@@ -654,13 +655,17 @@ def report(
     flights: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FLIGHT|DIR", help="Flights, or folders that hold some", show_default=False
+            metavar="FLIGHT|DIR",
+            readable=False,
+            help="Flights, or folders that hold some",
+            show_default=False,
         ),
     ],
     out: Annotated[
         Path,
         typer.Option(
             metavar="FILE",
+            readable=False,
             help="A .html or .pdf file; or a folder for both, all pictures, and the results as "
             "CSV, MATLAB, JSON, model and linear models",
         ),
@@ -698,6 +703,7 @@ def report(
         Optional[list[Path]],  # noqa: UP045
         typer.Option(
             metavar="FLIGHT",
+            readable=False,
             help="One of the flights, to judge linear models on; repeatable; by default the last",
         ),
     ] = None,
@@ -857,7 +863,11 @@ def runs(
     ] = None,
     out: Annotated[
         Optional[Path],  # noqa: UP045
-        typer.Option(metavar="PLACE", help="Of the report: a .html or .pdf file, or a folder"),
+        typer.Option(
+            readable=False,
+            metavar="PLACE",
+            help="Of the report: a .html or .pdf file, or a folder",
+        ),
     ] = None,
     units: Annotated[Literal["US", "SI"], typer.Option(help="Of the report")] = "US",
     dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
@@ -1304,6 +1314,19 @@ def inertia(
     command.run(swings=swings, unit=unit, json=json)
 
 
+_LONGEST_NAME = 200
+_REMEDIES = {
+    errno.ENOSPC: "make room on the disk",
+    getattr(errno, "EDQUOT", -1): "make room on the disk",
+    errno.EROFS: "choose a place where you may write",
+    errno.ENAMETOOLONG: "choose a shorter name",
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path, of which a part is a file and no folder",
+    errno.EISDIR: "name a file, not a folder",
+}
+"""What to do about what a system says, where no command knows better."""
+
+
 def main() -> None:
     """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
     _print_anything()
@@ -1341,6 +1364,10 @@ def _sentence(error: Exception) -> str | None:
     if isinstance(error, GroundStationError):
         return str(error)
     if isinstance(error, OSError):
-        place = f" ({error.filename})" if error.filename else ""
-        return f"{error.strerror or error}{place}"
+        if error.filename is None:
+            return str(error.strerror or error)
+        name = str(error.filename)
+        shown = name if len(name) <= _LONGEST_NAME else f"{name[:40]}...{name[-40:]}"
+        remedy = _REMEDIES.get(error.errno or 0, "check the path and the permissions")
+        return f"{shown}: {error.strerror or error}; {remedy}"
     return None

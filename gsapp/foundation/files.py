@@ -139,10 +139,28 @@ def replacing(path: Path | str) -> Iterator[Path]:
         If the disk refuses. The former file then still stands, unchanged.
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    os.close(handle)
-    temporary = Path(name)
+    with _told_of(target):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        os.close(handle)
+        with _filled(Path(name), target) as temporary:
+            yield temporary
+
+
+@contextlib.contextmanager
+def _told_of(target: Path) -> Iterator[None]:
+    """Let an error of the disk name what was to be written, not its temporary name."""
+    try:
+        yield
+    except OSError as error:
+        hidden = error.filename is None or Path(error.filename).name.startswith(f".{target.name}.")
+        if hidden and error.errno is not None:
+            error.filename, error.filename2 = str(target), None
+        raise
+
+
+@contextlib.contextmanager
+def _filled(temporary: Path, target: Path) -> Iterator[Path]:
     try:
         yield temporary
         with temporary.open("rb+") as stream:

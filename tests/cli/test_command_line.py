@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import struct
@@ -248,6 +249,44 @@ def test_no_command_overwrites_what_it_reads_nor_a_flight(
     for name in names:
         assert (tmp_path / name).read_text() == f"dear {name}"
     assert not (tmp_path / "new.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (
+            OSError(errno.ENOSPC, "No space left on device", "a.html"),
+            "a.html: No space.*; make room",
+        ),
+        (
+            PermissionError(errno.EACCES, "Permission denied", "b"),
+            "b: Permission denied; check the",
+        ),
+        (
+            OSError(errno.ENAMETOOLONG, "File name too long", "c" * 999),
+            r"c\.\.\.c.*; choose a short",
+        ),
+    ],
+)
+def test_what_a_system_refuses_is_told_with_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, error: OSError, sentence: str
+) -> None:
+    def fail(**_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("gsapp.cli.inertia.run", fail)
+    done = here("inertia", "swings.toml")
+    assert done.returncode == 1
+    assert re.search(sentence, done.stderr)
+    assert len(done.stderr) < 300
+
+
+def test_what_cannot_be_read_is_told_by_the_command() -> None:
+    for command in app.registered_commands:
+        for name, hint in get_type_hints(command.callback, include_extras=True).items():
+            about = next(iter(getattr(hint, "__metadata__", ())), None)
+            if "Path" in str(hint) and about is not None:
+                assert about.readable is False, (command.callback, name)
 
 
 def test_every_option_that_names_what_is_written_is_watched() -> None:

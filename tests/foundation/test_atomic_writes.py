@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,6 +31,25 @@ def test_a_failed_write_leaves_the_former_file_and_no_litter(
         write_atomically(path, "after")
     assert path.read_text() == "before"
     assert [entry.name for entry in path.parent.iterdir()] == ["file.txt"]
+
+
+def test_an_error_names_the_file_and_not_its_temporary_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_path: Path, _content: bytes) -> int:
+        raise OSError(28, "No space left on device")
+
+    def closed(**given: object) -> tuple[int, str]:
+        raise PermissionError(13, "Permission denied", f"{given['dir']}/{given['prefix']}x1y2")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space") as caught:
+        write_atomically(tmp_path / "file.txt", "text")
+    assert caught.value.filename == str(tmp_path / "file.txt")
+    monkeypatch.setattr(tempfile, "mkstemp", closed)
+    with pytest.raises(PermissionError) as caught:
+        write_atomically(tmp_path / "file.txt", "text")
+    assert caught.value.filename == str(tmp_path / "file.txt")
 
 
 def test_text_is_utf8_with_line_feeds_on_every_system(tmp_path: Path) -> None:
