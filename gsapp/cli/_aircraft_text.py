@@ -35,7 +35,7 @@ def warn_of_aircraft(
         for sentence in one.warnings():
             console.print(
                 f"{one.name}: {sentence}",
-                style="yellow", highlight=False, markup=False, soft_wrap=True,
+                style="yellow", highlight=False, soft_wrap=True,
             )  # fmt: skip
 
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -23,8 +25,8 @@ def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundMane
         If the cards hold mistakes.
     """
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     from gsapp.flight.cards import match_cards
     from gsapp.flight.folder import FlightFolder
@@ -34,17 +36,17 @@ def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundMane
         return
     flown = match_cards(cards, maneuvers)
     title = f"test cards {cards.name}".rstrip()
-    table = Table(title=escape(title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in ("card", "what", "flown", "state"):
         table.add_column(heading)
     for one in flown.cards:
         table.add_row(
-            escape(one.card.id),
-            escape(one.card.heading),
+            one.card.id,
+            one.card.heading,
             f"{one.good} of {one.card.repeats}",
-            f"[{_COLORS[one.state]}]{one.state}[/]",
+            Text(one.state, _COLORS[one.state]),
         )
-    console.print(table)
+    print_whole(console, table)
     told = [
         f"{one.card.id}: maneuver {attempt.maneuver.id} does not count: "
         f"{'; '.join(attempt.reasons)}"
@@ -55,4 +57,4 @@ def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundMane
     if flown.unplanned:
         told.append(f"on no card: {', '.join(one.id for one in flown.unplanned)}")
     for sentence in told:
-        console.print(sentence, highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, highlight=False, soft_wrap=True)

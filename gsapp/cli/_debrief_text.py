@@ -26,47 +26,47 @@ def describe_cues(console: Console, debrief: Debrief) -> None:
         highlight=False,
     )
     for one in debrief.maneuvers:
-        console.print(_sentence(one), highlight=False, markup=False, soft_wrap=True)
+        console.print(_sentence(one), highlight=False, soft_wrap=True)
 
 
 def describe_debrief(console: Console, debrief: Debrief) -> None:
     """Print every input with its verdict, and the score by card."""
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     from gsapp.cli._tables import print_whole
     from gsapp.quantities.constants import FOOT
 
     table = Table(
-        title=f"{escape(debrief.flight)}: {_count(len(debrief.maneuvers), 'input')}",
+        title=f"{debrief.flight}: {_count(len(debrief.maneuvers), 'input')}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
     )
     for heading in ("id", "at [s]", "inputs", "kind", "V [ft/s]", "GO", "card", "verdict"):
-        table.add_column(escape(heading))
+        table.add_column(heading)
     for one in debrief.maneuvers:
         verdict = one.verdict
         table.add_row(
             verdict.id,
-            f"{verdict.t_input:.1f}",
+            f"{verdict.t_input:z.1f}",
             "+".join(verdict.surfaces),
             verdict.kind,
-            "" if verdict.V is None else f"{verdict.V / FOOT:.0f}",
+            "" if verdict.V is None else f"{verdict.V / FOOT:z.0f}",
             "yes" if one.go_at is not None else "no",
-            escape(verdict.card),
-            f"[{_COLORS.get(verdict.result, 'red')}]{verdict.result}[/]",
+            verdict.card,
+            Text(verdict.result, _COLORS.get(verdict.result, "red")),
         )
     print_whole(console, table)
     for one in debrief.maneuvers:
         console.print(
             f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}",
-            highlight=False, markup=False, soft_wrap=True,
+            highlight=False, soft_wrap=True,
         )  # fmt: skip
     describe_score(console, debrief.cards, debrief.score)
     for words in debrief.missing:
-        console.print(words, style="dim", highlight=False, markup=False, soft_wrap=True)
+        console.print(words, style="dim", highlight=False, soft_wrap=True)
 
 
 def describe_score(console: Console, cards: Sequence[CardScore], score: float | None) -> None:
@@ -76,15 +76,14 @@ def describe_score(console: Console, cards: Sequence[CardScore], score: float | 
     for card in cards:
         console.print(
             f"{card.card}: {card.good} of {card.wanted} good, {card.flown} flown  {card.heading}",
-            highlight=False, markup=False, soft_wrap=True,
+            highlight=False, soft_wrap=True,
         )  # fmt: skip
-    console.print(f"score: {100.0 * score:.0f} % of what the cards ask for", highlight=False)
+    console.print(f"score: {100.0 * score:z.0f} % of what the cards ask for", highlight=False)
 
 
 def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
     """Print one line for each flight."""
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
 
     from gsapp.cli._tables import print_whole
@@ -97,20 +96,22 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
         table.add_column(heading, no_wrap=True)
     for one in found:
         table.add_row(
-            escape(one.flight),
+            one.flight,
             str(one.inputs),
-            f"{100.0 * one.share_good:.0f} %",
-            "" if one.score is None else f"{100.0 * one.score:.0f} %",
+            f"{100.0 * one.share_good:z.0f} %",
+            "" if one.score is None else f"{100.0 * one.score:z.0f} %",
             str(one.without_go),
-            "" if one.seconds_each is None else f"{one.seconds_each:.0f}",
+            "" if one.seconds_each is None else f"{one.seconds_each:z.0f}",
         )
     print_whole(console, table)
     for one in found:
-        told = [f"{SURFACES[name]} {share:.2f}" for name, share in one.amplitudes.items()]
+        told = [f"{SURFACES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
         sizes = f"{', '.join(told)} of what was wanted" if told else "nothing wanted"
         worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
-        off = f"; began with {worst} {one.trim_errors[worst]:.1f} of its tolerance" if worst else ""
-        console.print(f"{one.flight}: {sizes}{off}", highlight=False, markup=False, soft_wrap=True)
+        off = (
+            f"; began with {worst} {one.trim_errors[worst]:z.1f} of its tolerance" if worst else ""
+        )
+        console.print(f"{one.flight}: {sizes}{off}", highlight=False, soft_wrap=True)
 
 
 def _sizes(one: JudgedManeuver) -> str:
@@ -120,8 +121,8 @@ def _sizes(one: JudgedManeuver) -> str:
     wanted = {} if one.wanted is None else one.wanted.amplitudes
     told = []
     for name, size in one.verdict.amplitudes.items():
-        best = f" of {wanted[name].best / DEGREE:.1f}" if name in wanted else ""
-        told.append(f"{SURFACES[name]} {size / DEGREE:.1f}{best} deg")
+        best = f" of {wanted[name].best / DEGREE:z.1f}" if name in wanted else ""
+        told.append(f"{SURFACES[name]} {size / DEGREE:z.1f}{best} deg")
     return ", ".join(told)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -59,7 +61,6 @@ def _find(console: Console, found: Discrepancy) -> None:
 def _map(console: Console, found: Discrepancy) -> None:
     """Print what each coefficient lacks in each maneuver, in units of the noise."""
     import numpy as np
-    from rich.markup import escape
 
     from gsapp.quantities import channel
     from gsapp.report.discrepancy_words import channel_map
@@ -72,11 +73,11 @@ def _map(console: Console, found: Discrepancy) -> None:
     channels = np.nan_to_num(channel_map(found, 0), nan=-1.0)
     for place, view in enumerate(found.maneuvers):
         row = found.steps[0].map[place]
-        cells = [f"{value:.1f}" if np.isfinite(value) else "-" for value in row]
+        cells = [f"{value:z.1f}" if np.isfinite(value) else "-" for value in row]
         worst = int(np.argmax(channels[place]))
-        cells.append(f"{channel(found.channels[worst]).symbol} {channels[place, worst]:.1f}")
-        table.add_row(escape(f"{view.id} {view.kind}{' *' if view.held_out else ''}"), *cells)
-    console.print(table)
+        cells.append(f"{channel(found.channels[worst]).symbol} {channels[place, worst]:z.1f}")
+        table.add_row(f"{view.id} {view.kind}{' *' if view.held_out else ''}", *cells)
+    print_whole(console, table)
 
 
 def _name(console: Console, found: Discrepancy) -> None:
@@ -94,7 +95,7 @@ def _name(console: Console, found: Discrepancy) -> None:
         if effect.runner_up:
             _say(
                 console,
-                f"Next best was {effect.runner_up}, {effect.margin:.1f} behind in log-likelihood.",
+                f"Next best was {effect.runner_up}, {effect.margin:z.1f} behind in log-likelihood.",
             )
     for other in found.alternatives:
         _say(console, f"These flights would look the same with {' and '.join(other.effects)}")
@@ -108,7 +109,6 @@ def _name(console: Console, found: Discrepancy) -> None:
 
 
 def _ranking(step: Step, width: int) -> Table:
-    from rich.markup import escape
 
     from gsapp.report.discrepancy_words import gain_words, share_words
 
@@ -122,9 +122,9 @@ def _ranking(step: Step, width: int) -> Table:
         table.add_column(heading, justify="right", no_wrap=True)
     for one in shown:
         table.add_row(
-            escape(one.effect),
-            escape(one.title),
-            f"{one.score:.1f}",
+            one.effect,
+            one.title,
+            f"{one.score:z.1f}",
             share_words(one.evidence),
             gain_words(one.held_out),
         )
@@ -142,7 +142,7 @@ def _add(console: Console, found: Discrepancy) -> None:
         console.print(_filled(("effect", "parameter", "value", "unit"), rows))
     if found.values:
         changed = [
-            (name, f"{one.before:.4g}", with_spread(one.after, one.std), moved_words(one))
+            (name, f"{one.before:z.4g}", with_spread(one.after, one.std), moved_words(one))
             for name, one in found.values.items()
         ]
         headings = ("derivative", "before", "after", "moved, in std")
@@ -167,24 +167,22 @@ def _show(console: Console, found: Discrepancy, units: Literal["US", "SI"]) -> N
         console.print(_filled(headings, rows))
     if len(found.steps) > 1:
         falls = ", ".join(
-            f"{step.misfit:.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]
+            f"{step.misfit:z.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]
         )
         _say(
             console,
-            f"Misfit of all channels, 1 = noise: {found.steps[0].misfit:.2f} before, {falls}.",
+            f"Misfit of all channels, 1 = noise: {found.steps[0].misfit:z.2f} before, {falls}.",
         )
     _say(console, closed_words(found))
 
 
 def _filled(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
     """Return a table whose first column is a name and whose others are numbers."""
-    from rich.markup import escape
-
     table = _table()
     for place, heading in enumerate(headings):
         table.add_column(heading, justify="right" if place else "left", no_wrap=True)
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*row)
     return table
 
 
@@ -196,4 +194,4 @@ def _table() -> Table:
 
 
 def _say(console: Console, sentence: str, *, style: str = "") -> None:
-    console.print(sentence, style=style, highlight=False, markup=False, soft_wrap=True)
+    console.print(sentence, style=style, highlight=False, soft_wrap=True)

@@ -41,18 +41,17 @@ def run(*, json: Path | None = None) -> None:
     GroundStationError
         If the file cannot be written.
     """
-    from rich.console import Console
-
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.discrepancy.catalog import catalog
     from gsapp.discrepancy.catalog_json import catalog_json
 
     if json is not None:
         write_result(json, result_text(catalog_json()))
     if not on_screen(json):
-        console = Console()
+        console = Screen()
         # Into a file or a pager the columns may be as wide as they read well.
-        print_catalog(console if console.is_terminal else Console(width=_WIDTH), catalog())
+        print_catalog(console if console.is_terminal else Screen(width=_WIDTH), catalog())
 
 
 def print_catalog(console: Console, records: tuple[EffectRecord, ...]) -> None:
@@ -82,9 +81,9 @@ def print_catalog(console: Console, records: tuple[EffectRecord, ...]) -> None:
                 "\n".join(line for line in lines if line),
                 f"{taken}\n{told}" if taken else told,
             )
-        console.print(table, markup=False, highlight=False)
+        console.print(table, highlight=False)
     named = sum(not one.disturbance for one in records)
-    console.print(f"{named} effects. {_CLASSES}", markup=False, highlight=False)
+    console.print(f"{named} effects. {_CLASSES}", highlight=False)
 
 
 def _rows(records: list[EffectRecord]) -> Iterator[tuple[str, EffectRecord]]:

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich import box
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
+
+from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,10 +33,10 @@ def describe_outcome(console: Console, outcome: Outcome) -> None:
     outcome : Outcome
     """
     results = outcome.result.results
-    console.print(_values(outcome.result, console.width))
-    console.print(_fits(results))
+    print_whole(console, _values(outcome.result, console.width))
+    print_whole(console, _fits(results))
     for sentence in _sentences(outcome):
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 
 
 def _values(result: CampaignResult, width: int) -> Table:
@@ -61,10 +63,10 @@ def _values(result: CampaignResult, width: int) -> Table:
         if one in gusty:
             headings.append(_BY_EQUATIONS)
     for heading in headings:
-        table.add_column(escape(heading), justify="right", no_wrap=True)
+        table.add_column(heading, justify="right", no_wrap=True)
     by_equations = campaign_values([one.beside for one in gusty])
     for name in _rows(result):
-        cells = _summary(result.values.get(name))
+        cells: list[str | Text] = [*_summary(result.values.get(name))]
         if gusty:
             cells.append(_mean(by_equations.get(name)))
         for one in results if wide else ():
@@ -79,7 +81,7 @@ def _fits(results: Sequence[ManeuverResult]) -> Table:
     fits = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in ("maneuver", "seconds", "inputs", "rounds"):
         fits.add_column(heading, no_wrap=True)
-    fits.add_column("R2 of each response")
+    fits.add_column("R2 of each response", overflow="fold")
     several = len({one.maneuver.flight for one in results}) > 1
     for one in results:
         maneuver, estimate = one.maneuver, one.estimate
@@ -87,12 +89,12 @@ def _fits(results: Sequence[ManeuverResult]) -> Table:
         if estimate is not None and not estimate.converged:
             rounds += ", not converged"
         fits.add_row(
-            escape(f"{maneuver.id} {maneuver.flight}" if several else maneuver.id),
-            f"{maneuver.t_start:.2f} - {maneuver.t_end:.2f}",
+            f"{maneuver.id} {maneuver.flight}" if several else maneuver.id,
+            f"{maneuver.t_start:z.2f} - {maneuver.t_end:z.2f}",
             "+".join(maneuver.inputs) or "none",
             rounds,
             "  ".join(
-                f"{name} {fit.r2:.3f}" for name, fit in (estimate.fit if estimate else {}).items()
+                f"{name} {fit.r2:z.3f}" for name, fit in (estimate.fit if estimate else {}).items()
             ),
         )
     return fits
@@ -116,23 +118,23 @@ def _rows(result: CampaignResult) -> list[str]:
 def _summary(value: CampaignValue | None) -> list[str]:
     if value is None:
         return ["unknown", "", "", ""]
-    scatter = "" if value.scatter is None else f"{value.scatter:.4f}"
-    return [f"{value.mean:.4f}", f"{value.std:.4f}", scatter, str(value.n)]
+    scatter = "" if value.scatter is None else f"{value.scatter:z.4f}"
+    return [f"{value.mean:z.4f}", f"{value.std:z.4f}", scatter, str(value.n)]
 
 
 def _mean(value: CampaignValue | None) -> str:
-    return "" if value is None else f"{value.mean:.4f} ±{value.std:.4f} {value.n:3d}"
+    return "" if value is None else f"{value.mean:z.4f} ±{value.std:z.4f} {value.n:3d}"
 
 
-def _cell(estimate: Estimate | None, name: str) -> str:
+def _cell(estimate: Estimate | None, name: str) -> str | Text:
     if estimate is None or name not in estimate.derivatives:
         return ""
     one = estimate.derivatives[name]
     if one.status == "held":
-        return f"[dim]held {one.value:.4g}[/dim]" if one.value else "[dim]held[/dim]"
+        return Text(f"held {one.value:z.4g}" if one.value else "held", "dim")
     if one.value is None or one.std is None:
-        return f"[dim]{one.status}[/dim]"
-    return f"{one.value:.3f} ±{one.std:.3f}"
+        return Text(one.status, "dim")
+    return f"{one.value:z.3f} ±{one.std:z.3f}"
 
 
 def _sentences(outcome: Outcome) -> list[str]:
@@ -183,8 +185,8 @@ def _apart(one: ManeuverResult) -> tuple[str, ...]:
 
     names = [value.name for value in beside_values(one) if value.differs]
     if not names:
-        return (f"{_BY_EQUATIONS} agrees within {FAR:.0f} joint bounds in every derivative",)
+        return (f"{_BY_EQUATIONS} agrees within {FAR:z.0f} joint bounds in every derivative",)
     return (
-        f"{_BY_EQUATIONS} lies more than {FAR:.0f} joint bounds apart in {', '.join(names)}; "
+        f"{_BY_EQUATIONS} lies more than {FAR:z.0f} joint bounds apart in {', '.join(names)}; "
         "believe the smaller bound",
     )

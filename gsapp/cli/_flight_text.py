@@ -26,7 +26,6 @@ _MOST_NOTICES = 20
 def describe(console: Console, flight: Flight) -> None:
     """Print length, channels with their sources, frames, and what was lost."""
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
 
     from gsapp.cli._tables import print_whole
@@ -35,9 +34,9 @@ def describe(console: Console, flight: Flight) -> None:
     from gsapp.quantities import channel, from_si
 
     summary = summarize(flight)
-    rate = f", {flight.rate:.4g} per s" if math.isfinite(flight.rate) else ""
+    rate = f", {flight.rate:z.4g} per s" if math.isfinite(flight.rate) else ""
     table = Table(
-        title=f"{escape(flight.name)}: {summary['duration']:.1f} s{rate}",
+        title=f"{flight.name}: {summary['duration']:z.1f} s{rate}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
@@ -60,7 +59,7 @@ def describe(console: Console, flight: Flight) -> None:
         shown = [
             ""
             if numbers[key] is None
-            else f"{from_si(float(numbers[key]), unit, spec.quantity):.{digits}f}"
+            else f"{from_si(float(numbers[key]), unit, spec.quantity):z.{digits}f}"
             for key in figures
         ]
         source = flight.sources.get(name)
@@ -68,11 +67,11 @@ def describe(console: Console, flight: Flight) -> None:
             name,
             unit,
             str(numbers["count"]),
-            "" if numbers["rate"] is None else f"{numbers['rate']:.4g}",
+            "" if numbers["rate"] is None else f"{numbers['rate']:z.4g}",
             *shown,
             str(numbers["gaps"]),
             _mark(source) if source else "",
-            *([escape(source.source) if source else ""] if wide else []),
+            *([source.source if source else ""] if wide else []),
         )
     print_whole(console, table)
     frames = flight.frames
@@ -92,7 +91,7 @@ def describe(console: Console, flight: Flight) -> None:
         *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
     ]
     for sentence in told:
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
     if len(noticed) > _MOST_NOTICES:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
 
@@ -104,7 +103,7 @@ def _mark(source: ChannelSource) -> str:
 def tell_calibration(console: Console, flights: Iterable[Flight]) -> None:
     """Say of each flight which channels are uncalibrated, and whose certificates were used."""
     for sentence in calibration_sentences(flights):
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 
 
 def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
@@ -134,4 +133,4 @@ def check_catalog(catalog: Path | None, calibration: str | None) -> None:
 
 
 def _at(time: float | None) -> str:
-    return "" if time is None else f"{time:.2f} s: "
+    return "" if time is None else f"{time:z.2f} s: "

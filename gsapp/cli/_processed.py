@@ -21,16 +21,15 @@ def load(path: Path, channel_map: str | None, calibration: str | None) -> Flight
     GroundStationError
         If it cannot be read or holds none.
     """
-    from rich.console import Console
-
     from gsapp.cli._flight_text import tell_calibration
+    from gsapp.cli._screen import Screen
     from gsapp.flight.loading import load_flight
     from gsapp.foundation import FlightError
 
     flight = load_flight(path, channel_map=channel_map, certificates=calibration)
     if not len(flight.block):
         raise FlightError(f"{path} holds no samples")
-    tell_calibration(Console(stderr=True), [flight])
+    tell_calibration(Screen(stderr=True), [flight])
     return flight
 
 
@@ -116,10 +115,9 @@ def write(
     flights : iterable of Flight
         What the block was made from.
     """
-    from rich.console import Console
-
     from gsapp.cli._flight_text import calibration_list
     from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.flight.uniform import typical_step
     from gsapp.flight.writers import write_block
 
@@ -136,7 +134,7 @@ def write(
         if on_screen(json):
             return
     rate = f" at {1.0 / step:.6g} per s" if step > 0.0 else ""
-    Console().print(
+    Screen().print(
         f"{out}: {len(block)} samples of {len(block.channels)} channels, {start:.2f} to "
         f"{stop:.2f} s{rate}",
         highlight=False,

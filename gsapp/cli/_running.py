@@ -23,9 +23,11 @@ def with_bar(console: Console, work: Callable[[Doing, Step], Result]) -> Result:
     work : callable
         Takes what it tells before the fits begin, and what it tells of them.
     """
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    from gsapp.cli._screen import describing
+
+    columns = (describing(), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("reading", total=None)
 

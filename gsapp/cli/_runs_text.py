@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -22,8 +24,6 @@ _WIDE = 110
 
 def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
     """Print a line for each run."""
-    from rich.markup import escape
-
     table = _table(f"{len(runs)} run{'' if len(runs) == 1 else 's'}")
     for heading in ("run", "when", "method", "axis"):
         table.add_column(heading, no_wrap=True)
@@ -43,22 +43,20 @@ def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
             str(len(one.flights)),
             str(one.maneuver_count),
             *(_value(one.values, name) for name in shown),
-            escape(one.label),
+            one.label,
         )
-    console.print(table)
+    print_whole(console, table)
 
 
 def tell_run(console: Console, one: KeptRun) -> None:
     """Print all of a run: settings, values, files, versions, remarks."""
-    from rich.markup import escape
-
-    table = _table(escape(f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}"))
+    table = _table(f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}")
     for heading in ("", "mean", "std", "scatter", "n"):
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for name, value in one.values.items():
-        scatter = "" if value.scatter is None else f"{value.scatter:.4f}"
-        table.add_row(name, f"{value.mean:.4f}", f"{value.std:.4f}", scatter, str(value.n))
-    console.print(table)
+        scatter = "" if value.scatter is None else f"{value.scatter:z.4f}"
+        table.add_row(name, f"{value.mean:z.4f}", f"{value.std:z.4f}", scatter, str(value.n))
+    print_whole(console, table)
     for heading, rows in (
         ("settings", [(name, words) for name, words in one.settings.items()]),
         ("files", [(f"{file.role} {file.name}", file.sha256) for file in one.inputs]),
@@ -68,38 +66,36 @@ def tell_run(console: Console, one: KeptRun) -> None:
         listed.add_column(heading, overflow="fold")
         listed.add_column("", overflow="fold")
         for name, words in rows:
-            listed.add_row(escape(name), escape(words))
+            listed.add_row(name, words)
         console.print(listed)
     said = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
     for sentence in (*said, *one.remarks):
-        console.print(sentence, style="yellow", markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", soft_wrap=True)
 
 
 def tell_comparison(console: Console, found: Comparison) -> None:
     """Print what differs between two runs, and their values beside each other."""
-    from rich.markup import escape
-
     asked = _table("what was asked for")
     for heading in ("", found.one, found.other):
-        asked.add_column(escape(heading), overflow="fold")
+        asked.add_column(heading, overflow="fold")
     for setting in found.settings:
-        asked.add_row(escape(setting.name), escape(setting.one), escape(setting.other))
+        asked.add_row(setting.name, setting.one, setting.other)
     console.print(asked if found.settings else "nothing differs in what was asked for")
     for sentence in found.versions:
-        console.print(sentence, style="yellow", markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", soft_wrap=True)
     table = _table("per radian; difference in joint bounds")
     for heading in ("", found.one, found.other, "difference", "in bounds", ""):
-        table.add_column(escape(heading), justify="right" if heading else "left", no_wrap=True)
+        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for one in found.values:
         table.add_row(
             one.name,
             _bounded(one.one),
             _bounded(one.other),
-            "" if one.difference is None else f"{one.difference:+.2g}",
-            "one only" if one.in_bounds is None else f"{one.in_bounds:+.2f}",
+            "" if one.difference is None else f"{one.difference:+z.2g}",
+            "one only" if one.in_bounds is None else f"{one.in_bounds:+z.2f}",
             "differs" if one.in_bounds is not None and one.differs else "",
         )
-    console.print(table)
+    print_whole(console, table)
 
 
 def tell_repeated(console: Console, number: int, found: Repeated) -> None:
@@ -111,7 +107,7 @@ def tell_repeated(console: Console, number: int, found: Repeated) -> None:
         style="" if found.same else "bold",
     )
     for sentence in found.differences:
-        console.print(sentence, style="yellow", markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", soft_wrap=True)
 
 
 def _table(title: str) -> Table:
@@ -122,8 +118,8 @@ def _table(title: str) -> Table:
 
 
 def _value(values: Mapping[str, CampaignValue], name: str) -> str:
-    return f"{values[name].mean:.4g}" if name in values else ""
+    return f"{values[name].mean:z.4g}" if name in values else ""
 
 
 def _bounded(value: CampaignValue | None) -> str:
-    return "unknown" if value is None else f"{value.mean:.4g} ±{value.std:.2g}"
+    return "unknown" if value is None else f"{value.mean:z.4g} ±{value.std:z.2g}"

@@ -49,9 +49,8 @@ def run(
     GroundStationError
         If a link cannot be opened, or a fault is none.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import wrong_call
+    from gsapp.cli._screen import Screen
     from gsapp.cli.fly import open_line, shown
     from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
     from gsapp.telemetry.address import parse_link
@@ -59,7 +58,7 @@ def run(
     from gsapp.telemetry.virtual.bench import BenchDownlink
     from gsapp.telemetry.virtual.transmit import Transmitter
 
-    console = Console(stderr=True)
+    console = Screen(stderr=True)
     clock = HostClock()
     with wrong_call():
         broken = [parse_bench_fault(fault) for fault in faults]
@@ -83,9 +82,7 @@ def _listening(control: str | None, clock: Clock, console: Console) -> Iterator[
         return
     heard: Control
     if control == "-":
-        heard = TypedControl(
-            sys.stdin, lambda text: console.print(text, highlight=False, markup=False)
-        )
+        heard = TypedControl(sys.stdin, lambda text: console.print(text, highlight=False))
     else:
         heard = LinkControl(control, clock=clock)
     with contextlib.closing(heard):

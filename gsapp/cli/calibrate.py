@@ -7,10 +7,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 
 from gsapp.cli._calibration_text import drift_json, quality_json, si_converters
+from gsapp.cli._screen import Screen
+from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
     from calibration import Certificate
@@ -201,28 +202,30 @@ def _print(
     sentences: Sequence[str],
     out: Path,
 ) -> None:
-    console = Console()
+    console = Screen()
     unit = certificate.unit
-    console.print(_points_table(made, taken))
+    print_whole(console, _points_table(made, taken))
     table = Table("", unit, title=f"{certificate.channel}, {_DEGREES[made.degree]}")
     for title, value in _rows(made):
         table.add_row(title, value)
-    console.print(table)
+    print_whole(console, table)
     if made.losses:
-        losses = ", ".join(f"{_DEGREES[degree]} {loss:.3f}" for degree, loss in made.losses.items())
+        losses = ", ".join(
+            f"{_DEGREES[degree]} {loss:z.3f}" for degree, loss in made.losses.items()
+        )
         console.print(f"each setting predicted from the others, rms {unit}: {losses}",
                       highlight=False, soft_wrap=True)  # fmt: skip
     if made.quality.coverage is not None:
-        console.print(f"{100.0 * made.quality.coverage:.0f} % of the travel covered",
+        console.print(f"{100.0 * made.quality.coverage:z.0f} % of the travel covered",
                       highlight=False)  # fmt: skip
     for path, drift in drifts:
         console.print(
-            f"{path.name}: {drift.sentence}", highlight=False, markup=False, soft_wrap=True,
+            f"{path.name}: {drift.sentence}", highlight=False, soft_wrap=True,
             style="yellow" if drift.significant else None,
         )  # fmt: skip
     for sentence in sentences:
-        console.print(f"note: {sentence}", highlight=False, markup=False, soft_wrap=True)
-    console.print(f"certificate: {out}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"note: {sentence}", highlight=False, soft_wrap=True)
+    console.print(f"certificate: {out}", highlight=False, soft_wrap=True)
 
 
 def _rows(made: Calibration) -> list[tuple[str, str]]:
@@ -230,18 +233,18 @@ def _rows(made: Calibration) -> list[tuple[str, str]]:
     quality = made.quality
 
     def shown(value: float | None) -> str:
-        return "not known" if value is None else f"{value:.3f}"
+        return "not known" if value is None else f"{value:z.3f}"
 
     width = shown(quality.hysteresis)
     if quality.hysteresis_uncertainty is not None:
-        width += f" +- {quality.hysteresis_uncertainty:.3f}"
+        width += f" +- {quality.hysteresis_uncertainty:z.3f}"
     return [
         ("uncertainty, 95 %, at worst", shown(quality.uncertainty)),
         ("hysteresis, width", width),
         ("does not return to zero by", shown(quality.return_to_zero)),
-        ("linearity, off the best line", f"{quality.linearity:.3f}"),
+        ("linearity, off the best line", f"{quality.linearity:z.3f}"),
         ("one setting scatters by, std", shown(quality.scatter)),
-        ("one count of the converter", f"{quality.resolution:.3f}"),
+        ("one count of the converter", f"{quality.resolution:z.3f}"),
         ("covered", f"{quality.covered[0]:g} to {quality.covered[1]:g}"),
     ]
 
@@ -252,7 +255,7 @@ def _points_table(made: Calibration, taken: PointsFile) -> Table:
     rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
     for index, (line, point, residual) in enumerate(rows):
         table.add_row(
-            str(line), f"{point.value:g}", f"{point.volts:.4f}", point.direction,
-            f"{residual:+.3f}", style="yellow" if index in made.quality.outliers else None,
+            str(line), f"{point.value:g}", f"{point.volts:z.4f}", point.direction,
+            f"{residual:+z.3f}", style="yellow" if index in made.quality.outliers else None,
         )  # fmt: skip
     return table

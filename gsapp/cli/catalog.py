@@ -48,10 +48,9 @@ def run(
     GroundStationError
         If the catalog cannot be opened, or a condition cannot be read.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
         Catalog,
@@ -65,7 +64,7 @@ def run(
 
     if not catalog.is_file():
         raise FlightError(f"there is no catalog {catalog}; gsapp maneuvers --catalog makes one")
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     with wrong_call():
         conditions = dict(_condition(text) for text in where)
         for name in () if inputs is None else inputs.split("+"):
@@ -155,7 +154,6 @@ def _describe(
     derivative: str | None,
 ) -> None:
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
 
     from gsapp.cli._tables import print_whole
@@ -167,15 +165,15 @@ def _describe(
         box=box.SIMPLE_HEAD, pad_edge=False,
     )  # fmt: skip
     for heading in ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", "V [ft/s]"):
-        table.add_column(escape(heading))
-    table.add_column(escape("alpha [deg]"))
-    table.add_column(escape(derivative or "runs"))
+        table.add_column(heading)
+    table.add_column("alpha [deg]")
+    table.add_column(derivative or "runs")
     for one in found:
         maneuver = one.maneuver
         last = str(len(one.runs))
         if derivative is not None:
             shown = [
-                f"{runs[number].method} {value.value:.4f} ±{value.std:.4f}"
+                f"{runs[number].method} {value.value:z.4f} ±{value.std:z.4f}"
                 for number in one.runs
                 if (value := runs[number].estimates.get(derivative)) is not None
                 and value.value is not None
@@ -183,10 +181,10 @@ def _describe(
             ]
             last = "\n".join(shown)
         table.add_row(
-            escape(one.flight), escape(maneuver.id), f"{maneuver.t_start:.2f}",
+            one.flight, maneuver.id, f"{maneuver.t_start:z.2f}",
             "+".join(maneuver.inputs), maneuver.kind, maneuver.grade, one.verdict,
-            "" if maneuver.V is None else f"{maneuver.V / FOOT:.1f}",
-            "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:.1f}",
+            "" if maneuver.V is None else f"{maneuver.V / FOOT:z.1f}",
+            "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:z.1f}",
             last,
         )  # fmt: skip
     print_whole(console, table)

@@ -7,6 +7,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -44,12 +46,11 @@ def run(
     GroundStationError
         If there are none, one holds mistakes, or a page cannot be written.
     """
-    from rich.console import Console
-
     from calibration.overview import overview
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     # Certificates carry the local time of the field.
     now = datetime.now().replace(microsecond=0)  # noqa: DTZ005
     found = overview(folder, former)
@@ -136,11 +137,11 @@ def _one(standing: Standing, now: datetime) -> dict[str, Any]:
 
 def _print(console: Console, found: Overview, folder: str, now: datetime) -> None:
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(
-        title=f"{escape(folder)}: {len(found.standing)} certificates in force",
+        title=f"{folder}: {len(found.standing)} certificates in force",
         title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0),
     )  # fmt: skip
     for heading in ("channel", "taken", "age"):
@@ -157,12 +158,12 @@ def _print(console: Console, found: Overview, folder: str, now: datetime) -> Non
         table.add_row(
             certificate.channel,
             f"{certificate.stamp:%Y-%m-%d}",
-            f"[yellow]{age_text(age)}[/]" if age > _OLD else age_text(age),
+            Text(age_text(age), "yellow" if age > _OLD else ""),
             str(len(certificate.points)),
             *_figures(one),
-            *([escape(certificate.who)] if wide else []),
+            *([certificate.who] if wide else []),
         )
-    console.print(table)
+    print_whole(console, table)
     for one in found.standing:
         if one.drift is not None and one.drift.significant:
             _say(console, f"{one.certificate.channel}: {one.drift.sentence}")
@@ -179,12 +180,12 @@ def _figures(one: Standing) -> tuple[str, str, str]:
     unit, quality, drift = one.certificate.unit, one.quality, one.drift
 
     def shown(value: float | None) -> str:
-        return "-" if value is None else f"{value:.3g}"
+        return "-" if value is None else f"{value:z.3g}"
 
     width = None if quality is None else quality.uncertainty
-    moved = "-" if drift is None else f"{drift.zero:+.2g}{' !' if drift.significant else ''}"
+    moved = "-" if drift is None else f"{drift.zero:+z.2g}{' !' if drift.significant else ''}"
     return (
-        "-" if width is None else f"{width:.3g} {unit}".rstrip(),
+        "-" if width is None else f"{width:z.3g} {unit}".rstrip(),
         shown(None if quality is None else quality.hysteresis),
         moved,
     )
@@ -195,9 +196,9 @@ def age_text(age: timedelta) -> str:
     minutes = age.total_seconds() / 60.0
     for most, minutes_each, unit in ((90.0, 1.0, "min"), (2880.0, 60.0, "h"), (1e6, 1440.0, "d")):
         if minutes < most:
-            return f"{minutes / minutes_each:.0f} {unit}"
-    return f"{minutes / 525_960.0:.0f} y"
+            return f"{minutes / minutes_each:z.0f} {unit}"
+    return f"{minutes / 525_960.0:z.0f} y"
 
 
 def _say(console: Console, sentence: str) -> None:
-    console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+    console.print(sentence, style="yellow", highlight=False, soft_wrap=True)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -46,16 +48,15 @@ def run(
     GroundStationError
         If a flight cannot be read, holds no maneuver, or an error has an unknown name.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._flight_text import calibration_list, tell_calibration
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.foundation import FlightError
     from gsapp.identification.compatibility import DEFAULT_FREE, CompatibilitySettings, check
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     check_windows(maneuver, flights)
     with wrong_call():
         settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
@@ -163,14 +164,14 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
             else:
                 value, std = error_quantity(name, one.value), error_quantity(name, one.std)
                 table.add_row(name, value, std, "")
-        console.print(table)
+        print_whole(console, table)
     open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]
     if open_signs:
         console.print(
             f"signs that these maneuvers do not tell: {', '.join(open_signs)}",
-            highlight=False, markup=False, soft_wrap=True,
+            highlight=False, soft_wrap=True,
         )  # fmt: skip
     for sentence in result.warnings:
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
     style = "green" if result.consistent and result.parameters else "bold red"
-    console.print(result.summary, style=style, highlight=False, markup=False, soft_wrap=True)
+    console.print(result.summary, style=style, highlight=False, soft_wrap=True)

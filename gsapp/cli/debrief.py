@@ -50,12 +50,11 @@ def run(
     GroundStationError
         If a flight cannot be read, a file cannot be written, or there is nothing to debrief.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import WrongCallError
     from gsapp.cli._debrief_text import describe_debrief, describe_trends
     from gsapp.cli._flight_text import check_catalog
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.excitation.debrief_trends import trend_of
     from gsapp.flight.catalog import Catalog
     from gsapp.foundation import FlightError
@@ -64,7 +63,7 @@ def run(
         raise WrongCallError("there is nothing to debrief; name a flight, or a --catalog")
     if not flights and catalog is not None and not catalog.is_file():
         raise FlightError(f"there is no catalog {catalog}; name a flight, or one that has some")
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     debriefs: list[Debrief] = []
     for path in flights:

@@ -60,17 +60,16 @@ def run(
     GroundStationError
         If a step fails; says which.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import check_pace
     from gsapp.cli._demo_campaign import make_campaign, show_review
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.recorder_control import start_recorder
     from gsapp.telemetry.virtual.process import AircraftProcess, free_port
     from ui.display import NoDisplayError, require_display
 
-    console = Console(highlight=False, soft_wrap=True, stderr=on_screen(json))
+    console = Screen(highlight=False, soft_wrap=True, stderr=on_screen(json))
     check_pace(speed)
     if not headless:
         try:

@@ -78,14 +78,13 @@ def run(
     GroundStationError
         If a file or name is wrong, or these maneuvers do not suffice.
     """
-    from rich.console import Console
-
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._discrepancy_text import describe
     from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.discrepancy.belonging import check_model
     from gsapp.discrepancy.remarks import record_remarks
     from gsapp.discrepancy.result_json import discrepancy_json
@@ -93,7 +92,7 @@ def run(
     from gsapp.dynamics.model import load_model
     from gsapp.report.discrepancy_inputs import search_provenance
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     _check_place(out)
     check_windows(maneuver, flights)
     with wrong_call():
@@ -137,7 +136,7 @@ def run(
                 _remark(console, f"{one.flight.name}: {remark}")
     describe(console, found, system)
     console.print(
-        f"The model, the report and its figures are in {out}", highlight=False, markup=False,
+        f"The model, the report and its figures are in {out}", highlight=False,
         soft_wrap=True,
     )  # fmt: skip
 
@@ -200,13 +199,14 @@ def _search(
     aircraft: Aircraft,
     settings: DiscrepancySettings,
 ) -> Discrepancy:
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn
     from rich.progress import TimeRemainingColumn as TimeLeft
 
+    from gsapp.cli._screen import describing
     from gsapp.discrepancy.settings import Progress as Done
     from gsapp.discrepancy.workflow import Investigation
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeLeft())
+    columns = (describing(), BarColumn(), TaskProgressColumn(), TimeLeft())
     shown = console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
         task = bar.add_task("preparing", total=1.0)
@@ -268,4 +268,4 @@ def _whole_folder(out: Path) -> Iterator[Path]:
 
 
 def _remark(console: Console, sentence: str) -> None:
-    console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+    console.print(sentence, style="yellow", highlight=False, soft_wrap=True)

@@ -88,13 +88,12 @@ def run(
     GroundStationError
         If a file or name is wrong, or no maneuver gives anything.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._estimate_text import describe_outcome
     from gsapp.cli._flight_text import calibration_list, check_catalog
     from gsapp.cli._results import on_screen, write_result
     from gsapp.cli._running import check_fitted, with_bar
+    from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignSettings
@@ -107,7 +106,7 @@ def run(
     from gsapp.identification.runs.shelf import FlightShelf
     from gsapp.quantities import channel
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     if catalog is not None and (catalog.exists() or not catalog.parent.is_dir()):
         # What cannot be kept is told before the work; a new file is made after it.
@@ -173,7 +172,7 @@ def run(
     if json is not None and not on_screen(json):
         console.print(f"written to {json}", highlight=False, soft_wrap=True)
     if kept:
-        console.print(kept, highlight=False, markup=False, soft_wrap=True)
+        console.print(kept, highlight=False, soft_wrap=True)
 
 
 # --- what is typed ------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.console import Console
+from gsapp.cli._screen import Screen
 
 
 def run(
@@ -57,7 +57,7 @@ def run(
             f"{out.name} ends as a file of another format than --to {to}; let the two agree"
         )
     Layout.of((), units)
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     with console.status(f"reading {flight.name}"):
         loaded = load_flight(flight, channel_map=channel_map, certificates=calibration)
     if not len(loaded.block):

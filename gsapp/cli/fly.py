@@ -83,17 +83,16 @@ def run(
     GroundStationError
         If a file holds mistakes, the link cannot be opened, or the place is taken.
     """
-    from rich.console import Console
-
     from gsapp.aircraft import load_aircraft
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import WrongCallError, check_pace, wrong_call
+    from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.dynamics.pilot.faults import parse_fault
     from gsapp.dynamics.pilot.hidden import flown_model
     from gsapp.telemetry.virtual.settings import FlightSettings
 
-    console = Console(stderr=True)
+    console = Screen(stderr=True)
     check_pace(speed)
     flown, believed = load_aircraft(aircraft), load_model(model)
     with wrong_call():

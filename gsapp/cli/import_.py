@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.console import Console
+from gsapp.cli._screen import Screen
 
 
 def run(*, file: Path, out: Path, channel_map: str | None = None, json: Path | None = None) -> None:
@@ -32,7 +32,7 @@ def run(*, file: Path, out: Path, channel_map: str | None = None, json: Path | N
     from gsapp.flight.importing import import_flight
     from gsapp.flight.summary import summarize
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     with console.status(f"reading {file.name}"):
         flight = import_flight(file, out, channel_map=channel_map)
     if not on_screen(json):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json as json_module
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
+
+from gsapp.cli._screen import Screen
+from gsapp.cli._tables import print_whole
 
 
 def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> None:
@@ -47,24 +49,24 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
         write_result(json, json_module.dumps(content, indent=1) + "\n")
         if on_screen(json):
             return
-    console = Console()
+    console = Screen()
     table = Table("", f"value, {unit}", "std", "std, %", "largest part of the uncertainty")
     for name, one in result.values.items():
         share = result.shares[name]
         largest = max(share, key=lambda key: share[key]) if share else "none stated"
-        percent = f"{100.0 * one.std / abs(one.value):.1f}" if one.value else ""
-        words = f"{largest} ({100.0 * share[largest]:.0f} %)" if share else largest
-        table.add_row(name, f"{one.value / scale:.3f}", f"{one.std / scale:.3f}", percent, words)
-    console.print(table)
+        percent = f"{100.0 * one.std / abs(one.value):z.1f}" if one.value else ""
+        words = f"{largest} ({100.0 * share[largest]:z.0f} %)" if share else largest
+        table.add_row(name, f"{one.value / scale:z.3f}", f"{one.std / scale:z.3f}", percent, words)
+    print_whole(console, table)
     parts = Table("", "whole swing", "cradle", "to the CG, with air", title=f"Made of, {unit}")
     for name, part in result.parts.items():
         title = "about the vertical, nose up" if name == "vertical" else name
         parts.add_row(
-            title, *(f"{one / scale:.3f}" for one in (part.whole, part.cradle, part.transfer))
+            title, *(f"{one / scale:z.3f}" for one in (part.whole, part.cradle, part.transfer))
         )
-    console.print(parts)
-    console.print("For the aircraft file:\n\n[bold]\\[mass][/bold]", highlight=False)
+    print_whole(console, parts)
+    console.print("For the aircraft file:\n\n[mass]", highlight=False)
     for name, one in result.values.items():
-        console.print(f'{name} = "{one.value / scale:.4g} {unit}"', highlight=False)
+        console.print(f'{name} = "{one.value / scale:z.4g} {unit}"', highlight=False)
     for warning in result.warnings:
         console.print(f"note: {warning}", highlight=False)

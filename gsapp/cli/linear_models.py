@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -65,12 +67,11 @@ def run(
     GroundStationError
         If a flight cannot be read, or neither axis has maneuvers in both.
     """
-    from rich.console import Console
-
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen
+    from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
@@ -80,7 +81,7 @@ def run(
     from gsapp.identification.moment_reference import about_flown_cg
 
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     known = None if model is None else load_model(model)
     every = flown_flights(
         [*flights, validate],
@@ -126,7 +127,7 @@ def run(
     for axis, models in found.items():
         _describe(console, axis, models, published_errors(), other.flight.name)
     for sentence in reasons:
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 
 
 def _compare(
@@ -235,20 +236,20 @@ def _describe(
             *(
                 f"{_shown(one.rms_over_range_pct.get(channel))}; "
                 f"{_shown(one.by_maneuver_pct.get(channel))}; "
-                f"{getattr(published[channel], name):.2f}"
+                f"{getattr(published[channel], name):z.2f}"
                 for name, one in models.items()
             ),
         )
-    console.print(table)
+    print_whole(console, table)
     for name, one in models.items():
         modes = ", ".join(
-            f"{mode.name} {mode.pole.real:.3f}"
-            + (f" ± {mode.pole.imag:.3f}i" if mode.pole.imag else "")
+            f"{mode.name} {mode.pole.real:z.3f}"
+            + (f" ± {mode.pole.imag:z.3f}i" if mode.pole.imag else "")
             for mode in one.model.modes()
         )
         remarks = f" ({'; '.join(one.remarks)})" if one.remarks else ""
         console.print(
-            f"{_TITLES[name]}{remarks}: {modes}  1/s", highlight=False, markup=False,
+            f"{_TITLES[name]}{remarks}: {modes}  1/s", highlight=False,
             soft_wrap=True,
         )  # fmt: skip
 
@@ -256,4 +257,4 @@ def _describe(
 def _shown(value: float | None) -> str:
     if value is None:
         return "none"
-    return f"{value:.2f}" if math.isfinite(value) else "runs away"
+    return f"{value:z.2f}" if math.isfinite(value) else "runs away"

@@ -49,19 +49,18 @@ def run(
     GroundStationError
         If the flight cannot be read, has no surface, or a file cannot be written.
     """
-    from rich.console import Console
-
     from gsapp.aircraft import load_aircraft
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._cards_text import describe_cards
     from gsapp.cli._flight_text import check_catalog, tell_calibration
     from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.flight.catalog import Catalog, store_maneuvers
     from gsapp.flight.loading import load_flight
     from gsapp.flight.maneuvers import survey
     from gsapp.flight.setting import Setting
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     with console.status(f"reading {flight.name}"):
         loaded = load_flight(
@@ -89,8 +88,8 @@ def run(
 
 def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     from gsapp.cli._tables import print_whole
     from gsapp.flight.maneuvers import CREW, GRADES
@@ -98,46 +97,48 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
 
     count = len(found.maneuvers)
     table = Table(
-        title=f"{escape(flight.name)}: {count} maneuver{'' if count == 1 else 's'}",
+        title=f"{flight.name}: {count} maneuver{'' if count == 1 else 's'}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
     )
     for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", "V [ft/s]"):
         right = heading.endswith("]")
-        table.add_column(escape(heading), justify="right" if right else "left")
-    table.add_column(escape("alpha [deg]"), justify="right")
+        table.add_column(heading, justify="right" if right else "left")
+    table.add_column("alpha [deg]", justify="right")
     table.add_column("grade")
     for one in found.maneuvers:
         table.add_row(
-            escape(one.id),
-            f"{one.t_start:.2f}",
-            f"{one.t_end:.2f}",
+            one.id,
+            f"{one.t_start:z.2f}",
+            f"{one.t_end:z.2f}",
             "+".join(one.inputs) or "none",
             one.kind,
             _shown(one.amplitude, DEGREE),
             _shown(one.V, FOOT),
             _shown(one.alpha, DEGREE),
-            f"[{_COLORS[one.grade]}]{one.grade}[/]{' by hand' if one.graded_by == CREW else ''}",
+            Text.assemble(
+                (one.grade, _COLORS[one.grade]), " by hand" if one.graded_by == CREW else ""
+            ),
         )
     print_whole(console, table)
     for one in found.maneuvers:
         if one.use is not None:
             words = "used in estimates" if one.use else "left out of estimates"
-            console.print(f"{one.id}: {words}, by hand", highlight=False, markup=False)
+            console.print(f"{one.id}: {words}, by hand", highlight=False)
         if one.note:
-            console.print(f"{one.id}: {one.note}", highlight=False, markup=False, soft_wrap=True)
+            console.print(f"{one.id}: {one.note}", highlight=False, soft_wrap=True)
         if one.reasons:
             console.print(
                 f"{one.id}: {'; '.join(one.reasons)}",
-                highlight=False, markup=False, soft_wrap=True,
+                highlight=False, soft_wrap=True,
             )  # fmt: skip
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
         f"flying is judged by {found.judged_by}; noise from {found.noise.source}",
     ]
     for sentence in told:
-        console.print(sentence, style="dim", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="dim", highlight=False, soft_wrap=True)
     remarks = list(found.remarks)
     if not found.maneuvers:
         remarks.append(
@@ -145,8 +146,8 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             "air; name one with --maneuver START:STOP where a command takes it"
         )
     for sentence in remarks:
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 
 
 def _shown(value: float | None, unit: float) -> str:
-    return "" if value is None else f"{value / unit:.1f}"
+    return "" if value is None else f"{value / unit:z.1f}"

@@ -102,8 +102,7 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
 
 
 def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | None) -> list[Block]:
-    from rich.console import Console
-
+    from gsapp.cli._screen import Screen
     from gsapp.flight.onboard.lags import align
     from gsapp.flight.processing import resample, shifted
     from gsapp.flight.uniform import typical_step
@@ -120,7 +119,7 @@ def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | Non
                 "alike; give the difference with --shift"
             )
         seconds = found.rows / common
-        Console(stderr=True).print(
+        Screen(stderr=True).print(
             f"{path.name}: {seconds:+.3f} s (correlation {found.correlation:.3f})", highlight=False
         )
         moved.append(shifted(block, seconds))

@@ -35,14 +35,13 @@ def run(
     GroundStationError
         If the log does not belong to the flight, or something cannot be read or written.
     """
-    from rich.console import Console
-
     from gsapp.cli._results import on_screen
+    from gsapp.cli._screen import Screen
     from gsapp.flight.folder import FlightFolder
     from gsapp.flight.loading import load_flight
     from gsapp.flight.onboard.keeping import place_log, use_log
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     former, remark = None, ""
     with console.status(f"reading {flight}"):
         if log is not None:
@@ -80,15 +79,14 @@ def fetch(
     KeyboardInterrupt
         If it was broken off; what came is kept for the next time.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.flight.onboard.keeping import place_log
     from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.log_download import LogFetcher
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     if link:
         with wrong_call():
             parse_link(link)
@@ -119,15 +117,16 @@ def _shown(console: Console) -> Any:
         BarColumn,
         DownloadColumn,
         Progress,
-        TextColumn,
         TimeRemainingColumn,
         TransferSpeedColumn,
     )
 
+    from gsapp.cli._screen import describing
+
     @contextlib.contextmanager
     def shown() -> Any:
         with Progress(
-            TextColumn("{task.description}"), BarColumn(), DownloadColumn(),
+            describing(), BarColumn(), DownloadColumn(),
             TransferSpeedColumn(), TimeRemainingColumn(), console=console, transient=True,
         ) as bar:  # fmt: skip
             task = bar.add_task("listening", total=None)
@@ -153,7 +152,7 @@ def _tell(
     from gsapp.flight.onboard.keeping import logs_in
 
     def say(words: str) -> None:
-        console.print(words, highlight=False, markup=False, soft_wrap=True)
+        console.print(words, highlight=False, soft_wrap=True)
 
     logs = logs_in(FlightFolder.open(flight.path))
     state = flight.onboard

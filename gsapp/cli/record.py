@@ -43,11 +43,10 @@ def run(
     """
     import threading
 
-    from rich.console import Console
-
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import check_pace, wrong_call
     from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.flight.preparing import prepare_flight
     from gsapp.foundation import GroundStationError
     from gsapp.foundation.endings import asked_to_end
@@ -55,12 +54,12 @@ def run(
     from gsapp.telemetry.beginning import new_flight
     from gsapp.telemetry.recorder_process import asked_again, record
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
 
     def say(words: str) -> None:
         # Words that nobody reads any more must not end the record.
         with contextlib.suppress(OSError, SystemExit):
-            console.print(words, highlight=False, markup=False, soft_wrap=True)
+            console.print(words, highlight=False, soft_wrap=True)
 
     stop, give_up = threading.Event(), threading.Event()
     teller = _Teller(say, f"Recording {link} into {out}; Ctrl-C ends it.")

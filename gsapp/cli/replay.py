@@ -52,14 +52,13 @@ def run(
 
     with wrong_call():
         times = parse_speed(speed)
-    from rich.console import Console
-
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._results import on_screen
+    from gsapp.cli._screen import Screen
     from gsapp.session.estimating.workers import AtOnce
     from gsapp.session.session import Session
 
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     session = Session.replay(
         flight, channel_map=channel_map, certificates=calibration, speed=times, workers=AtOnce()
     )
@@ -129,25 +128,24 @@ def summary_of(session: Session) -> dict[str, Any]:
 
 
 def _play(session: Session, console: Console) -> None:
-    from rich.markup import escape
     from rich.progress import (
         BarColumn,
         Progress,
         TaskProgressColumn,
-        TextColumn,
         TimeRemainingColumn,
     )
 
+    from gsapp.cli._screen import describing
     from gsapp.session.running import run_through
 
     columns = (
-        TextColumn("{task.description}"),
+        describing(),
         BarColumn(),
         TaskProgressColumn(),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task(f"replaying {escape(session.name)}", total=1.0)
+        task = progress.add_task(f"replaying {session.name}", total=1.0)
         run_through(session, lambda share: progress.update(task, completed=share))
 
 
@@ -161,8 +159,6 @@ def _print_alarms(session: Session, console: Console) -> None:
         console.print(
             f"{when}{one.severity.name.lower():8} {one.sentence('US')}",
             highlight=False,
-            markup=False,
-            emoji=False,  # words between colons are no pictures
             soft_wrap=True,
         )
     if len(alarms) > _MOST_ALARMS:

@@ -61,10 +61,9 @@ def run(
     GroundStationError
         If a file or name is wrong, or no maneuver gives anything.
     """
-    from rich.console import Console
-
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._running import check_fitted, with_bar
+    from gsapp.cli._screen import Screen
     from gsapp.flight.info import now
     from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.runs.request import RunRequest
@@ -77,7 +76,7 @@ def run(
 
     with wrong_call():
         check_place(out)
-    console = Console()
+    console = Screen()
     paths = flights_in(flights)
     check_windows(maneuver, paths)
     with wrong_call():
@@ -111,9 +110,9 @@ def run(
     outcome, written = with_bar(console, work)
     console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
     for sentence in wild_words(outcome.summary):
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
     place = out if out.is_dir() else written[0]
-    console.print(f"written to {place}", highlight=False, markup=False, soft_wrap=True)
+    console.print(f"written to {place}", highlight=False, soft_wrap=True)
 
 
 def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:

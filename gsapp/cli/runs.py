@@ -71,15 +71,14 @@ def run(
     GroundStationError
         If there is no such catalog or run, or a run cannot be done again.
     """
-    from rich.console import Console
-
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.flight.catalog import Catalog
     from gsapp.foundation import FlightError
 
     if not catalog.is_file():
         raise FlightError(f"there is no catalog {catalog}; gsapp estimate --catalog makes one")
-    console = Console(stderr=on_screen(json), highlight=False)
+    console = Screen(stderr=on_screen(json), highlight=False)
     with Catalog(catalog) as store:
         if out is not None:
             content = _report(console, store, int(rest[0]), out, units, dated)
@@ -190,7 +189,7 @@ def _report(
     found, written = with_bar(console, work)
     tell_repeated(console, number, found)
     place = out if out.is_dir() else written[0]
-    console.print(f"written to {place}", markup=False, soft_wrap=True)
+    console.print(f"written to {place}", soft_wrap=True)
     return {
         "same": found.same,
         "differences": list(found.differences),
@@ -204,7 +203,7 @@ def _forget(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     forget(store, int(rest[0]))
     console.print(
         f"run {rest[0]} is forgotten; 'gsapp runs {store.path} recall {rest[0]}' brings it back",
-        soft_wrap=True, markup=False,
+        soft_wrap=True,
     )  # fmt: skip
     return _list_json(store)
 
@@ -221,7 +220,7 @@ def _rename(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     from gsapp.identification.runs.keeping import rename
 
     rename(store, int(rest[0]), rest[1])
-    console.print(f"run {rest[0]} is called '{rest[1].strip()}'", markup=False, soft_wrap=True)
+    console.print(f"run {rest[0]} is called '{rest[1].strip()}'", soft_wrap=True)
     return _list_json(store)
 
 

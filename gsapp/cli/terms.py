@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._tables import print_whole
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -49,12 +51,11 @@ def run(
     GroundStationError
         If a flight cannot be read, or no coefficient can be had.
     """
-    from rich.console import Console
-
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import WrongCallError, check_windows
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
     from gsapp.identification.equation_error.stepwise import choose_terms
@@ -65,7 +66,7 @@ def run(
             f"there is no coefficient '{unknown[0]}'; there are {', '.join(_AXES)}"
         )
     check_windows(maneuver, flights)
-    console = Console(stderr=on_screen(json))
+    console = Screen(stderr=on_screen(json))
     known = None if model is None else load_model(model)
     flown = flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
@@ -93,7 +94,7 @@ def run(
     for one in found:
         _describe(console, one)
     for sentence in reasons:
-        console.print(sentence, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 
 
 def _moving(maneuvers: Sequence[Maneuver], coefficient: str) -> list[Maneuver]:
@@ -125,22 +126,22 @@ def _describe(console: Console, one: Selection) -> None:
     from rich.table import Table
 
     table = Table(
-        title=f"{one.coefficient}: R2 {one.r2:.4f}", title_justify="left", box=box.SIMPLE_HEAD,
+        title=f"{one.coefficient}: R2 {one.r2:z.4f}", title_justify="left", box=box.SIMPLE_HEAD,
         pad_edge=False,
     )  # fmt: skip
     for name in ("term", "value", "bound", ""):
         table.add_column(name, justify="left" if name in ("term", "") else "right")
     for name, (value, std) in one.values.items():
         beyond = "beyond the linear build-up" if name in one.beyond_linear else ""
-        table.add_row(name, f"{value:.4g}", f"{std:.2g}", beyond)
-    console.print(table)
+        table.add_row(name, f"{value:z.4g}", f"{std:z.2g}", beyond)
+    print_whole(console, table)
     for step in one.steps:
         console.print(
-            f"  {step.action} {step.term}: {step.why}", highlight=False, markup=False,
+            f"  {step.action} {step.term}: {step.why}", highlight=False,
             soft_wrap=True,
         )  # fmt: skip
     if one.unexcited:
         console.print(
-            f"  not excited: {', '.join(one.unexcited)}", highlight=False, markup=False,
+            f"  not excited: {', '.join(one.unexcited)}", highlight=False,
             soft_wrap=True,
         )  # fmt: skip

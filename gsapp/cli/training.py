@@ -62,7 +62,7 @@ def send(
     downlink = settings.downlink(clock.now_us(), make)
     control = TypedControl(
         sys.stdin,
-        lambda text: console.print(text, highlight=False, markup=False, soft_wrap=True),
+        lambda text: console.print(text, highlight=False, soft_wrap=True),
     )
     with open_line(to, clock, speed) as line, contextlib.closing(control):
         stream = TrainingDownlink(downlink, pilots[0], control)

@@ -300,3 +300,46 @@ def test_every_option_that_names_what_is_written_is_watched() -> None:
             about = next(iter(getattr(hint, "__metadata__", ())), None)
             if isinstance(about, OptionInfo) and "Path" in str(hint):
                 assert name in watched | read, (command.callback, name)
+
+
+def test_words_in_brackets_and_between_colons_are_printed_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    name = "[x]fl:smile:"
+    table = tmp_path / f"{name}.csv"
+    table.write_text("time [s],alpha [deg]\n0,1\n0.01,-0.0001\n0.02,1\n")
+    flown = here("fly", "--out", name, "--plan", "short", folder=tmp_path)
+    assert flown.stderr == f"Wrote the flight {name}.\n"
+    for call in (
+        ("replay", table, "--headless", "--json", f"{name}.json"),
+        ("import", table, "--out", f"in{name}"),
+        ("cut", table, "--window", "0:1", "--out", f"cut{name}.csv"),
+        ("export", table, "--to", "csv", "--out", f"out{name}.csv"),
+    ):
+        done = here(*call, folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert name in done.stdout, call
+    assert "-0" not in here("replay", table, "--headless", folder=tmp_path).stdout
+
+
+def test_all_commands_print_on_the_same_kind_of_screen() -> None:
+    for path in Path(_targets.__file__).parent.glob("*.py"):
+        words = path.read_text(encoding="utf-8")
+        if path.name != "_screen.py":
+            assert not re.search(r"\bConsole\(|TextColumn\(\"{task.desc|rich\.markup", words), path
+            assert not re.search(r"\[/\w*\]", words), path  # the end of a mark
+
+
+def test_numbers_of_estimates_are_whole_however_narrow_the_screen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here("fly", "--out", "fl", "--plan", "short", "--seed", 3, folder=tmp_path)
+    call = ("estimate", "fl", "--aircraft", "b777", "--method", "ee")
+    wide = here(*call, folder=tmp_path).stdout
+    monkeypatch.setenv("COLUMNS", "40")
+    narrow = here(*call, folder=tmp_path).stdout
+    assert "\u2026" not in narrow
+    numbers = set(re.findall(r"-?\d+\.\d{4}", narrow))
+    assert len(numbers) > 20
+    assert numbers <= set(re.findall(r"-?\d+\.\d{4}", wide))

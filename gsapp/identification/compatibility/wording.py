@@ -39,4 +39,4 @@ def error_quantity(parameter: str, value: float) -> str:
     name, _, kind = parameter.partition(".")
     if kind == "scale":
         return f"{value:.3g}"
-    return f"{1e3 * value:.0f} ms" if kind == "delay" else quantity(name, value)
+    return f"{1e3 * value:z.0f} ms" if kind == "delay" else quantity(name, value)
