@@ -36,11 +36,12 @@ several columns), and the head may name the clock::
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
@@ -310,9 +311,10 @@ class _Reader:
 
     def read(self) -> ChannelMap:
         head = self._head()
-        # Sources of a map whose format is unreadable are checked as MAVLink, the usual case.
-        layouts = head is None or head.format == "mavlink"
-        self._table = head is not None and head.format == TABLE
+        meant = _meant_format(self._raw) if head is None else head.format
+        layouts = meant == "mavlink"
+        # Of a format that nobody knows, any source may be one.
+        self._table = meant in (TABLE, None)
         entries = self._text_entries()
         text = self._text
         for index, table in enumerate(self._tables()):
@@ -403,12 +405,18 @@ class _Reader:
             self._text_time, self._text_scale = index, scales[unit]
 
     def _entry(self, where: str, table: Any, *, mavlink: bool) -> MapEntry | None:
+        before = len(self._problems)
         try:
             row = validate(self._path, table, _EntryTable)
         except FileProblemsError as error:
             self._problems.extend(_within(where, problem) for problem in error.problems)
-            return None
-        before = len(self._problems)
+            # One mistake must not hide the others.
+            wrong = {re.split(r"[.\[]", problem.where)[0] for problem in error.problems}
+            keys = [] if wrong == {"file"} else _EntryTable.model_fields.keys() - wrong
+            rest = {key: table[key] for key in keys if key in table}
+            if not {"id", "source", "unit"} <= rest.keys():
+                return None
+            row = validate(self._path, rest, _EntryTable)
         unit = self._unit(where, row.id, row.unit, volts=row.calibration is not None)
         self._check_calibration(where, row)
         parsed = self._sources(f"{where}.source", row.source)
@@ -476,6 +484,10 @@ class _Reader:
         self, where: str, source: str | list[str]
     ) -> tuple[str, str | None, tuple[FieldRef, ...]] | None:
         texts = [source] if isinstance(source, str) else source
+        if not texts or not all(text.strip() for text in texts):
+            column = "a column of the table" if self._table else "a field as MESSAGE.field"
+            self._report(where, "is empty", f"name {column}, or take the channel out")
+            return None
         if self._table:
             return TABLE, None, tuple(FieldRef(field=text) for text in texts)
         found: list[tuple[str, str | None]] = []
@@ -626,6 +638,13 @@ class _Reader:
                     f"in {first}",
                     "give each source of a channel its own priority; lower goes first",
                 )
+
+
+def _meant_format(raw: Mapping[str, Any]) -> str | None:
+    """Return the format that a head with mistakes means; None where that cannot be told."""
+    written = raw.get("format", "mavlink")
+    near = difflib.get_close_matches(str(written), get_args(Format), n=1, cutoff=0.6)
+    return near[0] if near else None
 
 
 def _selector_field(layout: MessageLayout, *, number: bool) -> str:

@@ -159,6 +159,47 @@ def test_all_mistakes_are_reported_at_once(cases: SimpleNamespace, tmp_path: Pat
     }
 
 
+TABLE = """
+name = "thesis"
+format = "table"
+time = "GPS time"
+[[channels]]
+id = "alpha"
+source = "Alpha"
+unit = "deg"
+scale = 1.0
+[[channels]]
+id = "q"
+source = "Pitch rate"
+unit = "deg/s"
+"""
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"time =": "timee ="}, {"timee"}),
+        ({'"table"': '"tabel"'}, {"format"}),
+        ({'"table"': '"spreadsheet"'}, {"format"}),
+        ({"scale = 1.0": 'scale = "x"', '"deg"': '"furlong"'}, {"[0].scale", "[0].unit"}),
+        ({"scale = 1.0": "'a.b' = 1", '"alpha"': '"alfa"'}, {"[0].a.b", "[0].id"}),
+        ({'"Alpha"': '" "', "time =": "timee ="}, {"[0].source", "timee"}),
+        ({'"Alpha"': "[]"}, {"[0].source"}),
+    ],
+)
+def test_a_mistake_brings_no_false_ones_and_hides_none(
+    cases: SimpleNamespace, tmp_path: Path, changes: dict[str, str], told: set[str]
+) -> None:
+    text = TABLE
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    with pytest.raises(FileProblemsError) as caught:
+        load_channel_map(cases.write_map(tmp_path, text))
+    wheres = [problem.where.removeprefix("channels") for problem in caught.value.problems]
+    assert sorted(wheres) == sorted(told), caught.value
+
+
 @pytest.mark.parametrize(
     ("columns", "where", "words"),
     [

@@ -152,6 +152,14 @@ def test_strangers_csv_mistakes(tmp_path, head, q, told):
         load_flight(path, channel_map=make_map(tmp_path, head, q))
 
 
+def test_a_wrong_clock_hides_no_wrong_columns(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("Mode,T,Pitch Rate (deg/s),Speed\nAUTO,0,1,2\nAUTO,1,2,3\n")
+    with pytest.raises(FileProblemsError) as caught:
+        load_flight(path, channel_map=make_map(tmp_path, 'time = "clock"', "Pitch Rat (deg/s)"))
+    assert {one.where for one in caught.value.problems} >= {"clock", "Pitch Rat (deg/s)"}
+
+
 def test_strangers_mat(tmp_path):
     """Structures, matrices and their own clocks in a .mat are reached by name and column."""
     path = tmp_path / "log.mat"

@@ -48,11 +48,17 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
     file = Path(path)
     names, fetch, remarks = _opened(file)
     wanted = _wanted(channel_map)
-    clocks = {
-        key: _clock(file, key or channel_map.table_time, channel_map, names, fields)
-        for key, fields in wanted.items()
-    }
-    _must_exist(file, names, [name for fields in wanted.values() for name in fields])
+    clocks: dict[str, tuple[str, str]] = {}
+    mistakes: list[FileProblem] = []
+    for key, fields in wanted.items():
+        try:
+            stated = key or channel_map.table_time
+            clocks[key] = _clock(file, stated, channel_map, names, fields)
+        except FileProblemsError as error:
+            mistakes += error.problems
+    mistakes += _missing(names, [name for fields in wanted.values() for name in fields])
+    if mistakes:
+        raise FileProblemsError(file, list(dict.fromkeys(mistakes)))
     used = {name for fields in wanted.values() for name in fields}
     arrays = fetch(
         [*sorted({_column(names, name) for name in used}), *(n for n, _ in clocks.values())]
@@ -134,7 +140,8 @@ def _element(
     return np.ascontiguousarray(values[:, index])
 
 
-def _must_exist(file: Path, names: Sequence[str], wanted: Sequence[str]) -> None:
+def _missing(names: Sequence[str], wanted: Sequence[str]) -> list[FileProblem]:
+    """Return a problem for each column that is wanted and not there."""
     problems = []
     for name in dict.fromkeys(wanted):
         if _column(names, name) in names:
@@ -146,8 +153,7 @@ def _must_exist(file: Path, names: Sequence[str], wanted: Sequence[str]) -> None
                 remedy=did_you_mean(name, names, f"it has: {listed(names, 20)}", most=1),
             )
         )
-    if problems:
-        raise FileProblemsError(file, problems)
+    return problems
 
 
 def _clock(
@@ -159,7 +165,8 @@ def _clock(
 ) -> tuple[str, str]:
     """Return the column of time, and its unit."""
     if stated is not None:
-        _must_exist(file, names, [stated])
+        if problems := _missing(names, [stated]):
+            raise FileProblemsError(file, problems)
         return stated, channel_map.table_time_unit
     # Beside a member of a structure, its own clock goes before that of the file.
     structures = [field.rpartition(".")[0] + "." for field in fields[:1] if "." in field]
