@@ -33,10 +33,12 @@ class _Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Do it; when asked to end, take back on the way out what is half done."""
-        from gsapp.cli._targets import check_targets  # not needed for --help
+        from gsapp.cli._targets import check_flights, check_targets  # not needed for --help
         from gsapp.foundation.endings import asked_to_end
 
         check_targets(ctx.params)
+        if "append" not in ctx.params:  # as one may be merged with itself, one after the other
+            check_flights(ctx.params.get("flights") or ())
         # The exit code is as the shells count: 128 and the signal.
         with asked_to_end(lambda signal: sys.exit(128 + signal), ctrl_c=False):
             return super().invoke(ctx)

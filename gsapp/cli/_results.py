@@ -29,6 +29,8 @@ def write_result(json: Path, text: str) -> None:
     from gsapp.foundation import GroundStationError, write_atomically
 
     if on_screen(json):
+        if sys.stdout is None:
+            raise GroundStationError("the standard output is closed; name a file instead of '-'")
         sys.stdout.write(text)
         return
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 _WRITTEN = {
@@ -45,6 +45,11 @@ def check_targets(given: Mapping[str, object]) -> None:
         if _is_file(path)
     ]
     for option, target in targets.items():
+        if not _is_utf8(str(target)):
+            raise GroundStationError(
+                f"{option} {str(target)!a} is not UTF-8, so that other programs could not "
+                "read it; choose another name"
+            )
         if any(_same(target, source) for source in sources):
             raise GroundStationError(
                 f"{option} {target} is what the command reads, and would be overwritten; choose "
@@ -61,6 +66,25 @@ def check_targets(given: Mapping[str, object]) -> None:
                 raise GroundStationError(
                     f"{option} and {other} both name {target}; choose two names"
                 )
+
+
+def check_flights(flights: Iterable[Path | str]) -> None:
+    """Raise `WrongCallError` where a flight is given twice, and would count twice."""
+    from gsapp.cli._calls import WrongCallError
+
+    seen: list[Path] = []
+    for path in map(Path, flights):
+        if any(_same(path, other) for other in seen):
+            raise WrongCallError(f"{path} is given twice; a flight counts once")
+        seen.append(path)
+
+
+def _is_utf8(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _paths(value: object) -> Iterator[Path]:

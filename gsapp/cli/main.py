@@ -1363,6 +1363,11 @@ def _sentence(error: Exception) -> str | None:
 
     if isinstance(error, GroundStationError):
         return str(error)
+    if isinstance(error, UnicodeEncodeError) and error.reason == "surrogates not allowed":
+        return (
+            "the name of a file or folder among those of this call is not UTF-8, so that it cannot "
+            "be written down; rename it"
+        )
     if isinstance(error, OSError):
         if error.filename is None:
             return str(error.strerror or error)

@@ -111,8 +111,20 @@ def event_of(notice: Notice) -> Event:
 
 
 def in_order(events: Iterable[Event]) -> tuple[Event, ...]:
-    """Return events by flight time; those without one come last."""
-    return tuple(sorted(events, key=lambda event: (event.time is None, event.time or 0.0)))
+    """Return events by flight time.
+
+    Those without one come first where they came before it was known by the host's time, else last.
+    """
+    every = tuple(events)
+    hosts = (event.host_time_us for event in every if event.time is not None)
+    known = min((host for host in hosts if host), default=math.inf)
+
+    def place(event: Event) -> tuple[int, float]:
+        if event.time is not None:
+            return 0, event.time
+        return (-1 if 0 < event.host_time_us < known else 1), event.host_time_us
+
+    return tuple(sorted(every, key=place))
 
 
 def events_path(flight: Path) -> Path:

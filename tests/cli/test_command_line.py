@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -20,9 +21,11 @@ from command_kit import gsapp as here
 
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.cli import _targets
+from gsapp.cli._results import write_result
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
+from gsapp.foundation import GroundStationError
 
 HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavlink", "rich")
 
@@ -343,3 +346,37 @@ def test_numbers_of_estimates_are_whole_however_narrow_the_screen(
     numbers = set(re.findall(r"-?\d+\.\d{4}", narrow))
     assert len(numbers) > 20
     assert numbers <= set(re.findall(r"-?\d+\.\d{4}", wide))
+
+
+@pytest.mark.parametrize("command", ["estimate", "debrief", "compatibility", "report", "terms"])
+def test_a_flight_given_twice_is_refused(tmp_path: Path, command: str) -> None:
+    (tmp_path / "fl.csv").write_text("time [s],alpha [deg]\n0,1\n1,1\n")
+    more = ("--out", "x.html") if command == "report" else ()
+    done = here(command, "fl.csv", "./fl.csv", *more, folder=tmp_path)
+    assert done.returncode == 2
+    assert "fl.csv is given twice; a flight counts once" in done.stderr
+
+
+def test_a_result_for_a_closed_output_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdout", None)
+    with pytest.raises(GroundStationError, match="standard output is closed"):
+        write_result(Path("-"), "{}")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere every name is Unicode")
+def test_names_that_are_not_utf8_are_told_without_a_stack_trace(tmp_path: Path) -> None:
+    name = os.fsdecode(b"bad\xe9")
+    shutil.copytree(write_short_flight(tmp_path), tmp_path / name)
+    for call in (
+        ("fly", "--plan", "short", "--out", f"{name}.out"),
+        ("report", name, "--method", "ee", "--out", "x.html"),
+        ("maneuvers", name, "--catalog", "c.sqlite"),
+    ):
+        done = here(*call, folder=tmp_path)
+        assert done.returncode == 1, call
+        assert "not UTF-8" in done.stderr
+
+
+def write_short_flight(folder: Path) -> Path:
+    assert here("fly", "--out", "fl", "--plan", "short", folder=folder).returncode == 0
+    return folder / "fl"
