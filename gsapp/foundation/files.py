@@ -66,7 +66,7 @@ def names_in(folder: Path) -> list[str]:
     try:
         return [path.name for path in folder.iterdir()]
     except OSError as error:
-        if folder.is_symlink() and isinstance(error, FileNotFoundError):
+        if isinstance(error, FileNotFoundError) and folder.is_symlink():
             raise GroundStationError(
                 f"{folder} is a link to a folder that is not there; mend the link or remove it"
             ) from error
@@ -84,8 +84,9 @@ def files_of(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
         If something stands there whose content cannot be told: what is kept in it would silently
         be replaced by what counts without it.
     """
-    if not stands(folder):
-        return ()
+    with contextlib.suppress(OSError):  # which is told below
+        if not stands(folder):
+            return ()
     names = fnmatch.filter(names_in(folder), pattern)
     return tuple(sorted(folder / name for name in names if not is_litter(name)))
 
