@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -85,7 +84,7 @@ def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent another way on Windows")
-@pytest.mark.parametrize("ask", [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)])
+@pytest.mark.parametrize(("send", "number"), [("killpg", "SIGINT"), ("kill", "SIGTERM")])
 @pytest.mark.parametrize(
     "begin",
     [
@@ -96,7 +95,7 @@ def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
     ],
 )
 def test_what_runs_is_asked_to_end_and_may_take_its_time(
-    begin: str, ask: tuple[Callable[[int, int], None], int]
+    begin: str, send: str, number: str
 ) -> None:
     """A record, for example, is closed first. Ctrl-C goes to all, another signal to one process."""
     inner = (
@@ -119,8 +118,7 @@ def test_what_runs_is_asked_to_end_and_may_take_its_time(
     ) as process:  # fmt: skip
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
-        send, number = ask
-        send(process.pid, number)
+        getattr(os, send)(process.pid, getattr(signal, number))
         assert process.wait(20.0) == 7
 
 
