@@ -309,7 +309,8 @@ def test_words_in_brackets_and_between_colons_are_printed_as_they_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    name = "[x]fl:smile:"
+    # Windows takes no colon in a name.
+    name = "[x]fl" if sys.platform == "win32" else "[x]fl:smile:"
     table = tmp_path / f"{name}.csv"
     table.write_text("time [s],alpha [deg]\n0,1\n0.01,-0.0001\n0.02,1\n")
     flown = here("fly", "--out", name, "--plan", "short", folder=tmp_path)
