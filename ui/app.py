@@ -142,14 +142,16 @@ def run_window(
     if flight is not None:
         QTimer.singleShot(
             0,
-            lambda: window.desk.open_flight(
+            lambda: window.desk.starter.open_flight(
                 flight, channel_map=channel_map, calibration=calibration, speed=times
             ),
         )
     elif link is not None:
         QTimer.singleShot(
             0,
-            lambda: window.desk.connect_link(link, channel_map=channel_map, aircraft=aircraft),
+            lambda: window.desk.starter.connect_link(
+                link, channel_map=channel_map, aircraft=aircraft
+            ),
         )
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.

@@ -4,37 +4,30 @@ from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Callable
-from contextlib import nullcontext
-from datetime import datetime
 from pathlib import Path
-from threading import Lock, Thread
+from threading import Thread
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.flight.certificates import CertificatesUsed
-from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
-from gsapp.flight.next_flight import begin_the_next, hand_over
 from gsapp.flight.writers import write_block
-from gsapp.foundation import FlightError, GroundStationError, UnmappedError
+from gsapp.foundation import FlightError
 from gsapp.session import MAX_SPEED, Alarm, History, Session, SessionSnapshot
-from gsapp.session.estimating.workers import OtherProcess
-from gsapp.telemetry.address import parse_link
-from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, start_recorder
-from gsapp.telemetry.virtual.process import AircraftProcess, free_port
+from gsapp.telemetry.recorder_control import RecorderHandle
+from gsapp.telemetry.virtual.process import AircraftProcess
 from ui.commands import Need, key_text
-from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
 from ui.faults import FaultDesk
 from ui.flight.picture import FlightPicture
 from ui.flight.reading import PictureTaker, bar_facts
 from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
-from ui.recording import Begun, RunningRecorder, launch, prepare_folder, running_recorders
-from ui.settings import SettingsStore, next_flight_path, recording_folder
+from ui.recording import Begun, RunningRecorder, running_recorders
+from ui.settings import SettingsStore
+from ui.starter import FlightStarter
 from ui.words import sentences
-from ui.work import CancelledError, Progress, Work
+from ui.work import Progress, Work
 
 _BUDGET = 0.006
 _BESIDE_BUDGET = 0.02
@@ -65,6 +58,8 @@ class Desk(QObject):
 
     Attributes
     ----------
+    starter : FlightStarter
+        Opens flights.
     changed : Signal
         Another flight is open, or none.
     leaving : Signal
@@ -106,9 +101,6 @@ class Desk(QObject):
         self._snapshot: SessionSnapshot | None = None
         self._aircraft: AircraftProcess | None = None
         self._left: list[RecorderHandle] = []
-        self._work: Work | None = None
-        self._records: Path | None = None  # where that begins to record
-        self._recording = Lock()
         self._told_at = 0.0
         self._painted_at = 0.0
         self._seen: tuple[float | None, int] | None = None
@@ -118,6 +110,11 @@ class Desk(QObject):
         self._remarked = False
         self._back_to: float | None = None
         self._pace = Pace(SOONEST_LIVE)
+        self.starter = FlightStarter(store, faults, self._open_here, self)
+        self.starter.begun.connect(self._show)
+        self.starter.working.connect(self.working)
+        self.starter.said.connect(self.said)
+        self.starter.map_wanted.connect(self.map_wanted)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(LOOK_MS)
@@ -196,44 +193,8 @@ class Desk(QObject):
 
     # Opening and closing
 
-    def open_flight(
-        self,
-        path: Path,
-        *,
-        channel_map: str | None = None,
-        calibration: str | None = None,
-        speed: float = 1.0,
-        playing: bool = True,
-    ) -> None:
-        """Open a flight: live if it is being recorded, as a replay otherwise.
-
-        Parameters
-        ----------
-        path : Path
-            Flight folder or file.
-        channel_map : str, optional
-            Name or path.
-        calibration : str, optional
-            Certificates that a replay is read with in place of its own: a folder, or a shipped
-            set.
-        speed : float
-            Times real time.
-        playing : bool
-            Whether a replay plays at once.
-        """
-        place = Path(path).expanduser()
-        if place.is_dir() and find_recorder(place) is not None:
-            self._open_session(lambda: self._followed(place, channel_map), place.name)
-            return
-
-        def replay() -> Session:
-            return Session.replay(
-                place, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing, cues=True, system=self._store.current.units,
-                workers=OtherProcess(),
-            )  # fmt: skip
-
-        self._open_session(replay, place.name, None if channel_map or calibration else place)
+    def _open_here(self) -> Path | None:
+        return None if self.session is None else self.session.path
 
     def read_with(self, calibration: str | None) -> None:
         """Open the replay anew where it stands, with other certificates.
@@ -243,192 +204,8 @@ class Desk(QObject):
         calibration : str or None
             A folder, or a shipped set; None for the flight's own.
         """
-        session = self.session
-        feed = session.replaying if session is not None else None
-        if session is None or feed is None:
-            return
-        path, here, speed, playing = session.path, feed.now, feed.speed, feed.playing
-        decoder = session.decoder
-        channel_map = None if decoder is None else decoder.channel_map
-
-        def replay() -> Session:
-            return Session.replay(
-                path, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing, cues=True, system=self._store.current.units,
-                workers=OtherProcess(),
-            )  # fmt: skip
-
-        self._open_session(replay, path.name, back_to=here)
-
-    def attach(self, found: RunningRecorder) -> None:
-        """Follow a flight that is being recorded."""
-        folder = found.handle.folder
-        self._open_session(lambda: self._followed(folder), folder.name)
-
-    def connect_aircraft(self, request: ConnectRequest, *, trial: bool = False) -> None:
-        """Record a link in a process of its own, and follow it.
-
-        A flight for trial gets a copy of what waits for the next one.
-        """
-
-        def begin(begun: Begun, progress: Progress) -> None:
-            # A second connection to the same flight joins what is recorded already.
-            if not request.folder.is_dir() or find_recorder(request.folder) is None:
-                self._record(request, begun, progress, trial=trial)
-            begun.session = self._followed(request.folder)
-
-        self._open(begin, request.folder.name, records=request.folder)
-
-    def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
-        """Return the session of a flight that is being recorded."""
-        return Session.follow(
-            folder, channel_map=channel_map, cues=True, system=self._store.current.units,
-            workers=OtherProcess(),
-        )  # fmt: skip
-
-    def _record(
-        self, request: ConnectRequest, begun: Begun, progress: Progress, *, trial: bool = False
-    ) -> None:
-        """Make the flight folder, with what waits for the next flight in it, and record into it.
-
-        It waits on until that is not cancelled any more; where a flight is for trial, even then.
-        A card that cannot be read holds up no recording.
-        """
-        if not request.folder.exists():
-            begun.folder = request.folder
-        folder = FlightFolder(path=prepare_folder(request))
-        try:
-            handed_over = hand_over(next_flight_path(self._store.path), folder, keep=True)
-            begun.handed_over = handed_over and not trial
-        except GroundStationError as error:
-            self.faults.report(error)
-        progress(None, "starting the recorder")
-        begun.recorder = start_recorder(request.link, request.folder)
-
-    def connect_link(
-        self, link: str, *, channel_map: str | None = None, aircraft: str | None = None
-    ) -> None:
-        """Record a LINK with the files used last, into the next flight of the day."""
-        address = parse_link(link)
-        if address.kind == "flight":
-            self.open_flight(Path(address.path), channel_map=channel_map)
-            return
-        settings = self._store.current
-        self.connect_aircraft(
-            ConnectRequest(
-                link=link,
-                folder=self.next_folder(),
-                channel_map=channel_map or settings.channel_map,
-                aircraft=aircraft or settings.aircraft,
-                calibration=settings.calibration,
-            )
-        )
-
-    def next_folder(self) -> Path:
-        """Return the folder of the next flight of the day."""
-        parent = recording_folder(self._store.current)
-        return parent / next_flight_name(parent, datetime.now().astimezone().date())
-
-    def fly_virtual(self, request: VirtualRequest) -> None:
-        """Let the virtual aircraft fly over a link of this machine, record and follow it."""
-        port = free_port()
-        connect = ConnectRequest(
-            link=f"udpin:127.0.0.1:{port}",
-            folder=request.folder,
-            channel_map="b777-thin" if request.thin else "b777",
-            aircraft="b777",
-            calibration="b777",
-        )
-
-        def begin(begun: Begun, progress: Progress) -> None:
-            self._record(connect, begun, progress, trial=True)
-            begun.session = self._followed(connect.folder)
-            begun.aircraft = launch(request, port)
-
-        self._open(begin, request.folder.name, records=request.folder)
-
-    def _open_session(
-        self,
-        make: Callable[[], Session],
-        name: str,
-        wants_map: Path | None = None,
-        back_to: float | None = None,
-    ) -> None:
-        """Open what needs nothing but a session."""
-
-        def begin(begun: Begun, _progress: Progress) -> None:
-            begun.session = make()
-
-        self._open(begin, name, wants_map, back_to)
-
-    def _open(
-        self,
-        begin: Callable[[Begun, Progress], None],
-        name: str,
-        wants_map: Path | None = None,
-        back_to: float | None = None,
-        records: Path | None = None,
-    ) -> None:
-        """Set a flight going in a thread; the window goes on meanwhile.
-
-        What a work that is cancelled has set going is undone. One that begins to record waits for
-        that, lest it meet the recorder of the one before.
-        """
-
-        def run(progress: Progress) -> Begun:
-            begun = Begun()
-            with self._recording if records is not None else nullcontext():
-                try:
-                    if not progress.cancelled:
-                        begin(begun, progress)
-                    if progress.cancelled:
-                        raise CancelledError
-                except BaseException:
-                    if progress.cancelled:
-                        self._undo(begun)
-                    else:
-                        self._begin_the_next(begun)
-                    raise
-            return begun
-
-        if self._work is not None and self._work.running:
-            self._work.cancel()
-        work = Work(f"Opening {name}", run, self)
-        self._work, self._records = work, records
-        work.done.connect(lambda begun: self._show(begun, back_to))
-        work.dropped.connect(self._drop)
-        work.failed.connect(lambda error: self._failed(error, wants_map))
-        self.working.emit(work, "")
-        work.start()
-
-    def _drop(self, begun: Begun) -> None:
-        """Undo what was set going in the very moment in which it was cancelled."""
-        wanted = [self.session.path] if self.session is not None else []
-        if self._records is not None and self._work is not None and self._work.running:
-            wanted.append(self._records)
-        if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
-            begun.recorder = begun.folder = None  # another connection has joined it
-        Thread(target=self._undo, args=(begun,), name="undoing").start()
-
-    def _undo(self, begun: Begun) -> None:
-        """End what was set going; called in a thread."""
-        if begun.undo() and begun.folder is not None:
-            words = f"What came before it was cancelled is kept in {begun.folder}."
-            self.said.emit("note", words)
-
-    def _begin_the_next(self, begun: Begun) -> None:
-        """Let nothing wait any more of what this flight was given."""
-        if begun.handed_over:
-            try:
-                begin_the_next(next_flight_path(self._store.path))
-            except GroundStationError as error:
-                self.faults.report(error)
-
-    def _failed(self, error: Exception, wants_map: Path | None) -> None:
-        if wants_map is not None and wants_map.is_file() and isinstance(error, UnmappedError):
-            self.map_wanted.emit(wants_map, str(error))
-        else:
-            self.faults.report(error, opening=True)
+        if self.session is not None and self.session.replaying is not None:
+            self.starter.read_again(self.session, self.session.replaying, calibration)
 
     def _show(self, begun: Begun, back_to: float | None) -> None:
         session = begun.session
@@ -436,7 +213,6 @@ class Desk(QObject):
             return
         former = self.session.recorder if self.session is not None else None
         self.close()
-        self._begin_the_next(begun)
         self._back_to = back_to
         self.session = session
         self._aircraft = begun.aircraft
@@ -477,8 +253,7 @@ class Desk(QObject):
         if self.session is not None:
             self.leaving.emit()
         self._timer.stop()
-        if self._work is not None and self._work.running:
-            self._work.cancel()
+        self.starter.cancel()
         session, self.session = self.session, None
         self._taker = self._snapshot = self._aircraft = None
         if session is not None:

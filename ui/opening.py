@@ -118,7 +118,7 @@ class Opening(QObject):
                 flights=str(request.folder.parent),
             )
         )
-        self._desk.connect_aircraft(request)
+        self._desk.starter.connect_aircraft(request)
 
     def fly_virtual(self) -> None:
         """Ask how, and let the virtual aircraft fly."""
@@ -126,7 +126,7 @@ class Opening(QObject):
         if dialog.exec():
             request = dialog.request
             self._store.change(flights=str(request.folder.parent))
-            self._desk.fly_virtual(request)
+            self._desk.starter.fly_virtual(request)
 
     def look_for_recorders(self) -> None:
         """Offer to attach to recorders that are running, one of them with one key."""
@@ -153,7 +153,7 @@ class Opening(QObject):
                 "note", f"No recorder is running. {key_text('Ctrl+L')} connects an aircraft."
             )
             return
-        self._desk.attach(self._found[0])
+        self._desk.starter.attach(self._found[0])
 
     def stop_recording(self) -> None:
         """Ask, and end the recording."""
@@ -179,7 +179,7 @@ class Opening(QObject):
     def open_path(self, path: Path) -> None:
         """Open a flight."""
         self._store.change(folder=str(path.parent))
-        self._desk.open_flight(path)
+        self._desk.starter.open_flight(path)
 
     def offer_map(self, path: Path, why: str) -> None:
         """Say that a file needs a channel map, and offer to choose one."""
@@ -193,7 +193,7 @@ class Opening(QObject):
         maps, current = shipped_channel_maps(), self._store.current.channel_map
         dialog = MapDialog(self._look, path, maps, current, self._window)
         if dialog.exec():
-            self._desk.open_flight(path, channel_map=dialog.channel_map.value)
+            self._desk.starter.open_flight(path, channel_map=dialog.channel_map.value)
 
     def read_with(self) -> None:
         """Ask for other certificates, and read the replay that is open anew with them."""
@@ -215,7 +215,7 @@ class Opening(QObject):
             self._banners.show_banner(
                 "note",
                 f"The recording of {folder.name} has ended.",
-                ("Replay it", lambda: self._desk.open_flight(folder)),
+                ("Replay it", lambda: self._desk.starter.open_flight(folder)),
             )
         )
 

@@ -71,7 +71,7 @@ def photograph(
     with studio(theme=theme, scale=scale, size=size) as window:
         desk = window.desk
         crew = Photographer(window, out.parent, settles=_SETTLED, patience=_PATIENCE)
-        desk.open_flight(flight, playing=False)
+        desk.starter.open_flight(flight, playing=False)
         crew.wait(lambda: desk.is_loaded, f"{flight} to open")
         span = desk.replay_span
         if span is not None:
@@ -105,9 +105,14 @@ def photograph_live(out: Path, *, theme: str, scale: int, size: tuple[int, int])
     with studio(theme=theme, scale=scale, size=size) as window:
         desk = window.desk
         crew = Photographer(window, out.parent, settles=_SETTLED, patience=_FLOWN + _PATIENCE)
-        desk.fly_virtual(
+        desk.starter.fly_virtual(
             VirtualRequest(
-                plan="short", seed=1, speed=1.0, hidden=(), thin=False, folder=desk.next_folder()
+                plan="short",
+                seed=1,
+                speed=1.0,
+                hidden=(),
+                thin=False,
+                folder=desk.starter.next_folder(),
             )
         )
         crew.wait(lambda: (desk.time or 0.0) >= _FLOWN, "the flight")

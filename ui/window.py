@@ -162,7 +162,7 @@ class MainWindow(QMainWindow):
         actions = commands.actions
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
         self.flight_place.start.chosen.connect(lambda name: actions[name].trigger())
-        self.flight_place.start.link_chosen.connect(self.desk.connect_link)
+        self.flight_place.start.link_chosen.connect(self.desk.starter.connect_link)
         self.bar.pressed.connect(self._bar_pressed)
         self.faults.raised.connect(self._show_fault)
         self.look.changed.connect(self._fit)

@@ -153,13 +153,13 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
     """Run sender, recorder and window for a while, with or without estimates."""
     from PySide6.QtCore import QEventLoop, Qt, QTimer
 
-    import ui.desk
+    import ui.starter
     from gsapp.session.estimating.workers import OtherProcess
     from gsapp.telemetry.virtual.process import free_port
     from ui.app import make_application
     from ui.dialogs.requests import ConnectRequest
 
-    ui.desk.OtherProcess = OtherProcess if estimates else lambda: None
+    ui.starter.OtherProcess = OtherProcess if estimates else lambda: None
     application = make_application()
 
     def run(how_long: float) -> None:
@@ -178,7 +178,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
         window = latency.watched_window(Path(scratch), seen)
         port = free_port()
         try:
-            window.desk.connect_aircraft(
+            window.desk.starter.connect_aircraft(
                 ConnectRequest(
                     link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
                     aircraft="b777", calibration="b777",

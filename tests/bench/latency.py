@@ -296,7 +296,7 @@ def measure(seconds: float, shift_us: int = 0) -> Result:
             probe.bind(("127.0.0.1", 0))
             port = probe.getsockname()[1]
         try:
-            window.desk.connect_aircraft(
+            window.desk.starter.connect_aircraft(
                 ConnectRequest(
                     link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
                     aircraft="b777", calibration="b777",

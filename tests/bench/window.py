@@ -49,7 +49,7 @@ def start(scratch: Path, flight: Path | None) -> None:
     window = Watched(store, FaultDesk(), offer_recorders=False)
     window.show()
     if flight is not None:
-        QTimer.singleShot(0, lambda: window.desk.open_flight(flight))
+        QTimer.singleShot(0, lambda: window.desk.starter.open_flight(flight))
     QTimer.singleShot(round(1000 * _PATIENCE), application.quit)
     application.exec()
     window.desk.close()

@@ -44,6 +44,8 @@ class BenchDesk(QObject):
         self.opened: list[Path] = []
         self.faults.raised.connect(lambda fault: self.complaints.append(fault.sentence))
         self.history = History((), 100.0)
+        # It notes which flight is to be read anew.
+        self.starter = SimpleNamespace(open_flight=self.opened.append)
         self.session: object | None = SimpleNamespace(
             history=self.history,
             feed=SimpleNamespace(present=True),
@@ -51,10 +53,6 @@ class BenchDesk(QObject):
             replaying=None,
             path=folder / "none",
         )
-
-    def open_flight(self, path: Path) -> None:
-        """Note which flight is to be read anew."""
-        self.opened.append(path)
 
     def close(self) -> None:
         """Give the samples' file back."""

@@ -31,7 +31,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     window.voice._player = loud
     window.voice._take(mouth)
     window.voice.mute(False)
-    window.desk.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     session = window.desk.session
     assert session is not None

@@ -128,7 +128,7 @@ def test_derivatives_form_while_a_flight_is_watched(
     path = tmp_path / "flight"
     import_flight(write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv"), path)
     FlightFolder.open(path).keep_aircraft(SHIPPED.find("b777"))
-    window.desk.open_flight(path, speed=MAX_SPEED)
+    window.desk.starter.open_flight(path, speed=MAX_SPEED)
     until(qtbot, lambda: window.desk.is_replay, 60_000)
     window.commands.actions["panel_estimates"].trigger()
     panel = window.view.estimates

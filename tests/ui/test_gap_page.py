@@ -196,7 +196,7 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
 ) -> None:
     """F5, Enter: progress with words, and the window goes on meanwhile."""
     flight = write_flight(tmp_path)
-    window.desk.open_flight(flight, playing=False)
+    window.desk.starter.open_flight(flight, playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     engine.hold.clear()
     qtbot.keyClick(window, Qt.Key.Key_F5)

@@ -73,7 +73,7 @@ def window(
     monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
     made = open_window(tmp_path)
     qtbot.addWidget(made)
-    made.desk.open_flight(flight, playing=False)
+    made.desk.starter.open_flight(flight, playing=False)
     until(qtbot, lambda: made.desk.is_loaded, _PATIENCE)
     yield made
     made.close()

@@ -213,7 +213,7 @@ def test_a_debrief_is_kept_and_flights_are_compared(tmp_path: Path) -> None:
 def test_ctrl_s_keeps_the_open_flight(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     shown = replace(debrief(), flight=window.desk.name)
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown)

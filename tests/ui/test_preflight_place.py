@@ -301,13 +301,13 @@ def test_a_flight_folder_has_its_own_card_also_after_landing(
     page = go(window, qtbot, 1)
     type_into(qtbot, page.fields["crew.pilot"][1], "Ann")
     csv = write_flight(tmp_path)
-    window.desk.open_flight(csv, playing=False)
+    window.desk.starter.open_flight(csv, playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     assert page.home.text().startswith("small.csv has no card")
     assert page.fields["crew.pilot"][1].text == "Ann"
     folder = FlightFolder.create(tmp_path / "landed", FlightInfo(name="Landed"))
     folder.keep_onboard_log(csv)
-    window.desk.open_flight(folder.path, playing=False)
+    window.desk.starter.open_flight(folder.path, playing=False)
     until(qtbot, lambda: window.desk.name == "Landed")
     assert page.home.text().startswith("Card of Landed, ")
     assert page.fields["crew.pilot"][1].text == ""
@@ -472,7 +472,7 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
     )  # fmt: skip
     try:
         with Aircraft(port):
-            window.desk.connect_aircraft(request)
+            window.desk.starter.connect_aircraft(request)
             until(qtbot, lambda: window.desk.is_open, _PATIENCE_MS)
             assert FlightFolder(path=folder).info().crew == {"pilot": "Ann"}
             assert state_of(window, "airframe") == "green"
@@ -615,7 +615,7 @@ def test_a_flight_without_cards_has_none_at_every_place(
     """Those of the program stand ready to be chosen, and count when they are."""
     folder = FlightFolder.create(tmp_path / "landed", FlightInfo(name="Landed"))
     folder.keep_onboard_log(write_flight(tmp_path))
-    window.desk.open_flight(folder.path, playing=False)
+    window.desk.starter.open_flight(folder.path, playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     page = go(window, qtbot, 4)
     shown = window.preflight.steps.buttons["cards"]

@@ -67,7 +67,7 @@ def test_a_whole_review_by_keys(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     flight = tmp_path / "flights" / "a.csv"
-    window.desk.open_flight(flight, playing=False)
+    window.desk.starter.open_flight(flight, playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     press(qtbot, Qt.Key.Key_F4)
     review = window.review.review

@@ -32,7 +32,7 @@ def loaded():
 application = make_application()
 window = open_window(Path(sys.argv[1]))
 window.desk.changed.connect(lambda: print(loaded()))
-window.desk.open_flight(Path(sys.argv[2]))
+window.desk.starter.open_flight(Path(sys.argv[2]))
 deadline = time.monotonic() + 30.0
 
 def look():

@@ -78,7 +78,7 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
     window = open_window(tmp_path)
     qtbot.addWidget(window)
     desk = window.desk
-    desk.open_flight(write_flight(tmp_path))
+    desk.starter.open_flight(write_flight(tmp_path))
     qtbot.waitUntil(lambda: desk.is_loaded, timeout=10_000)
     desk._timer.stop()
     painted = []

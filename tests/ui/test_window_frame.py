@@ -82,7 +82,7 @@ def activate(qtbot: QtBot, window: QWidget) -> None:
 @pytest.fixture
 def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     """Return the window with a small flight open, at its end."""
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded and window.view.replay.isVisible())
     window.desk.seek(19.0)
     until(qtbot, lambda: window.desk.is_settled)
@@ -164,7 +164,7 @@ def test_the_side_panel_is_opened_and_closed_where_it_is_seen(
     """Without a flight, and at the other places, its key would act unseen on the next flight."""
     view = window.view
     qtbot.keyClick(window, Qt.Key.Key_F9)
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded and view.tabs.isVisible())
     qtbot.keyClick(window, Qt.Key.Key_F1)
     qtbot.keyClick(window, Qt.Key.Key_F9)
@@ -209,7 +209,7 @@ def test_a_channel_that_never_has_a_sample_gets_no_chart(
     values = np.column_stack([0.05 * np.sin(times), np.full(times.size, math.nan)])
     block = Block(channels=("alpha", "beta"), times=times, values=values)
     path = write_flight_csv(tmp_path / "empty column.csv", block, "us")
-    window.desk.open_flight(path, playing=False)
+    window.desk.starter.open_flight(path, playing=False)
     charts = window.view.charts
     until(qtbot, lambda: window.desk.is_loaded and charts.strip_layout.channels == ("alpha",))
     # It can still be chosen, and is said to be empty.
@@ -254,7 +254,7 @@ def test_a_note_half_typed_is_kept_when_its_flight_goes(
     elif end == "closed":
         flight.desk.close_flight()
     else:
-        flight.desk.open_flight(write_flight(tmp_path / "other"), playing=False)
+        flight.desk.starter.open_flight(write_flight(tmp_path / "other"), playing=False)
         until(qtbot, lambda: flight.desk.session is not former)
     assert [mark.text for mark in former.marks] == ["half typ"]
 
@@ -357,7 +357,7 @@ def test_charts_reach_the_panel_also_after_a_layout_while_hidden(
 ) -> None:
     """A picture of the empty window lays the flight out that is not on screen yet."""
     window.grab()
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     view = window.view
     until(qtbot, lambda: window.desk.is_loaded and view.tabs.isVisible())
     qtbot.wait(20)
@@ -424,14 +424,14 @@ def test_what_was_said_of_a_flight_goes_when_another_opens(
     desk, banners = window.desk, window.banners
     garbage = tmp_path / "garbage.tlog"
     garbage.write_bytes(bytes(range(1, 250)) * 40)
-    desk.open_flight(garbage)
+    desk.starter.open_flight(garbage)
     until(qtbot, lambda: any("garbage.tlog" in text for text in banners.texts()))
     assert not any("Garbage" in text for text in banners.texts())
-    desk.open_flight(tmp_path / "absent.tlog")
+    desk.starter.open_flight(tmp_path / "absent.tlog")
     until(qtbot, lambda: any("absent.tlog" in text for text in banners.texts()))
     assert len(banners.texts()) == 2
     window.faults.report(GroundStationError("the card of the flight cannot be read"))
-    desk.open_flight(write_flight(tmp_path), playing=False)
+    desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: desk.name == "small")
     assert banners.texts() == ("the card of the flight cannot be read",)
 
@@ -760,7 +760,7 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     other = MainWindow(SettingsStore(flight.store.path), FaultDesk())
     qtbot.addWidget(other)
     other.show()
-    other.desk.open_flight(session.path)
+    other.desk.starter.open_flight(session.path)
     until(qtbot, lambda: other.desk.is_open and bool(other.view.charts.strip_layout.strips))
     assert other.desk.session.limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
     other.view.charts.perform("chart_down")

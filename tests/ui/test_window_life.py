@@ -78,7 +78,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
     """Connect, record, draw, mark, pause, close, find again, stop: as a crew would."""
     port, folder = free_port(), tmp_path / "flights" / "first"
     with Aircraft(port):
-        window.desk.connect_aircraft(
+        window.desk.starter.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
                 aircraft="b777", calibration="b777",
@@ -159,7 +159,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
 def test_a_flight_is_replayed_with_keys_alone(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     until(qtbot, window.view.replay.isVisible)
     assert window.desk.replay_span == (0.0, pytest.approx(19.98))
@@ -211,14 +211,14 @@ def test_a_recording_is_not_forgotten_when_another_flight_opens(
 
     monkeypatch.setattr(ui.window, "ask_closing", answer)
     folder = tmp_path / "flights" / "first"
-    window.desk.connect_aircraft(
+    window.desk.starter.connect_aircraft(
         ConnectRequest(
             link=f"udpin:127.0.0.1:{free_port()}", folder=folder, channel_map="b777",
             aircraft="b777", calibration="b777",
         )
     )  # fmt: skip
     until(qtbot, lambda: window.desk.records_here)
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_replay)
     assert any("first goes on being recorded" in text for text in window.banners.texts())
     window.close()
@@ -233,7 +233,7 @@ def test_cursors_give_values_and_differences(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """A and B half a period of alpha apart: the table says twice the amplitude."""
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     window.desk.seek(19.0)
     until(qtbot, lambda: window.desk.is_settled)
@@ -255,11 +255,11 @@ def test_files_that_cannot_be_read_are_told_in_a_sentence(
 ) -> None:
     bad = tmp_path / "bad.csv"
     bad.write_text("time [s],alpha [volts]\n0,1\n1,2\n")
-    window.desk.open_flight(bad)
+    window.desk.starter.open_flight(bad)
     until(qtbot, lambda: bool(window.banners.texts()))
     assert "alpha" in window.banners.texts()[0]
     assert not window.desk.is_open
-    window.desk.open_flight(tmp_path / "nowhere")
+    window.desk.starter.open_flight(tmp_path / "nowhere")
     until(qtbot, lambda: any("nowhere" in text for text in window.banners.texts()))
 
 
@@ -272,7 +272,7 @@ def test_a_port_in_use_is_told_and_the_window_goes_on(
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         link = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
-        window.desk.connect_link(link)
+        window.desk.starter.connect_link(link)
         until(qtbot, lambda: told() or window.bar.views["link"].part.state == "warning", 15_000)
     if window.desk.records_here:
         window.desk.stop_now()
@@ -284,7 +284,7 @@ def test_a_flight_is_exported_in_the_background(
     from gsapp.flight import load_flight
     from ui.work import Work
 
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     target = tmp_path / "out.csv"
     work = Work("Exporting", lambda progress: window.desk.export("csv", target, progress), window)
@@ -301,7 +301,9 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_can_be_ended(
     """The disk is pulled out, say: the bar turns red, and stopping and closing still work."""
     port = free_port()
     with Aircraft(port):
-        window.desk.connect_link(f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777")
+        window.desk.starter.connect_link(
+            f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777"
+        )
         until(qtbot, lambda: window.desk.is_open and samples(window) > 20)
         folder = window.desk.session.path
         elsewhere = folder.with_name("elsewhere")
@@ -334,7 +336,9 @@ def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
     window.faults.raised.connect(raised.append)
     port = free_port()
     with Aircraft(port):
-        window.desk.connect_link(f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777")
+        window.desk.starter.connect_link(
+            f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777"
+        )
         until(qtbot, lambda: window.desk.is_open and samples(window) > 20)
 
         def refuse(file: RawFile) -> int:
@@ -352,7 +356,7 @@ def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
 def test_what_fails_in_a_replay_is_told_once(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    window.desk.open_flight(write_flight(tmp_path), playing=False)
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     calls: list[float] = []
 
@@ -405,14 +409,14 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     flights = tmp_path / "flights"
     if moment == "done":
         monkeypatch.setattr(Work, "_finish", cancel_and_finish)
-    window.desk.connect_link(link)
+    window.desk.starter.connect_link(link)
     if moment == "early":
         works[0].cancel()
     until(qtbot, lambda: bool(ended))
     until(qtbot, lambda: find_recorders() == [] and not list(flights.glob("*")))
     assert not window.desk.is_open
     assert "new tire" in card.read_text(encoding="utf-8")
-    window.desk.connect_link(link)
+    window.desk.starter.connect_link(link)
     until(qtbot, lambda: window.desk.is_open)
     assert window.banners.texts() == () or not any(
         "in use" in one for one in window.banners.texts()
@@ -439,10 +443,10 @@ def test_a_connection_that_is_cancelled_keeps_what_came(
     monkeypatch.setattr(Session, "follow", wait)
     port = free_port()
     with Aircraft(port):
-        window.desk.connect_link(f"udpin:127.0.0.1:{port}")
+        window.desk.starter.connect_link(f"udpin:127.0.0.1:{port}")
         until(qtbot, lambda: any("is kept in" in text for text in window.banners.texts()))
     assert find_recorders() == []
-    (folder,) = (window.desk.next_folder().parent).glob("*")
+    (folder,) = (window.desk.starter.next_folder().parent).glob("*")
     assert FlightFolder(path=folder).records
 
 
@@ -451,9 +455,9 @@ def test_a_second_connection_joins_the_recorder_of_the_first(
 ) -> None:
     """Clicked twice, the first is given up; whatever is recorded goes on being recorded."""
     link = f"udpin:127.0.0.1:{free_port()}"
-    window.desk.connect_link(link)
+    window.desk.starter.connect_link(link)
     qtbot.wait(20)
-    window.desk.connect_link(link)
+    window.desk.starter.connect_link(link)
     until(qtbot, lambda: window.desk.is_open)
     qtbot.wait(600)
     assert [handle.folder for handle in find_recorders()] == [window.desk.session.path.absolute()]

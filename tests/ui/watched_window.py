@@ -46,7 +46,7 @@ def main() -> None:
     window = MainWindow(store, FaultDesk(), offer_recorders=False)
     window.resize(1280, 800)
     window.show()
-    window.desk.open_flight(flight)
+    window.desk.starter.open_flight(flight)
 
     def tell() -> None:
         history = window.desk.history

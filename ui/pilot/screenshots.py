@@ -76,7 +76,7 @@ def photograph(
 def _flown(crew: Photographer, flight: Path) -> Iterator[Path]:
     """Go to where each state stands, then to the debrief."""
     desk = crew.window.desk
-    desk.open_flight(flight, playing=False)
+    desk.starter.open_flight(flight, playing=False)
     crew.wait(lambda: desk.is_loaded, f"{flight} to open")
     crew.window.show_place("pilot")
     for name, at in _moments(crew).items():

@@ -66,4 +66,4 @@ class InForce:
         session, stale = self._desk.session, self._stale
         self._stale = None
         if session is not None and session.path == stale:
-            self._desk.open_flight(stale)
+            self._desk.starter.open_flight(stale)

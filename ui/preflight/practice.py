@@ -67,9 +67,9 @@ class Practice(QObject):
         """Record what the bench will send, and open it; the bench follows when that is done."""
         self.stop()
         self._port = free_port()
-        usual = self._desk.next_folder()
+        usual = self._desk.starter.next_folder()
         self.folder = usual.with_name(f"{usual.name} practice")
-        self._desk.connect_aircraft(
+        self._desk.starter.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{self._port}",
                 folder=self.folder,

@@ -1,0 +1,314 @@
+"""How a flight is opened: from a record, from a recorder that runs, or by beginning to record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from datetime import datetime
+from pathlib import Path
+from threading import Lock, Thread
+
+from PySide6.QtCore import QObject, Signal
+
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.next_flight import begin_the_next, hand_over
+from gsapp.foundation import GroundStationError, UnmappedError
+from gsapp.session import Session
+from gsapp.session.estimating.workers import OtherProcess
+from gsapp.session.feeds import ReplayFeed
+from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.recorder_control import find_recorder, start_recorder
+from gsapp.telemetry.virtual.process import free_port
+from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
+from ui.faults import FaultDesk
+from ui.recording import Begun, RunningRecorder, launch, prepare_folder
+from ui.settings import SettingsStore, next_flight_path, recording_folder
+from ui.work import CancelledError, Progress, Work
+
+
+class FlightStarter(QObject):
+    """Sets flights going in threads of their own, one at a time; the window goes on meanwhile.
+
+    Parameters
+    ----------
+    store : SettingsStore
+        Maps and folders used last.
+    faults : FaultDesk
+        Where errors go.
+    open_here : callable
+        Returns the path of the open flight; None without one.
+
+    Attributes
+    ----------
+    begun : Signal(object, object)
+        A flight is there: `Begun`, and the flight time (s) to go back to, or None.
+    working : Signal(object, str)
+        A `Work` begins; what to say when it is done, empty for nothing.
+    said : Signal(str, str)
+        Level and sentence of a banner.
+    map_wanted : Signal(object, str)
+        A file needs a channel map: path, and why.
+    """
+
+    begun = Signal(object, object)
+    working = Signal(object, str)
+    said = Signal(str, str)
+    map_wanted = Signal(object, str)
+
+    def __init__(
+        self,
+        store: SettingsStore,
+        faults: FaultDesk,
+        open_here: Callable[[], Path | None],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._store = store
+        self._faults = faults
+        self._open_here = open_here
+        self._work: Work | None = None
+        self._records: Path | None = None  # where that begins to record
+        self._recording = Lock()
+
+    def open_flight(
+        self,
+        path: Path,
+        *,
+        channel_map: str | None = None,
+        calibration: str | None = None,
+        speed: float = 1.0,
+        playing: bool = True,
+    ) -> None:
+        """Open a flight: live if it is being recorded, as a replay otherwise.
+
+        Parameters
+        ----------
+        path : Path
+            Flight folder or file.
+        channel_map : str, optional
+            Name or path.
+        calibration : str, optional
+            Certificates that a replay is read with in place of its own: a folder, or a shipped
+            set.
+        speed : float
+            Times real time.
+        playing : bool
+            Whether a replay plays at once.
+        """
+        place = Path(path).expanduser()
+        if place.is_dir() and find_recorder(place) is not None:
+            self._open_session(lambda: self._followed(place, channel_map), place.name)
+            return
+
+        def replay() -> Session:
+            return Session.replay(
+                place, channel_map=channel_map, certificates=calibration, speed=speed,
+                playing=playing, cues=True, system=self._store.current.units,
+                workers=OtherProcess(),
+            )  # fmt: skip
+
+        self._open_session(replay, place.name, None if channel_map or calibration else place)
+
+    def read_again(self, session: Session, feed: ReplayFeed, calibration: str | None) -> None:
+        """Open a replay anew where it stands, with other certificates.
+
+        Parameters
+        ----------
+        session : Session
+        feed : ReplayFeed
+            What plays it.
+        calibration : str or None
+            A folder, or a shipped set; None for the flight's own.
+        """
+        path, here, speed, playing = session.path, feed.now, feed.speed, feed.playing
+        decoder = session.decoder
+        channel_map = None if decoder is None else decoder.channel_map
+
+        def replay() -> Session:
+            return Session.replay(
+                path, channel_map=channel_map, certificates=calibration, speed=speed,
+                playing=playing, cues=True, system=self._store.current.units,
+                workers=OtherProcess(),
+            )  # fmt: skip
+
+        self._open_session(replay, path.name, back_to=here)
+
+    def attach(self, found: RunningRecorder) -> None:
+        """Follow a flight that is being recorded."""
+        folder = found.handle.folder
+        self._open_session(lambda: self._followed(folder), folder.name)
+
+    def connect_aircraft(self, request: ConnectRequest, *, trial: bool = False) -> None:
+        """Record a link in a process of its own, and follow it.
+
+        A flight for trial gets a copy of what waits for the next one.
+        """
+
+        def begin(begun: Begun, progress: Progress) -> None:
+            # A second connection to the same flight joins what is recorded already.
+            if not request.folder.is_dir() or find_recorder(request.folder) is None:
+                self._record(request, begun, progress, trial=trial)
+            begun.session = self._followed(request.folder)
+
+        self._open(begin, request.folder.name, records=request.folder)
+
+    def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
+        """Return the session of a flight that is being recorded."""
+        return Session.follow(
+            folder, channel_map=channel_map, cues=True, system=self._store.current.units,
+            workers=OtherProcess(),
+        )  # fmt: skip
+
+    def _record(
+        self, request: ConnectRequest, begun: Begun, progress: Progress, *, trial: bool = False
+    ) -> None:
+        """Make the flight folder, with what waits for the next flight in it, and record into it.
+
+        It waits on until that is not cancelled any more; where a flight is for trial, even then.
+        A card that cannot be read holds up no recording.
+        """
+        if not request.folder.exists():
+            begun.folder = request.folder
+        folder = FlightFolder(path=prepare_folder(request))
+        try:
+            handed_over = hand_over(next_flight_path(self._store.path), folder, keep=True)
+            begun.handed_over = handed_over and not trial
+        except GroundStationError as error:
+            self._faults.report(error)
+        progress(None, "starting the recorder")
+        begun.recorder = start_recorder(request.link, request.folder)
+
+    def connect_link(
+        self, link: str, *, channel_map: str | None = None, aircraft: str | None = None
+    ) -> None:
+        """Record a LINK with the files used last, into the next flight of the day."""
+        address = parse_link(link)
+        if address.kind == "flight":
+            self.open_flight(Path(address.path), channel_map=channel_map)
+            return
+        settings = self._store.current
+        self.connect_aircraft(
+            ConnectRequest(
+                link=link,
+                folder=self.next_folder(),
+                channel_map=channel_map or settings.channel_map,
+                aircraft=aircraft or settings.aircraft,
+                calibration=settings.calibration,
+            )
+        )
+
+    def next_folder(self) -> Path:
+        """Return the folder of the next flight of the day."""
+        parent = recording_folder(self._store.current)
+        return parent / next_flight_name(parent, datetime.now().astimezone().date())
+
+    def fly_virtual(self, request: VirtualRequest) -> None:
+        """Let the virtual aircraft fly over a link of this machine, record and follow it."""
+        port = free_port()
+        connect = ConnectRequest(
+            link=f"udpin:127.0.0.1:{port}",
+            folder=request.folder,
+            channel_map="b777-thin" if request.thin else "b777",
+            aircraft="b777",
+            calibration="b777",
+        )
+
+        def begin(begun: Begun, progress: Progress) -> None:
+            self._record(connect, begun, progress, trial=True)
+            begun.session = self._followed(connect.folder)
+            begun.aircraft = launch(request, port)
+
+        self._open(begin, request.folder.name, records=request.folder)
+
+    def _open_session(
+        self,
+        make: Callable[[], Session],
+        name: str,
+        wants_map: Path | None = None,
+        back_to: float | None = None,
+    ) -> None:
+        """Open what needs nothing but a session."""
+
+        def begin(begun: Begun, _progress: Progress) -> None:
+            begun.session = make()
+
+        self._open(begin, name, wants_map, back_to)
+
+    def _open(
+        self,
+        begin: Callable[[Begun, Progress], None],
+        name: str,
+        wants_map: Path | None = None,
+        back_to: float | None = None,
+        records: Path | None = None,
+    ) -> None:
+        """Set a flight going in a thread; the window goes on meanwhile.
+
+        What a work that is cancelled has set going is undone. One that begins to record waits for
+        that, lest it meet the recorder of the one before.
+        """
+
+        def run(progress: Progress) -> Begun:
+            begun = Begun()
+            with self._recording if records is not None else nullcontext():
+                try:
+                    if not progress.cancelled:
+                        begin(begun, progress)
+                    if progress.cancelled:
+                        raise CancelledError
+                except BaseException:
+                    if progress.cancelled:
+                        self._undo(begun)
+                    else:
+                        self._begin_the_next(begun)
+                    raise
+            return begun
+
+        self.cancel()
+        work = Work(f"Opening {name}", run, self)
+        self._work, self._records = work, records
+        work.done.connect(lambda begun: self._give(begun, back_to))
+        work.dropped.connect(self._drop)
+        work.failed.connect(lambda error: self._failed(error, wants_map))
+        self.working.emit(work, "")
+        work.start()
+
+    def _drop(self, begun: Begun) -> None:
+        """Undo what was set going in the very moment in which it was cancelled."""
+        here = self._open_here()
+        wanted = [] if here is None else [here]
+        if self._records is not None and self._work is not None and self._work.running:
+            wanted.append(self._records)
+        if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
+            begun.recorder = begun.folder = None  # another connection has joined it
+        Thread(target=self._undo, args=(begun,), name="undoing").start()
+
+    def _undo(self, begun: Begun) -> None:
+        """End what was set going; called in a thread."""
+        if begun.undo() and begun.folder is not None:
+            words = f"What came before it was cancelled is kept in {begun.folder}."
+            self.said.emit("note", words)
+
+    def _give(self, begun: Begun, back_to: float | None) -> None:
+        """Hand over what was set going."""
+        self._begin_the_next(begun)
+        self.begun.emit(begun, back_to)
+
+    def cancel(self) -> None:
+        """Undo what is being set going."""
+        if self._work is not None and self._work.running:
+            self._work.cancel()
+
+    def _begin_the_next(self, begun: Begun) -> None:
+        """Let nothing wait any more of what this flight was given."""
+        if begun.handed_over:
+            try:
+                begin_the_next(next_flight_path(self._store.path))
+            except GroundStationError as error:
+                self._faults.report(error)
+
+    def _failed(self, error: Exception, wants_map: Path | None) -> None:
+        if wants_map is not None and wants_map.is_file() and isinstance(error, UnmappedError):
+            self.map_wanted.emit(wants_map, str(error))
+        else:
+            self._faults.report(error, opening=True)
