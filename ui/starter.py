@@ -16,6 +16,7 @@ from gsapp.foundation import GroundStationError, UnmappedError
 from gsapp.session import Session
 from gsapp.session.estimating.workers import OtherProcess
 from gsapp.session.feeds import ReplayFeed
+from gsapp.session.setting import Options
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.virtual.process import free_port
@@ -103,8 +104,7 @@ class FlightStarter(QObject):
         def replay() -> Session:
             return Session.replay(
                 place, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing, cues=True, system=self._store.current.units,
-                workers=OtherProcess(),
+                playing=playing, **self._options(),
             )  # fmt: skip
 
         self._open_session(replay, place.name, None if channel_map or calibration else place)
@@ -127,8 +127,7 @@ class FlightStarter(QObject):
         def replay() -> Session:
             return Session.replay(
                 path, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing, cues=True, system=self._store.current.units,
-                workers=OtherProcess(),
+                playing=playing, **self._options(),
             )  # fmt: skip
 
         self._open_session(replay, path.name, back_to=here)
@@ -154,10 +153,11 @@ class FlightStarter(QObject):
 
     def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
         """Return the session of a flight that is being recorded."""
-        return Session.follow(
-            folder, channel_map=channel_map, cues=True, system=self._store.current.units,
-            workers=OtherProcess(),
-        )  # fmt: skip
+        return Session.follow(folder, channel_map=channel_map, **self._options())
+
+    def _options(self) -> Options:
+        """Return how every flight is watched in a window."""
+        return {"cues": True, "system": self._store.current.units, "workers": OtherProcess()}
 
     def _record(
         self, request: ConnectRequest, begun: Begun, progress: Progress, *, trial: bool = False
