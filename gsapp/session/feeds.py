@@ -195,13 +195,10 @@ class LiveFeed:
     def _take(self, blocks: Sequence[Block]) -> None:
         if not blocks:
             return
-        rate = self._history.rate
         for block in blocks:
             self._history.append(block)
-            if self._following.followers and len(block):
-                self._stretches.add(
-                    round(float(block.times[0]) * rate), round(float(block.times[-1]) * rate)
-                )
+            if self._following.followers:
+                self._stretches.add(block)
         for consumer, begin in self._listening:
             for block in blocks:
                 # What it was given from the history it is not given again.
@@ -428,13 +425,9 @@ class ReplayFeed:
             self._complete = True
 
     def _store(self, blocks: Sequence[Block]) -> None:
-        rate = self._history.rate
         for block in blocks:
-            if len(block):
-                self._history.append(block)
-                self._stretches.add(
-                    round(float(block.times[0]) * rate), round(float(block.times[-1]) * rate)
-                )
+            self._history.append(block)
+            self._stretches.add(block)
 
     @property
     def _readable(self) -> int:

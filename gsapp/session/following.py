@@ -62,12 +62,16 @@ class Stretches:
     """
 
     def __init__(self, rate: float) -> None:
+        self._rate = rate
         self._pause = round(_LONGEST_PAUSE * rate)
         self._firsts: list[int] = []
         self._lasts: list[int] = []
 
-    def add(self, first: int, last: int) -> None:
-        """Add samples ``first <= k <= last``."""
+    def add(self, block: Block) -> None:
+        """Add the samples of a block, which follow one another."""
+        if not len(block):
+            return
+        first, last = (round(float(block.times[end]) * self._rate) for end in (0, -1))
         place = bisect.bisect_right(self._firsts, first)
         # The one before may reach up to here.
         if place > 0 and first - self._lasts[place - 1] <= self._pause:
