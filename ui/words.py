@@ -99,18 +99,20 @@ def value_text(spec: ChannelSpec, value: float | None, system: str, *, unit: boo
     return f"{number} {unit_text(shown)}".rstrip() if unit else number
 
 
-def clock_text(seconds: float | None, *, tenths: bool = False) -> str:
-    """Return flight time as ``04:07``, ``1:04:07``, or with tenths ``04:07.3``."""
+def clock_text(seconds: float | None, *, decimals: int = 0) -> str:
+    """Return flight time as ``04:07``, ``1:04:07``, or with one decimal ``04:07.3``."""
     if seconds is None or not math.isfinite(seconds):
         return DASH
-    sign = MINUS if seconds < 0 else ""
+    scale = 10**decimals
     # Truncated, as clocks are: 59.96 s is not yet a minute.
-    ticks = int(abs(seconds) * 10 + 1e-6)
-    whole, tenth = divmod(ticks, 10)
+    ticks = int(abs(seconds) * scale + 1e-6)
+    whole, part = divmod(ticks, scale)
     minutes, second = divmod(whole, 60)
     hours, minute = divmod(minutes, 60)
     text = f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute:02d}:{second:02d}"
-    return f"{sign}{text}.{tenth}" if tenths else f"{sign}{text}"
+    if decimals:
+        text += f".{part:0{decimals}d}"
+    return f"{MINUS}{text}" if seconds < 0 and ticks else text
 
 
 def parse_clock(text: str) -> float | None:

@@ -13,8 +13,8 @@ from gsapp.session.history import History
 from ui.strips.columns import ColumnScale, choose_scale, column_extremes
 from ui.strips.drawing import tick_decimals
 from ui.strips.ranges import SteadyRange
-from ui.strips.ticks import clock, number, round_range, step_decimals, time_step, value_ticks
-from ui.words import clock_text
+from ui.strips.ticks import round_range, step_decimals, time_step, value_ticks
+from ui.words import clock_text, number_text
 
 
 @given(
@@ -85,15 +85,13 @@ def test_a_low_chart_has_a_scale_all_the_same(low, high):
 
 def test_numbers_and_times_read_as_they_should():
     """Proves signs, digits and the clock."""
-    assert number(-0.04, 1) == "0.0"
-    assert number(-2.5, 1) == "\N{MINUS SIGN}2.5"
-    assert clock(247.0) == "04:07"
-    assert clock(3847.25, 2) == "1:04:07.25"
-    for seconds in (59.999, 60.0, 144.69, 0.3, 2.34):
-        assert clock(seconds, 1) == clock_text(seconds, tenths=True)  # of the bar
-    assert clock(59.999, 1) == "00:59.9"
-    assert clock(2.34, 2) == "00:02.34"
-    assert clock(-3.0) == "\N{MINUS SIGN}00:03"
+    assert number_text(-0.04, 1) == "0.0"
+    assert number_text(-2.5, 1) == "\N{MINUS SIGN}2.5"
+    assert clock_text(247.0) == "04:07"
+    assert clock_text(3847.25, decimals=2) == "1:04:07.25"
+    assert clock_text(59.999, decimals=1) == "00:59.9"
+    assert clock_text(2.34, decimals=2) == "00:02.34"
+    assert clock_text(-3.0) == "\N{MINUS SIGN}00:03"
     assert step_decimals(0.25) == 2
     assert step_decimals(20.0) == 0
     assert time_step(60.0, 8) == 10.0

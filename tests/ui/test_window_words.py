@@ -75,7 +75,7 @@ def test_values_have_their_unit_and_no_more_digits_than_the_sensor_earns() -> No
 @settings(max_examples=50, deadline=None)
 def test_a_time_that_is_written_is_read_back(seconds: float) -> None:
     """What the go-to dialog proposes is what it understands, to a tenth of a second."""
-    read = parse_clock(clock_text(seconds, tenths=True))
+    read = parse_clock(clock_text(seconds, decimals=1))
     assert read is not None
     assert 0.0 <= seconds - read < 0.1 + 1e-6 or abs(seconds - read) < 1e-6
 

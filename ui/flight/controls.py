@@ -278,7 +278,7 @@ class ReplayBar(QWidget):
     ) -> None:
         """Show where the replay is and how it runs."""
         self.slider.show_time(time, first, last, marks)
-        self.clock.setText(f"{clock_text(time, tenths=True)} / {clock_text(last)}")
+        self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last)}")
         self.play.show_glyph("pause" if playing else "play", "Pause" if playing else "Play")
         index = min(range(len(SPEEDS)), key=lambda place: abs(SPEEDS[place] - speed))
         if speed == SPEEDS[-1]:

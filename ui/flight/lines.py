@@ -54,7 +54,7 @@ def mark_lines(marks: Sequence[FlightMark]) -> tuple[Line, ...]:
     return tuple(
         Line(
             key=mark.id,
-            cells=(clock_text(mark.time, tenths=True), mark_title(mark, number)),
+            cells=(clock_text(mark.time, decimals=1), mark_title(mark, number)),
             strong=mark.kind == "note",
         )
         for number, mark in enumerate(marks, start=1)
@@ -109,7 +109,7 @@ def alarm_lines(alarms: Iterable[Alarm], units: str) -> tuple[Line, ...]:
             Line(
                 key=("alarm", alarm.key, alarm.time),
                 cells=(
-                    clock_text(alarm.time, tenths=True),
+                    clock_text(alarm.time, decimals=1),
                     f"{sign} {alarm_sentence(alarm, units)}{again}{tail}",
                 ),
                 state=_STATES[alarm.severity],
@@ -132,7 +132,7 @@ def message_lines(messages: Iterable[Message]) -> tuple[Line, ...]:
         found.append(
             Line(
                 key=("message", number, message.time),
-                cells=(clock_text(message.time, tenths=True), f"{sign}{message.text}"),
+                cells=(clock_text(message.time, decimals=1), f"{sign}{message.text}"),
                 state=state,
                 colored=frozenset({1}),
             )

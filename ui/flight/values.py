@@ -92,7 +92,7 @@ def _beyond(history: Samples, source: Source | None, time: float | None) -> bool
 def times_text(cursors: Mapping[str, float]) -> str:
     """Return where the cursors stand: ``A 2:01.0   B 2:03.5   B − A 2.50 s``."""
     parts = [
-        f"{title} {clock_text(cursors[key], tenths=True)}"
+        f"{title} {clock_text(cursors[key], decimals=1)}"
         for key, title in (("cursor", "Cursor"), ("a", "A"), ("b", "B"))
         if key in cursors
     ]

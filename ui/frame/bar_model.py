@@ -111,7 +111,7 @@ def _flight(facts: BarFacts) -> BarPart:
             id="flight", word="FLIGHT", value="none open", state="plain", width=168,
             detail="No flight is open.",
         )  # fmt: skip
-    time = DASH if facts.stale else clock_text(facts.time, tenths=True)
+    time = DASH if facts.stale else clock_text(facts.time, decimals=1)
     kind = "REPLAY" if facts.replay else "FLIGHT"
     return BarPart(
         id="flight",

@@ -16,7 +16,8 @@ from gsapp.session.review.traces import Traces
 from ui.glyphs import State
 from ui.look import Look, mixed
 from ui.review.timeline_lines import LineChart
-from ui.strips.ticks import multiples, number, step_decimals, time_step, value_ticks
+from ui.strips.ticks import multiples, step_decimals, time_step, value_ticks
+from ui.words import number_text
 
 GRADE_STATES: dict[str, State] = {"A": "good", "B": "good", "C": "caution", "D": "warning"}
 """How a grade is colored; the letter says it too."""
@@ -154,7 +155,7 @@ def draw_pointer(
     painter.setPen(QPen(look.color("muted"), 1))
     painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))
     font = look.font("label", strong=True)
-    text = number(time, 2)
+    text = number_text(time, 2)
     wide = QFontMetricsF(font).horizontalAdvance(text) + look.px(8)
     left = min(max(x - wide / 2.0, axis.left()), axis.right() - wide)
     place = QRectF(left, axis.top() + 1, wide, axis.height() - 1)
@@ -268,7 +269,7 @@ def _draw_ticks(
         middle = min(max(y_of(value), box.top() + high / 2), box.bottom() - high / 2)
         place = QRectF(0.0, middle - high / 2, box.left() - look.px(6), high)
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(place, side, number(value, step_decimals(step)))
+        painter.drawText(place, side, number_text(value, step_decimals(step)))
 
 
 def draw_names(
@@ -312,7 +313,7 @@ def draw_axis(painter: QPainter, look: Look, scale: Scale, box: QRectF, tick: fl
     right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
     painter.drawText(box, right, unit)
     for time in multiples(scale.start, scale.stop, tick):
-        text = number(time, step_decimals(tick))
+        text = number_text(time, step_decimals(tick))
         half = metrics.horizontalAdvance(text) / 2
         x = scale.x(time)
         if x + half < end and x - half >= 0:

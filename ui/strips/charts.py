@@ -13,9 +13,9 @@ from ui.strips.geometry import Box
 from ui.strips.layout import Strip
 from ui.strips.ranges import SteadyRange
 from ui.strips.raster import BandPaint, ChartPaint, Color, TracePaint
-from ui.strips.ticks import number, value_ticks
+from ui.strips.ticks import value_ticks
 from ui.theme import TRACE_COLORS, Theme
-from ui.words import DASH
+from ui.words import DASH, number_text
 
 # The colors farthest apart, for groups and for lines that share a chart.
 _GROUP_COLORS = ("blue", "purple", "ink", "rust")
@@ -227,7 +227,7 @@ def read_value(
         return Reading(text=DASH, stale=True, estimated=estimated, uncalibrated=uncalibrated)
     state, word = limit_state(latest[1], limits)
     return Reading(
-        text=number(display.shown(latest[1]), display.decimals),
+        text=number_text(display.shown(latest[1]), display.decimals),
         state=state,
         word=word,
         estimated=estimated,

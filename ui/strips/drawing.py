@@ -16,10 +16,10 @@ from ui.fonts import sans
 from ui.strips.charts import BEYOND, BEYOND_WORDS, Chart, Reading, thickness
 from ui.strips.furniture import Display, Mark, Span, symbol_parts
 from ui.strips.geometry import Box, Columns, Geometry
-from ui.strips.ticks import clock, multiples, number, step_decimals, time_step
+from ui.strips.ticks import multiples, step_decimals, time_step
 from ui.strips.view import StripView
 from ui.theme import Theme
-from ui.words import DASH, span_text, unit_text
+from ui.words import DASH, clock_text, number_text, span_text, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
 _FAR_APART, _APART = 1.9, 1.2
@@ -144,7 +144,7 @@ def measure_columns(
 
 
 def _widest(spec: ChannelSpec, display: Display) -> str:
-    ends = (number(display.shown(value), display.decimals) for value in spec.limits)
+    ends = (number_text(display.shown(value), display.decimals) for value in spec.limits)
     return max(ends, key=len)
 
 
@@ -279,7 +279,7 @@ def draw_ticks(painter: QPainter, pen: Pen, geometry: Geometry, chart: Chart, bo
             painter,
             edge - pen.px(7),
             center,
-            number(value, decimals),
+            number_text(value, decimals),
             theme.muted,
             _LABEL,
             align="right",
@@ -508,7 +508,7 @@ def draw_clock(
     """Write the newest flight time above the values, and what it is."""
     theme = pen.theme
     center = geometry.header.center + pen.px(1)
-    now = DASH if view.now is None else clock(view.now, 1)
+    now = clock_text(view.now, decimals=1)
     right = geometry.values.right - pen.px(10)
     width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
     pen.text(painter, right - width - pen.px(6), center, newest, theme.muted, _LABEL, align="right")
@@ -528,14 +528,13 @@ def draw_cursor_names(painter: QPainter, pen: Pen, geometry: Geometry) -> None:
 def _heading(view: StripView, name: str) -> str:
     if name == "delta":
         a, b = view.cursors.get("a"), view.cursors.get("b")
-        return f"{number(b - a, 2)} s" if a is not None and b is not None else DASH
-    time = view.cursors.get(name)
-    return clock(time, 2) if time is not None else DASH
+        return f"{number_text(b - a, 2)} s" if a is not None and b is not None else DASH
+    return clock_text(view.cursors.get(name), decimals=2)
 
 
 def behind_text(seconds: float) -> str:
     """Return how far behind the display is: seconds with a tenth, from ten minutes on a clock."""
-    return f"{seconds:.1f} s" if seconds < 600.0 else clock(seconds)
+    return f"{seconds:.1f} s" if seconds < 600.0 else clock_text(seconds)
 
 
 def sight_text(view: StripView) -> str:
@@ -555,7 +554,7 @@ def window_text(seconds: float) -> str:
         return f"{seconds:.2f} s"
     if seconds < 10.0:
         return f"{seconds:.1f} s"
-    return f"{seconds:.0f} s" if seconds < 120.0 else clock(seconds)
+    return f"{seconds:.0f} s" if seconds < 120.0 else clock_text(seconds)
 
 
 def draw_lane(
@@ -631,7 +630,7 @@ def axis_step(pen: Pen, seconds: float, width: int) -> float:
     """
 
     def room(step: float) -> float:
-        return _APART * pen.width(clock(3600.0, _step_digits(step)), _LABEL)
+        return _APART * pen.width(clock_text(3600.0, decimals=_step_digits(step)), _LABEL)
 
     usual = time_step(seconds, max(width / (_FAR_APART * pen.width("00:00", _LABEL)), 2.0))
     if 2.0 * usual * width / seconds <= width - room(usual):
@@ -685,7 +684,7 @@ def draw_axis(
         if not 0 <= x < plot.width:
             continue
         painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), pen.color(theme.axis))
-        label = clock(time, decimals)
+        label = clock_text(time, decimals=decimals)
         labels.append((x, pen.width(label, _LABEL) / 2.0, label))
     for x, label in _placed(labels, plot.width):
         pen.text(painter, plot.x + x, center, label, theme.text, _LABEL, align="center")

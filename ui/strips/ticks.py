@@ -1,4 +1,4 @@
-"""Round numbers: steps of axes, ranges that begin and end at them, times as minutes:seconds."""
+"""Round numbers: steps of axes, ranges that begin and end at them."""
 
 from __future__ import annotations
 
@@ -92,30 +92,6 @@ def time_step(window: float, most: float) -> float:
         if window / step <= most:
             return step
     return math.ceil(window / most / 3600.0) * 3600.0
-
-
-def clock(time: float, decimals: int = 0) -> str:
-    """Return a flight time as ``mm:ss``, ``h:mm:ss`` from one hour on, with decimals."""
-    scale = 10**decimals
-    # Truncated, as clocks are and as the bar above the charts shows it.
-    ticks = int(abs(time) * scale + 1e-6)
-    seconds, part = divmod(ticks, scale)
-    minutes, seconds = divmod(seconds, 60)
-    hours, minutes = divmod(minutes, 60)
-    text = f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes:02d}:{seconds:02d}"
-    if decimals:
-        text += f".{part:0{decimals}d}"
-    return f"\N{MINUS SIGN}{text}" if time < 0 and ticks else text
-
-
-def number(value: float, decimals: int) -> str:
-    """Return a number with a true minus sign, and never ``-0``."""
-    text = f"{value:.{decimals}f}"
-    if text.startswith("-"):
-        if not text.strip("-0."):
-            return text[1:]
-        return f"\N{MINUS SIGN}{text[1:]}"
-    return text
 
 
 def step_decimals(step: float) -> int:

@@ -43,11 +43,10 @@ from ui.strips.keys import ACTION_BY_KEY
 from ui.strips.layout import StripLayout, default_layout
 from ui.strips.picture import Picture
 from ui.strips.raster import ring_pieces
-from ui.strips.ticks import number
 from ui.strips.view import StripView
 from ui.theme import DAYLIGHT, Theme, sizes
 from ui.wheel import Notches, along_and_up
-from ui.words import DASH
+from ui.words import DASH, number_text
 
 _FRAME = 16  # ms between looks at the history
 _READ_EVERY = 0.15  # s between new values: faster, nobody can read them
@@ -386,7 +385,7 @@ class StripChart(QWidget):
             ]
         for name, row in values.items():
             texts[name] = [
-                DASH if math.isnan(value) else mark + number(value, display.decimals)
+                DASH if math.isnan(value) else mark + number_text(value, display.decimals)
                 for value, mark, display in zip(row, marks[name], chart.displays, strict=True)
             ]
         return texts
