@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -14,13 +13,12 @@ from gsapp.flight.events import Event
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, channel
 from gsapp.session.alarms import AlarmBoard
+from gsapp.session.guarding import Guard
 from gsapp.session.limits import Severity
 from gsapp.session.marks import MarkBook
 
 if TYPE_CHECKING:
     from gsapp.excitation.cueing import Cueing
-
-log = logging.getLogger(__name__)
 
 VERDICT: Final = "verdict"
 CARD_CHOICE: Final = "card-choice"
@@ -62,8 +60,6 @@ class CueWatch:
     ----------
     spoken : list of Spoken
         All that is to be heard so far; `reset` alone takes something away.
-    failure : str
-        Why there are no cues any more, in words; empty while there are.
     """
 
     def __init__(
@@ -76,8 +72,15 @@ class CueWatch:
         live: bool,
     ) -> None:
         self.cueing = cueing
-        self.failure = ""
         self.spoken: list[Spoken] = []
+        # A fault in a cue must stop neither charts nor alarms.
+        self._guard = Guard(
+            "cues",
+            "there are no cues any more",
+            Severity.CAUTION,
+            board,
+            lambda: cueing.snapshot().time,
+        )
         self._board = board
         self._book = book
         self._read_events = read
@@ -90,37 +93,23 @@ class CueWatch:
 
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels."""
-        self._try(lambda: self.cueing.feed(block))
+        self._guard.attempt(lambda: self.cueing.feed(block))
 
     def settle(self) -> None:
         """Judge what is complete, after all blocks of a step."""
-        self._try(self.cueing.settle)
-        self._follow()
+        self._guard.attempt(lambda: self._take_up(self.cueing.settle))
 
     def busy(self, time: float) -> bool:
         """Return whether work is under way that must be done before a flight time, s."""
-        return not self.failure and self.cueing.busy(time)
+        return bool(self._guard.attempt(lambda: self.cueing.busy(time)))
 
     def finish(self) -> None:
         """Judge the very last rows: nothing more comes."""
-        self._try(self.cueing.finish)
-        self._follow()
-
-    def _try(self, step: Callable[[], None]) -> None:
-        """Do a step; a fault in a cue must stop neither charts nor alarms."""
-        if self.failure:
-            return
-        try:
-            step()
-        except Exception as error:
-            log.exception("cues stopped")
-            self.failure = f"no cues any more: the program failed ({error!r}); the log has more"
-            time = self.cueing.snapshot().time
-            self._board.raise_("cues", Severity.CAUTION, time, self.failure)
+        self._guard.attempt(lambda: self._take_up(self.cueing.finish))
 
     def reset(self) -> None:
         """Begin anew, as before the first sample."""
-        self.failure = ""
+        self._guard.reset()
         self.cueing.reset()
         self.spoken.clear()
         self._followed = self._heard = 0
@@ -138,9 +127,10 @@ class CueWatch:
             Channels that read beyond what their instruments were calibrated for.
         """
         cues = self.cueing.snapshot()
-        if self.failure:
+        failure = self._guard.failure
+        if failure:
             cues = replace(cues, trim=None, under_way=None, guidance="")
-        doubts = [self.failure] if self.failure else []
+        doubts = [failure] if failure else []
         if uncalibrated:
             doubts.append(f"not calibrated, so not judged by: {_titles(uncalibrated)}")
         if beyond:
@@ -212,7 +202,9 @@ class CueWatch:
 
     # --- what becomes of it ---------------------------------------------------------------------
 
-    def _follow(self) -> None:
+    def _take_up(self, step: Callable[[], None]) -> None:
+        """Do a step of the cues, and take up what they said in it."""
+        step()
         events, spoken = self.cueing.log, self.cueing.spoken
         fresh, self._followed = events[self._followed :], len(events)
         self.spoken += spoken[self._heard :]

@@ -1,4 +1,4 @@
-"""A consumer of a live flight that may fail without holding up anything else."""
+"""Parts of a flight that may fail without holding up anything else."""
 
 from __future__ import annotations
 
@@ -16,6 +16,62 @@ T = TypeVar("T")
 log = logging.getLogger(__name__)
 
 
+class Guard:
+    """Does steps until one fails; then it raises an alarm, and does no more of them.
+
+    Parameters
+    ----------
+    key : str
+        Of the alarm.
+    what : str
+        What is missing then, as a sentence begins.
+    severity : Severity
+        How bad that is.
+    board : AlarmBoard
+        Where it is said.
+    now : callable
+        Flight time, s.
+
+    Attributes
+    ----------
+    failure : str
+        Why nothing is done any more, in words; empty while all is well.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        what: str,
+        severity: Severity,
+        board: AlarmBoard,
+        now: Callable[[], float | None],
+    ) -> None:
+        self.failure = ""
+        self._key = key
+        self._what = what
+        self._severity = severity
+        self._board = board
+        self._now = now
+
+    def attempt(self, step: Callable[[], T]) -> T | None:
+        """Do a step and return what it returns; None if it fails, or one before did."""
+        if self.failure:
+            return None
+        try:
+            return step()
+        except Exception as error:
+            log.exception("%s", self._what)
+            self.failure = (
+                f"{self._what}: the program failed ({error!r}); close the flight and open it again"
+            )
+            self._board.raise_(self._key, self._severity, self._now(), self.failure)
+            return None
+
+    def reset(self) -> None:
+        """Begin anew: the next step is done again."""
+        self.failure = ""
+
+
 class Guarded:
     """Hands samples on to a consumer until that fails; then it says so, and does without.
 
@@ -25,63 +81,29 @@ class Guarded:
     ----------
     consumer : Consumer
         Who watches the samples.
-    what : str
-        What is missing without it, as a sentence begins.
-    severity : Severity
-        How bad that is.
-    board : AlarmBoard
-        Where it is said.
-    now : callable
-        Flight time, s.
+    guard : Guard
+        Of this consumer alone.
     """
 
-    def __init__(
-        self,
-        consumer: Consumer,
-        what: str,
-        severity: Severity,
-        board: AlarmBoard,
-        now: Callable[[], float | None],
-    ) -> None:
+    def __init__(self, consumer: Consumer, guard: Guard) -> None:
         self._consumer = consumer
-        self._what = what
-        self._severity = severity
-        self._board = board
-        self._now = now
-        self._failed = False
+        self._guard = guard
         self._busy = consumer if isinstance(consumer, Busy) else None
 
     def feed(self, block: Block) -> None:
         """Hand on the next samples of some channels."""
-        self._try(lambda: self._consumer.feed(block))
+        self._guard.attempt(lambda: self._consumer.feed(block))
 
     def settle(self) -> None:
         """Let it judge what is complete, after all blocks of a step."""
-        self._try(self._consumer.settle)
+        self._guard.attempt(self._consumer.settle)
 
     def busy(self, time: float) -> bool:
         """Return whether it has work to do before samples up to a flight time (s) come."""
         busy = self._busy
-        return busy is not None and bool(self._try(lambda: busy.busy(time)))
+        return busy is not None and bool(self._guard.attempt(lambda: busy.busy(time)))
 
     def reset(self) -> None:
         """Begin anew, as before the first sample."""
-        self._failed = False
+        self._guard.reset()
         self._consumer.reset()
-
-    def _try(self, step: Callable[[], T]) -> T | None:
-        if self._failed:
-            return None
-        try:
-            return step()
-        except Exception as error:
-            log.exception("%s", self._what)
-            self._failed = True
-            words = (
-                f"{self._what}: the program failed ({error!r}); close the flight and attach to it "
-                "again"
-            )
-            self._board.raise_(
-                f"failed:{type(self._consumer).__name__}", self._severity, self._now(), words
-            )
-            return None

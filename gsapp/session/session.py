@@ -39,7 +39,7 @@ from gsapp.session.equipment import (
     link_view,
 )
 from gsapp.session.feeds import LiveFeed, ReplayFeed
-from gsapp.session.guarding import Guarded
+from gsapp.session.guarding import Guard, Guarded
 from gsapp.session.history import History
 from gsapp.session.limits import Bands, LimitSet, Severity
 from gsapp.session.marks import Mark, MarkBook, MarkKind
@@ -71,7 +71,6 @@ _AGAIN = 1.0
 """Seconds after which what failed in a live flight is tried again."""
 _LIMITS = "limits and missing messages are watched no more"
 _ESTIMATES = "there are no estimates any more"
-_CUES = "there are no cues any more"
 _FURTHER = "not everything that watches the samples works"
 
 log = logging.getLogger(__name__)
@@ -556,18 +555,20 @@ class Session:
 
     def _everyone(self, further: Sequence[Consumer]) -> Sequence[Consumer]:
         """Return who watches the samples; in a live flight none of them may hold up the others."""
-        found: list[tuple[Consumer, str, Severity]] = [(self._watch, _LIMITS, Severity.WARNING)]
+        found = [self._on_guard(self._watch, _LIMITS, Severity.WARNING)]
         if self.cue_watch is not None:
-            found.append((self.cue_watch, _CUES, Severity.CAUTION))
+            found.append(self.cue_watch)  # on its own guard, in a replay too
         if self.estimates is not None:
-            found.append((self.estimates, _ESTIMATES, Severity.CAUTION))
-        found += [(one, _FURTHER, Severity.CAUTION) for one in further]
+            found.append(self._on_guard(self.estimates, _ESTIMATES))
+        return [*found, *(self._on_guard(one, _FURTHER) for one in further)]
+
+    def _on_guard(
+        self, consumer: Consumer, what: str, severity: Severity = Severity.CAUTION
+    ) -> Consumer:
         if self.mode != "live":
-            return [one for one, _, _ in found]
-        return [
-            Guarded(one, what, severity, self.board, lambda: self.now)
-            for one, what, severity in found
-        ]
+            return consumer
+        key = f"failed:{type(consumer).__name__}"
+        return Guarded(consumer, Guard(key, what, severity, self.board, lambda: self.now))
 
     def _make_estimates(self, aircraft: Aircraft, workers: Workers) -> EstimateWatch:
         from gsapp.session.estimating.watch import EstimateWatch  # the window starts without it
