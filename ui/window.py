@@ -322,16 +322,16 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about the recordings, remember the window, and close."""
-        trains = self.pilot.training.running
+        for_trial = self.pilot.training.running or self.preflight.practices
         elsewhere = self.desk.recording_elsewhere
         names = [recorder.folder.name for recorder in elsewhere]
-        if self.desk.records_here and not trains:
+        if self.desk.records_here and not for_trial:
             names.insert(0, self.desk.name or "The flight")
         answer = ask_closing(self, *names) if names else "leave"
         if answer == "stay":
             event.ignore()
             return
-        if trains or answer == "stop":
+        if for_trial or answer == "stop":
             self.desk.stop_now()
         if answer == "stop":
             for recorder in elsewhere:

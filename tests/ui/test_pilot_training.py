@@ -144,7 +144,7 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_H)
     until(qtbot, lambda: not pilot.training.flies, _PATIENCE_MS)
     # Another flight ends it.
-    aircraft = pilot.training._aircraft
+    aircraft = pilot.training._flight.process
     desk.close_flight()
     ended = time.monotonic() + 10.0
     while aircraft.flying() and time.monotonic() < ended:

@@ -26,6 +26,8 @@ from calibration import certificate_files, load_certificates
 from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import from_si
+from gsapp.telemetry.recorder_control import find_recorders
+from ui.desk import Desk
 from ui.preflight.wizard_page import WizardPage
 
 KEY = Qt.Key
@@ -419,9 +421,13 @@ def test_controls_are_for_gloves_and_the_cue_is_never_cut(
 def test_practice_runs_over_a_real_link_and_comes_in_force_live(
     tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """F1, Alt+2, P: the bench's process, recorder and decoder; the helper moves what is asked."""
+    """F1, Alt+2, P: the bench's process, recorder and decoder; the helper moves what is asked.
+
+    Its recording ends with it, unasked: nobody would come back to it.
+    """
+    asked: list[str] = []
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "stop")
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *names: asked.extend(names[1:]) or "stop")
     window = open_window(tmp_path)
     window.activateWindow()
     until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
@@ -459,10 +465,39 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
         until(qtbot, lambda: desk.session is not None and not calibrated(), 20_000)
         # Practice never counts for an aircraft.
         assert window.store.current.calibration == "b777"
+        assert find_recorders()
     finally:
+        window.close()
+        window.deleteLater()
+    assert not asked
+    until(qtbot, lambda: not find_recorders(), 20_000)
+
+
+def test_practice_does_not_take_the_place_of_a_flight_that_is_recorded(
+    tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A slip of the hand must not take a flight off the screen."""
+    window = open_window(tmp_path)
+    window.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
+    try:
+        qtbot.keyClick(window, KEY.Key_F1)
+        there = window.commands.actions["preflight_calibration"]
+        until(qtbot, there.isEnabled)
+        there.trigger()
+        until(qtbot, lambda: window.findChild(WizardPage) is not None)
         page = window.findChild(WizardPage)
-        if page is not None:
-            page.close_run()
-            page.practice.stop()
+        begun: list[object] = []
+        monkeypatch.setattr(
+            window.desk.starter, "connect_aircraft", lambda *_, **__: begun.append(1)
+        )
+        with monkeypatch.context() as patch:
+            patch.setattr(Desk, "records_here", True)
+            qtbot.keyClick(page, KEY.Key_P)
+        assert any("being recorded" in text for text in window.banners.texts())
+        assert not begun
+        qtbot.keyClick(page, KEY.Key_P)
+        assert begun
+    finally:
         window.close()
         window.deleteLater()

@@ -10,7 +10,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 
-from ui.commands import Need, key_text
+from ui.commands import Need
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.look import Look
@@ -207,16 +207,9 @@ class PilotPlace(QWidget):
 
     def train(self) -> None:
         """Begin a training flight, on the page; not in the place of a flight that is recorded."""
-        if self._desk.records_here and not self.training.running:
-            self._desk.said.emit(
-                "caution",
-                f"{self._desk.name} is being recorded. Close it first ({key_text('Ctrl+W')}), then "
-                "train.",
-            )
-            return
-        self.go(debrief=False)
-        self.wanted.emit()
-        self.training.start()
+        if self.training.start():
+            self.go(debrief=False)
+            self.wanted.emit()
 
     def _training_changed(self) -> None:
         """Show who has the sticks, and that the flight began or ended."""

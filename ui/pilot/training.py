@@ -9,17 +9,12 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.dynamics.pilot.handover import RECOVERING, TRAINEE
 from gsapp.flight.cards import load_cards
-from gsapp.foundation import GroundStationError
-from gsapp.session import Session
-from gsapp.telemetry.recorder_control import RecorderHandle
 from gsapp.telemetry.virtual.announcing import announcement
-from gsapp.telemetry.virtual.process import TrainingProcess, free_port
+from gsapp.telemetry.virtual.process import TrainingProcess
 from ui.desk import Desk
-from ui.dialogs.requests import ConnectRequest
 from ui.pilot.stick_keys import SIZE_WORDS, Click, Doing, Rate, Size, StickKeys
-from ui.work import Work
+from ui.trial_flight import AIRCRAFT, TrialFlight
 
-_AIRCRAFT: Final = "b777"
 _PERIOD_MS: Final = 20
 """Between two words to the sticks: 50 a second."""
 _USUAL_SIZE: Final = 0.25
@@ -54,30 +49,25 @@ class Training(QObject):
         self.seed = seed
         self.turbulence = turbulence
         self.keys = StickKeys()
-        self.folder: Path | None = None
-        self._port = 0
+        self._flight = TrialFlight(desk, "training", self._launch)
         self._size, self._high = _USUAL_SIZE, True
-        self._aircraft: TrainingProcess | None = None
-        self._recorder: RecorderHandle | None = None
-        self._ending: Work | None = None
         self._flies = False
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(_PERIOD_MS)
         self._timer.timeout.connect(self._say_sticks)
-        desk.changed.connect(self._opened)
+        self._flight.changed.connect(self._began_or_ended)
         desk.told.connect(self._listen)
 
     @property
     def running(self) -> bool:
         """Return whether the aircraft flies and is what is open."""
-        session = self._desk.session
-        return (
-            self._aircraft is not None
-            and self._aircraft.flying()
-            and session is not None
-            and session.path == self.folder
-        )
+        return self._flight.running
+
+    @property
+    def folder(self) -> Path | None:
+        """Return the folder of the flight; None before the first."""
+        return self._flight.folder
 
     @property
     def flies(self) -> bool:
@@ -89,64 +79,39 @@ class Training(QObject):
         """Return how the keys are set, in words."""
         return f"{SIZE_WORDS[self._size]}, {'high' if self._high else 'low'} rate"
 
-    def start(self) -> None:
-        """Record what the aircraft will send, and open it; it flies when that is done."""
-        self.stop()
-        self._port = free_port()
-        usual = self._desk.starter.next_folder()
-        self.folder = usual.with_name(f"{usual.name} training")
-        self._desk.starter.connect_aircraft(
-            ConnectRequest(
-                link=f"udpin:127.0.0.1:{self._port}",
-                folder=self.folder,
-                channel_map=_AIRCRAFT,
-                aircraft=_AIRCRAFT,
-                calibration=_AIRCRAFT,
-            ),
-            trial=True,
-        )
+    def start(self) -> bool:
+        """Record what the aircraft will send, and open it; it flies when that is done.
 
-    def _opened(self) -> None:
-        """Let it fly when its record is open, and end it when something else is."""
-        session = self._desk.session
-        if session is None or session.path != self.folder:
-            self.stop()
-        elif self._aircraft is None and self.folder is not None:
-            try:
-                self._give_cards(session)
-                self._recorder = session.recorder
-                self._aircraft = TrainingProcess(
-                    self.folder, self._port, seed=self.seed, turbulence=self.turbulence
-                )
-            except GroundStationError as error:
-                self._desk.faults.report(error)
-            self.changed.emit()
-
-    def _give_cards(self, session: Session) -> None:
-        """Let the flight be for the cards of the aircraft, where the crew has prepared none."""
-        if session.cards is None:
-            session.use_cards(load_cards(_AIRCRAFT))
+        Returns
+        -------
+        bool
+            Whether it could; otherwise it is said why not.
+        """
+        return self._flight.start()
 
     def stop(self) -> None:
         """End the flight, and in the background its recording."""
-        self._timer.stop()
-        self.keys.let_go()
-        self._flies = False
-        aircraft, self._aircraft = self._aircraft, None
-        recorder, self._recorder = self._recorder, None
-        if recorder is not None:
-            self._desk.give_up(recorder)
-            self._ending = Work("Ending the recording", lambda _tell: recorder.stop(), self)
-            self._ending.start()
-        if aircraft is not None:
-            aircraft.stop()
-            self.changed.emit()
+        self._flight.stop()
+
+    def _launch(self, folder: Path, port: int) -> TrainingProcess:
+        """Let it fly, for its own cards where the crew has prepared none."""
+        session = self._desk.session
+        if session is not None and session.cards is None:
+            session.use_cards(load_cards(AIRCRAFT))
+        return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
+
+    def _began_or_ended(self) -> None:
+        if self._flight.process is None:
+            self._timer.stop()
+            self.keys.let_go()
+            self._flies = False
+        self.changed.emit()
 
     # Who has it
 
     def _listen(self) -> None:
         """Hear who has the aircraft, from what it says over the link."""
-        session, aircraft = self._desk.session, self._aircraft
+        session, aircraft = self._desk.session, self._flight.process
         if session is None or aircraft is None:
             return
         if complaint := aircraft.complaint():
@@ -162,14 +127,15 @@ class Training(QObject):
 
     def exchange(self) -> None:
         """Take the sticks, or give them back."""
-        if self._aircraft is None:
+        aircraft = self._flight.process
+        if aircraft is None:
             return
         if self._flies:
-            self._aircraft.hand_back()
+            aircraft.hand_back()
             return
-        self._aircraft.take_over()
-        self._aircraft.choose_size(self._size)
-        self._aircraft.choose_rate(high=self._high)
+        aircraft.take_over()
+        aircraft.choose_size(self._size)
+        aircraft.choose_rate(high=self._high)
         self._timer.start()
 
     # Keys
@@ -185,7 +151,7 @@ class Training(QObject):
         self._say_sticks()
 
     def _do(self, doing: Doing | None) -> None:
-        aircraft = self._aircraft
+        aircraft = self._flight.process
         if aircraft is None or doing is None:
             return
         if isinstance(doing, Click):
@@ -200,6 +166,7 @@ class Training(QObject):
             self.changed.emit()
 
     def _say_sticks(self) -> None:
-        if self._aircraft is not None:
+        aircraft = self._flight.process
+        if aircraft is not None:
             push = self.keys.push
-            self._aircraft.sticks(push.pitch, push.roll, push.yaw)
+            aircraft.sticks(push.pitch, push.roll, push.yaw)

@@ -279,11 +279,18 @@ class PreflightPlace(QWidget):
         if page is not None:
             page.flush()
 
+    @property
+    def practices(self) -> bool:
+        """Return whether the flight that is open is for practice."""
+        page = self.pages.get("calibration")
+        return page is not None and page.practice.running
+
     def close_calibration(self) -> None:
-        """Let go of a calibration that runs; it can be resumed."""
+        """Let go of a calibration that runs, which can be resumed, and of practice."""
         page = self.pages.get("calibration")
         if page is not None:
             page.close_run()
+            page.practice.stop()
 
     def start(self) -> None:
         """Record that the flight begins, as the checklist stands, and go to the charts."""

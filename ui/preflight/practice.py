@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from gsapp.foundation import LinkError
-from gsapp.telemetry.virtual.process import BenchProcess, free_port
+from gsapp.telemetry.virtual.process import BenchProcess
 from ui.desk import Desk
-from ui.dialogs.requests import ConnectRequest
+from ui.trial_flight import TrialFlight
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
 
-_AIRCRAFT = "b777"
 _PAST = 4.0
 """Degrees by which a setting is passed before it is come back to."""
 _WORDS = {"pressure_zero": "pitot covered", "pressure_blow": "pitot blow"}
@@ -43,66 +41,32 @@ class Practice(QObject):
 
     def __init__(self, desk: Desk, *, seed: int = 0, speed: float = 1.0) -> None:
         super().__init__()
-        self._desk = desk
         self.seed = seed
         self.speed = speed
-        self._bench: BenchProcess | None = None
-        self.folder: Path | None = None
         self._wanted: tuple[str, float, float] | None = None
-        self._port = 0
-        desk.changed.connect(self._opened)
+        self._flight = TrialFlight(desk, "practice", self._launch)
 
     @property
     def running(self) -> bool:
         """Return whether the bench runs and is what is open."""
-        session = self._desk.session
-        return (
-            self._bench is not None
-            and self._bench.flying()
-            and session is not None
-            and session.path == self.folder
-        )
+        return self._flight.running
 
     def start(self) -> None:
         """Record what the bench will send, and open it; the bench follows when that is done."""
-        self.stop()
-        self._port = free_port()
-        usual = self._desk.starter.next_folder()
-        self.folder = usual.with_name(f"{usual.name} practice")
-        self._desk.starter.connect_aircraft(
-            ConnectRequest(
-                link=f"udpin:127.0.0.1:{self._port}",
-                folder=self.folder,
-                channel_map=_AIRCRAFT,
-                aircraft=_AIRCRAFT,
-                calibration=_AIRCRAFT,
-            ),
-            trial=True,
-        )
-
-    def _opened(self) -> None:
-        """Switch the bench on when its record is open, and off when something else is."""
-        session = self._desk.session
-        if session is None or session.path != self.folder:
-            self.stop()
-        elif self._bench is None:
-            try:
-                self._bench = BenchProcess(
-                    self.folder, self._port, seed=self.seed, speed=self.speed
-                )
-            except LinkError as error:
-                self._desk.faults.report(error)
+        self._wanted = None
+        self._flight.start()
 
     def stop(self) -> None:
-        """Switch the bench off."""
+        """Switch the bench off, and in the background end its recording."""
         self._wanted = None
-        if self._bench is not None:
-            self._bench.stop()
-            self._bench = None
+        self._flight.stop()
+
+    def _launch(self, folder: Path, port: int) -> BenchProcess:
+        return BenchProcess(folder, port, seed=self.seed, speed=self.speed)
 
     def help(self, view: WizardView) -> None:
         """Do at the surface what the view asks for: move it, pass the setting, come back to it."""
-        instrument, bench = view.instrument, self._bench
+        instrument, bench = view.instrument, self._flight.process
         if instrument is None or bench is None:
             return
         over = "wrong side" in view.message
@@ -127,10 +91,10 @@ class Practice(QObject):
 
     def follow(self, view: WizardView) -> None:
         """Come back to a setting once it was passed."""
-        reading = view.reading
-        if self._wanted is None or self._bench is None or reading is None:
+        reading, bench = view.reading, self._flight.process
+        if self._wanted is None or bench is None or reading is None:
             return
         channel, target, since = self._wanted
         if reading.state == "steady" and reading.time - since > _UNDER_WAY:
             self._wanted = None
-            self._bench.set_angle(channel, target)
+            bench.set_angle(channel, target)

@@ -21,7 +21,7 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-class _Background:
+class Background:
     """A command of this program in the background; its words go to a log.
 
     Parameters
@@ -110,7 +110,7 @@ class _Background:
                 self._process.stdin.close()
 
 
-class AircraftProcess(_Background):
+class AircraftProcess(Background):
     """``gsapp fly`` in the background; its words go to ``virtual-aircraft.log``.
 
     Parameters
@@ -162,7 +162,7 @@ class AircraftProcess(_Background):
         super().__init__("the virtual aircraft", command, folder, "virtual-aircraft.log")
 
 
-class BenchProcess(_Background):
+class BenchProcess(Background):
     """``gsapp fly --bench`` in the background; its words go to ``virtual-bench.log``.
 
     It obeys the lines of `gsapp.telemetry.virtual.bench.HELP`, and ends with the program that
@@ -217,7 +217,7 @@ class BenchProcess(_Background):
         return self.say(f"{channel} {angle:.10g}")
 
 
-class TrainingProcess(_Background):
+class TrainingProcess(Background):
     """``gsapp fly --sticks`` in the background; its words go to ``virtual-training.log``.
 
     It obeys the lines of `gsapp.telemetry.virtual.training.HELP`, and ends with the program that
