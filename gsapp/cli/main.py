@@ -6,7 +6,7 @@ import errno
 import sys
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Literal, Optional
+from typing import Annotated, Literal
 
 import typer
 
@@ -32,7 +32,7 @@ FlightPath = Annotated[
     ),
 ]
 JsonFile = Annotated[
-    Optional[Path],  # noqa: UP045  typer reads the annotation at run time
+    Path | None,
     typer.Option(
         "--json",
         metavar="FILE",
@@ -41,11 +41,11 @@ JsonFile = Annotated[
     ),
 ]
 MapName = Annotated[
-    Optional[str],  # noqa: UP045
+    str | None,
     typer.Option("--map", metavar="MAP", help="Channel map: a file, or the name of a shipped one"),
 ]
 OtherCertificates = Annotated[
-    Optional[str],  # noqa: UP045
+    str | None,
     typer.Option(
         "--calibration",
         metavar="FOLDER|NAME",
@@ -85,7 +85,7 @@ def demo(
     ] = Path("demo-flight"),
     seed: Annotated[int, typer.Option(min=0, help="Another seed is another flight")] = 1,
     speed: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without"),
     ] = None,
     json: JsonFile = None,
@@ -104,11 +104,11 @@ def demo(
 @app.command()
 def fly(
     to: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="LINK", help="Send over this link, as the aircraft's box would"),
     ] = None,
     out: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(
             readable=False, metavar="FLIGHT", help="Write a flight folder instead, without waiting"
         ),
@@ -117,13 +117,13 @@ def fly(
         str, typer.Option(metavar="FILE", help="Plan: a file, or the name of a shipped one")
     ] = ("default"),
     hide: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="ID[:PARAM=VALUE,..]", help="Add an effect that the model lacks; repeatable"
         ),
     ] = None,
     fault: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="CHANNEL:KIND[:PARAM=VALUE,..]",
             help="Break an instrument: dropout, stuck or clip; on the bench dead, reversed, "
@@ -140,26 +140,26 @@ def fly(
         str, typer.Option(metavar="FILE", help="Model: a file, or the name of a shipped one")
     ] = "b777",
     turbulence: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="M/S", min=0.0, help="Standard deviation of the gusts"),
     ] = None,
     attitude: Annotated[bool, typer.Option(help="Whether the box sends an attitude")] = True,
     position: Annotated[bool, typer.Option(help="Whether the box sends a position")] = False,
     onboard: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(
             readable=False, metavar="FILE", help="Where a thin flight keeps its full record"
         ),
     ] = None,
     truth: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(readable=False, metavar="FILE", help="Write the true motion as a Flight CSV"),
     ] = None,
     bench: Annotated[
         bool, typer.Option("--bench", help="Stay on the ground, to be calibrated; see --control")
     ] = False,
     control: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="udpin:HOST:PORT|-",
             help="On the bench, obey lines from this port, or as typed (-): 'elevator_left 10' "
@@ -232,19 +232,19 @@ def record(
     ],
     channel_map: MapName = None,
     aircraft: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one"),
     ] = None,
     calibration: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="FOLDER", help="Certificates: a folder, or the name of a shipped set"),
     ] = None,
     heartbeat: Annotated[
-        Optional[bool],  # noqa: UP045
+        bool | None,
         typer.Option(help="Send a sign of life every second; without it over udpout only"),
     ] = None,
     speed: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT"),
     ] = None,
     json: JsonFile = None,
@@ -268,7 +268,7 @@ def record(
 def replay(
     flight: FlightPath,
     speed: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="X|max", help="Times real time; 1 in the window, max headless"),
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
@@ -333,7 +333,7 @@ def import_(
 def onboard(
     flight: Annotated[Path, typer.Argument(metavar="FLIGHT", readable=False, help="Its folder")],
     log: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(
             readable=False,
             metavar="FILE",
@@ -341,21 +341,21 @@ def onboard(
         ),
     ] = None,
     link: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="LINK", help="Fetch the log from the autopilot, landed and disarmed"),
     ] = None,
     fetch: Annotated[
         bool, typer.Option("--fetch", help="The same, over the link that records into FLIGHT")
     ] = False,
     number: Annotated[
-        Optional[int],  # noqa: UP045
+        int | None,
         typer.Option(
             metavar="N", min=0, help="Of the autopilot's logs; by default the flight's, by date"
         ),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,
     use: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="NAME|none", help="Put a log of the folder in force, or take it out"),
     ] = None,
     json: JsonFile = None,
@@ -427,7 +427,7 @@ FlightPaths = Annotated[
     ),
 ]
 AircraftName = Annotated[
-    Optional[str],  # noqa: UP045
+    str | None,
     typer.Option(
         "--aircraft",
         metavar="FILE",
@@ -435,7 +435,7 @@ AircraftName = Annotated[
     ),
 ]
 ManeuverList = Annotated[
-    Optional[list[str]],  # noqa: UP045
+    list[str] | None,
     typer.Option(
         "--maneuver",
         metavar="START:STOP",
@@ -446,8 +446,28 @@ ManeuverList = Annotated[
 AsFound = Annotated[
     bool, typer.Option("--as-found", help="Leave out what was changed by hand in the review")
 ]
+EveryGrade = Annotated[
+    bool,
+    typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)"),
+]
+Method = Annotated[
+    Literal["ml", "ee", "ftr"],
+    typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
+]
+Axis = Annotated[
+    Literal["lon", "lat", "both"],
+    typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
+]
+Joint = Annotated[
+    bool,
+    typer.Option("--joint", help="Fit all maneuvers of an axis together, too"),
+]
+Dated = Annotated[
+    bool,
+    typer.Option("--date/--no-date", help="Say when it was written"),
+]
 CatalogFile = Annotated[
-    Optional[Path],  # noqa: UP045
+    Path | None,
     typer.Option(
         "--catalog", readable=False, metavar="FILE", help="Keep the results in this catalog"
     ),
@@ -486,14 +506,14 @@ def maneuvers(
 @app.command()
 def debrief(
     flights: Annotated[
-        Optional[list[Path]],  # noqa: UP045
+        list[Path] | None,
         typer.Argument(
             metavar="FLIGHT", readable=False, help="Without any, the trends of the catalog"
         ),
     ] = None,
     aircraft: AircraftName = None,
     model: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FILE",
             help="What is known of the aerodynamics: a model file, or the name of a shipped one; "
@@ -503,7 +523,7 @@ def debrief(
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     cards: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FILE",
             help="Test cards in place of the flight's own: a file, or the name of a shipped set",
@@ -536,19 +556,13 @@ def debrief(
 def estimate(
     flights: FlightPaths,
     aircraft: AircraftName = None,
-    method: Annotated[
-        Literal["ml", "ee", "ftr"],
-        typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
-    ] = "ml",
-    axis: Annotated[
-        Literal["lon", "lat", "both"],
-        typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
-    ] = "both",
+    method: Method = "ml",
+    axis: Axis = "both",
     six_degrees: Annotated[
         bool, typer.Option("--six-degrees", help="Fit all six degrees of freedom together")
     ] = False,
     weights: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FILE",
             help="Weights of the responses, such as the shipped table-6.2.7; "
@@ -556,67 +570,63 @@ def estimate(
         ),
     ] = None,
     hold: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="Hold a derivative; repeatable"),
     ] = None,
     free: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="NAME,..", help="Estimate these alone; the model's values elsewhere"),
     ] = None,
     prior: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(metavar="NAME=VALUE:STD", help="A-priori value; repeatable"),
     ] = None,
     stand_in: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="NAME=VALUE", help="SI constant for what was not measured, as V=30; repeatable"
         ),
     ] = None,
     states: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="ID,..", help="Active states; the others come from measurement"),
     ] = None,
     responses: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="ID,..", help="Responses compared with measurement"),
     ] = None,
     biases: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="ID,..", help="Responses whose sensor bias is free"),
     ] = None,
     scales: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="ID,..", help="Responses whose scale factor is free"),
     ] = None,
     shifts: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="ID,..", help="Responses whose time shift is free"),
     ] = None,
     euler: Annotated[
         bool, typer.Option("--euler", help="Integrate by Euler's rule, not Runge and Kutta's")
     ] = False,
     bound_factor: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(
             metavar="X",
             help="Multiply the Cramer-Rao bounds in place of the correction for colored "
             "residuals; the source: 10",
         ),
     ] = None,
-    joint: Annotated[
-        bool, typer.Option("--joint", help="Fit all maneuvers of an axis together, too")
-    ] = False,
+    joint: Joint = False,
     model: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FILE", help="Model: its effects are known, its values held where not free"
         ),
     ] = None,
     maneuver: ManeuverList = None,
-    every_grade: Annotated[
-        bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
-    ] = False,
+    every_grade: EveryGrade = False,
     as_found: AsFound = False,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
@@ -671,36 +681,26 @@ def report(
         ),
     ],
     aircraft: AircraftName = None,
-    method: Annotated[
-        Literal["ml", "ee", "ftr"],
-        typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
-    ] = "ml",
-    axis: Annotated[
-        Literal["lon", "lat", "both"],
-        typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
-    ] = "both",
+    method: Method = "ml",
+    axis: Axis = "both",
     weights: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="FILE", help="Weights of the responses; by default the noise counts"),
     ] = None,
     model: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FILE",
             help="What was known before: its effects count, its values are drawn beside and held "
             "where not free",
         ),
     ] = None,
-    joint: Annotated[
-        bool, typer.Option("--joint", help="Fit all maneuvers of an axis together, too")
-    ] = False,
+    joint: Joint = False,
     maneuver: ManeuverList = None,
-    every_grade: Annotated[
-        bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
-    ] = False,
+    every_grade: EveryGrade = False,
     as_found: AsFound = False,
     validate: Annotated[
-        Optional[list[Path]],  # noqa: UP045
+        list[Path] | None,
         typer.Option(
             metavar="FLIGHT",
             readable=False,
@@ -708,7 +708,7 @@ def report(
         ),
     ] = None,
     units: Annotated[Literal["US", "SI"], typer.Option(help="Of pictures and tables")] = "US",
-    dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
+    dated: Dated = True,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
 ) -> None:
@@ -737,7 +737,7 @@ def compatibility(
     maneuver: ManeuverList = None,
     as_found: AsFound = False,
     free: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="ID.KIND", help="Estimate this error, too, as q.scale or V.delay; repeatable"
         ),
@@ -767,12 +767,12 @@ def compatibility(
 def terms(
     flights: FlightPaths,
     coefficient: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(metavar="NAME", help="CN, CA, CY, Cl, Cm or Cn; repeatable; all by default"),
     ] = None,
     aircraft: AircraftName = None,
     model: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
     ] = None,
     maneuver: ManeuverList = None,
@@ -802,36 +802,34 @@ def catalog(
     file: Annotated[
         Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
     ],
-    flight: Annotated[Optional[str], typer.Option(help="Of this flight")] = None,  # noqa: UP045
+    flight: Annotated[str | None, typer.Option(help="Of this flight")] = None,
     inputs: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="da+dr", help="Exactly these surfaces moved"),
     ] = None,
     kind: Annotated[
-        Optional[  # noqa: UP045
-            Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"]
-        ],
+        Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"] | None,
         typer.Option(help="Shape of the input"),
     ] = None,
     worst_grade: Annotated[
         Literal["A", "B", "C", "D"], typer.Option(help="Leave worse ones out")
     ] = "D",
     where: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="CHANNEL=LEAST:MOST", help="Condition before the input, as 'V=90 ft/s:'"
         ),
     ] = None,
     note: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(help="Words that stand in the note"),
     ] = None,
     derivative: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="NAME", help="Show every estimate of this derivative"),
     ] = None,
     csv: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(readable=False, metavar="FILE", help="Write what was found as a table"),
     ] = None,
     json: JsonFile = None,
@@ -858,11 +856,11 @@ def runs(
         typer.Argument(help="What to do with the runs in it"),
     ] = "list",
     rest: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Argument(metavar="N|LABEL", help="Numbers of runs; a label"),
     ] = None,
     out: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(
             readable=False,
             metavar="PLACE",
@@ -870,7 +868,7 @@ def runs(
         ),
     ] = None,
     units: Annotated[Literal["US", "SI"], typer.Option(help="Of the report")] = "US",
-    dated: Annotated[bool, typer.Option("--date/--no-date", help="Say when it was written")] = True,
+    dated: Dated = True,
     json: JsonFile = None,
 ) -> None:
     """List the runs kept in a catalog, compare or repeat them.
@@ -908,7 +906,7 @@ def linear_models(
     ],
     aircraft: AircraftName = None,
     model: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
     ] = None,
     order_lon: Annotated[
@@ -921,7 +919,7 @@ def linear_models(
     calibration: OtherCertificates = None,
     as_found: AsFound = False,
     out: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
     ] = None,
     json: JsonFile = None,
@@ -945,7 +943,7 @@ def linear_models(
 @app.command()
 def discrepancy(
     flights: Annotated[
-        Optional[list[Path]],  # noqa: UP045
+        list[Path] | None,
         typer.Argument(
             metavar="FLIGHT",
             readable=False,
@@ -953,7 +951,7 @@ def discrepancy(
         ),
     ] = None,
     out: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(
             readable=False,
             metavar="DIR",
@@ -962,7 +960,7 @@ def discrepancy(
     ] = None,
     aircraft: AircraftName = None,
     model: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FILE",
             help="The model to be judged: a file, or the name of a shipped one; without it the "
@@ -973,20 +971,18 @@ def discrepancy(
         bool, typer.Option("--catalog", help="List the effects that can be named, and stop")
     ] = False,
     maneuver: ManeuverList = None,
-    every_grade: Annotated[
-        bool, typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)")
-    ] = False,
+    every_grade: EveryGrade = False,
     as_found: AsFound = False,
     refuse: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(metavar="ID", help="Never name this effect; repeatable"),
     ] = None,
     force: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(metavar="ID", help="Put this effect in, whatever the evidence; repeatable"),
     ] = None,
     held_out: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="MANEUVER",
             help="Keep this maneuver out of naming and fitting; repeatable; by default one of each "
@@ -997,7 +993,7 @@ def discrepancy(
         int, typer.Option(metavar="N", min=0, help="Stop after so many effects")
     ] = 4,
     draw: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             metavar="MANEUVER",
             help="Draw this maneuver in full in the report; repeatable; by default the worst of "
@@ -1046,15 +1042,15 @@ TableFile = Annotated[
     ),
 ]
 ChannelList = Annotated[
-    Optional[str],  # noqa: UP045
+    str | None,
     typer.Option(metavar="ID,ID,..", help="Keep these channels only, in this order"),
 ]
 WithoutList = Annotated[
-    Optional[str],  # noqa: UP045
+    str | None,
     typer.Option(metavar="ID,ID,..", help="Leave these channels out"),
 ]
 RenameList = Annotated[
-    Optional[list[str]],  # noqa: UP045
+    list[str] | None,
     typer.Option(metavar="OLD=NEW", help="Give a channel another id; repeatable"),
 ]
 WrittenUnits = Annotated[
@@ -1068,7 +1064,7 @@ def cut(
     flight: FlightPath,
     out: TableFile,
     window: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(
             "--window",
             metavar="START:STOP",
@@ -1116,7 +1112,7 @@ def merge(
         float, typer.Option(metavar="S", min=0.0, help="Between them with --append")
     ] = 10.0,
     shift: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Option(metavar="K:SECONDS", help="Add to the times of the K-th flight; repeatable"),
     ] = None,
     align: Annotated[
@@ -1128,7 +1124,7 @@ def merge(
         typer.Option(help="Whose samples count where two have the same channel; both adds ID.2"),
     ] = "first",
     rate: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="HZ", help="Of the result; by default that of the quickest"),
     ] = None,
     units: WrittenUnits = "us",
@@ -1158,11 +1154,11 @@ def resample(
     flight: FlightPath,
     out: TableFile,
     rate: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="HZ", help="Samples per second; without it the rate stays"),
     ] = None,
     low_pass: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(
             metavar="HZ",
             min=0.0,
@@ -1214,30 +1210,30 @@ def calibrate(
     channel: Annotated[str, typer.Option(metavar="ID", help="Such as elevator_left")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="Certificate to write")],
     degree: Annotated[
-        Optional[int],  # noqa: UP045
+        int | None,
         typer.Option(min=1, max=3, help="Of the curve; without it the points decide"),
     ] = None,
     excitation: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="V", help="Supply of an instrument whose volts follow it"),
     ] = None,
     travel: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(metavar="LOW:HIGH", help="Of the surface, in the unit of the points"),
     ] = None,
     who: Annotated[str, typer.Option(help="Who took the readings")] = "",
     temperature: Annotated[
-        Optional[float],  # noqa: UP045
+        float | None,
         typer.Option(metavar="DEGC", help="Of the surroundings"),
     ] = None,
     former: Annotated[
-        Optional[list[Path]],  # noqa: UP045
+        list[Path] | None,
         typer.Option(
             readable=False, metavar="FILE", help="Certificate to compare with; repeatable"
         ),
     ] = None,
     report: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(readable=False, metavar="FILE", help="Page with the curves: .html or .pdf"),
     ] = None,
     json: JsonFile = None,
@@ -1270,14 +1266,14 @@ def certificates(
         ),
     ],
     former: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option(
             metavar="FOLDER|NAME",
             help="Certificates to compare with; by default those before in an aircraft's history",
         ),
     ] = None,
     report: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(
             readable=False, metavar="DIR", help="Write a page with the curves of each one here"
         ),
