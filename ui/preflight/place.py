@@ -14,6 +14,7 @@ from ui.commands import Need, key_text
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.frame.banners import BannerStack
+from ui.frame.page import PagedPlace
 from ui.frame.step_list import StepList
 from ui.look import Look
 from ui.preflight.page import StepPage
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from ui.preflight.wizard_page import WizardPage
 
 
-class PreflightPlace(QWidget):
+class PreflightPlace(PagedPlace):
     """Leads a crew from step to step.
 
     Pages and what they hold are made when they are first seen: a window that only flies does
@@ -120,11 +121,6 @@ class PreflightPlace(QWidget):
         act(self.pages[self.step])
 
     @property
-    def shown(self) -> bool:
-        """Return whether the place is on screen, so that its keys are meant."""
-        return self.isVisible()
-
-    @property
     def page(self) -> StepPage | None:
         """Return the page on screen that is made for this place; None at the calibration."""
         page = self.pages.get(self.step)
@@ -139,24 +135,6 @@ class PreflightPlace(QWidget):
         own = page.present if page is not None else ()
         redo: tuple[Need, ...] = ("preflight_future",) if page is not None and page.can_redo else ()
         return ("preflight", *redo, *own)
-
-    @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back on the page on screen."""
-        page = self.page
-        return page is not None and page.can_undo
-
-    def undo(self) -> None:
-        """Take back the last change on the page on screen."""
-        page = self.page
-        if page is not None:
-            page.undo()
-
-    def redo(self) -> None:
-        """Make again what was taken back."""
-        page = self.page
-        if page is not None:
-            page.redo()
 
     # Pages
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout
 
 from ui.commands import COMMANDS, Need
 from ui.faults import FaultDesk
 from ui.frame.banners import BannerStack
+from ui.frame.page import PagedPlace
 from ui.frame.step_list import StepList
 from ui.frame.work_banner import WorkBanner
 from ui.frame.work_strip import WorkStrip
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from gsapp.session.review import Review
 
 
-class ReviewPlace(QWidget):
+class ReviewPlace(PagedPlace):
     """Leads from chapter to chapter; long work goes on whatever is on screen.
 
     Pages are made when they are first seen: a window that only flies does without them.
@@ -135,11 +136,6 @@ class ReviewPlace(QWidget):
                 return
 
     @property
-    def shown(self) -> bool:
-        """Return whether the place is on screen, so that its keys are meant."""
-        return self.isVisible()
-
-    @property
     def page(self) -> ReviewPage | None:
         """Return the page on screen."""
         return self.pages.get(self.chapter)
@@ -158,24 +154,6 @@ class ReviewPlace(QWidget):
         if page.can_redo:
             found.append("review_future")
         return (*found, *page.present)
-
-    @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back on the page on screen."""
-        page = self.page
-        return page is not None and page.can_undo
-
-    def undo(self) -> None:
-        """Take back the last change on the page on screen."""
-        page = self.page
-        if page is not None:
-            page.undo()
-
-    def redo(self) -> None:
-        """Make again what was taken back."""
-        page = self.page
-        if page is not None:
-            page.redo()
 
     # Pages
 
