@@ -5,42 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
-
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import UnitError
 from ui.look import Look
 from ui.pages import label
 from ui.preflight.card_form import loading_mass, loading_place, read, shown
 from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_part import FormPart
 from ui.preflight.row_fields import Column, GrowingRows
 
 _LOADING = ("loading",)
 _BESIDE = ("0 m", "0 m")
 
 
-class LoadingForm(QWidget):
-    """Rows of things on board, each with its mass and its place.
-
-    Attributes
-    ----------
-    typed : Signal
-        The card was changed.
-    left : Signal
-        The keyboard went elsewhere.
-    """
-
-    typed = Signal()
-    left = Signal()
+class LoadingForm(FormPart[FlightInfo]):
+    """Rows of things on board, each with its mass and its place."""
 
     def __init__(self, look: Look) -> None:
-        super().__init__()
-        self._look = look
-        self._editor: FormEditor[FlightInfo] | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(
+        super().__init__(look)
+        self._column.addWidget(
             label("Ballast, cameras, what was taken out (negative)", "hint", wrap=True)
         )
         self.rows = GrowingRows(
@@ -49,7 +32,7 @@ class LoadingForm(QWidget):
         )
         self.rows.listed.connect(self._listed)
         self.rows.left.connect(self.left)
-        column.addWidget(self.rows)
+        self._column.addWidget(self.rows)
 
     def show_card(self, editor: FormEditor[FlightInfo]) -> None:
         """Show what is on a card, and what is being typed."""

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
-
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import UnitError
 from ui.look import Look
@@ -22,6 +19,7 @@ from ui.preflight.card_form import (
     throw_value,
 )
 from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_part import FormPart
 from ui.preflight.row_fields import Column, FieldGrid, GrowingRows
 
 _MIXERS = ("transmitter", "mixers")
@@ -29,26 +27,11 @@ _COLUMNS = (*(name for name, _words in THROWS), "trim")
 _NOBODY = ("", "–")
 
 
-class TransmitterForm(QWidget):
-    """Throws of the sticks in percent, and what is mixed into what.
-
-    Attributes
-    ----------
-    typed : Signal
-        The card was changed.
-    left : Signal
-        The keyboard went elsewhere.
-    """
-
-    typed = Signal()
-    left = Signal()
+class TransmitterForm(FormPart[FlightInfo]):
+    """Throws of the sticks in percent, and what is mixed into what."""
 
     def __init__(self, look: Look) -> None:
-        super().__init__()
-        self._look = look
-        self._editor: FormEditor[FlightInfo] | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        super().__init__(look)
         titles = (*(words for _name, words in THROWS), "Trim")
         self.throws = FieldGrid(
             look,
@@ -60,8 +43,8 @@ class TransmitterForm(QWidget):
         ]
         self.throws.typed.connect(self._typed)
         self.throws.left.connect(self.left)
-        column.addWidget(self.throws)
-        column.addWidget(label("Mixers", "strong"))
+        self._column.addWidget(self.throws)
+        self._column.addWidget(label("Mixers", "strong"))
         levers = (_NOBODY, *LEVERS)
         self.mixers = GrowingRows(
             look,
@@ -73,7 +56,7 @@ class TransmitterForm(QWidget):
         )
         self.mixers.listed.connect(self._mixed)
         self.mixers.left.connect(self.left)
-        column.addWidget(self.mixers)
+        self._column.addWidget(self.mixers)
 
     def show_card(self, editor: FormEditor[FlightInfo]) -> None:
         """Show what is on a card, and what is being typed."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.info import FlightInfo
@@ -21,33 +20,19 @@ from ui.preflight.card_form import (
 from ui.preflight.card_words import takeoff_weight, weighing_words
 from ui.preflight.fields import Field, tall
 from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_part import FormPart
 
 _TABLE = ("weighing",)
 _LOADS = (*_TABLE, "loads")
 
 
-class WeighingForm(QWidget):
-    """Readings of the scales, and what they say.
-
-    Attributes
-    ----------
-    typed : Signal
-        The card was changed.
-    left : Signal
-        The keyboard went elsewhere.
-    """
-
-    typed = Signal()
-    left = Signal()
+class WeighingForm(FormPart[FlightInfo]):
+    """Readings of the scales, and what they say."""
 
     def __init__(self, look: Look) -> None:
-        super().__init__()
-        self._look = look
-        self._editor: FormEditor[FlightInfo] | None = None
+        super().__init__(look)
         self._aircraft: Aircraft | None = None
         self._way = ""
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
         self.way = Field(look, "Weighed on", choices=WEIGHING_WAYS)
         self.way.typed.connect(self._choose)
         self._column.addWidget(self.way)

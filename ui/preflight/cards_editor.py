@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
-
 from gsapp.flight.cards import CardSet, TestCard
 from ui.look import Look
 from ui.pages import label
@@ -21,35 +18,21 @@ from ui.preflight.cards_form import (
 from ui.preflight.columns import Columns, Section
 from ui.preflight.fields import Field
 from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_part import FormPart
 
 _SI = {"speed": "m/s", "alpha": "rad", "amplitude": "", "width": ""}
 _SURFACES = ("de", "da", "dr")
 
 
-class CardForm(QWidget):
-    """Everything on a card.
-
-    Attributes
-    ----------
-    typed : Signal
-        The card was changed.
-    left : Signal
-        The keyboard went elsewhere.
-    """
-
-    typed = Signal()
-    left = Signal()
+class CardForm(FormPart[CardSet]):
+    """Everything on a card."""
 
     def __init__(self, look: Look) -> None:
-        super().__init__()
-        self._look = look
-        self._editor: FormEditor[CardSet] | None = None
+        super().__init__(look)
         self._row = 0
         self.fields: dict[str, Field] = {}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
         self.area = Columns(look, 2)
-        column.addWidget(self.area)
+        self._column.addWidget(self.area)
         point, maneuver = Section(look, "Test point"), Section(look, "Maneuver")
         allowed = Section(look, "Still counts within")
         plain = {value.key[-1]: value for value in card_values(0)}
