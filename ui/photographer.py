@@ -8,6 +8,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,30 @@ if TYPE_CHECKING:
 
 _PATIENCE = 60.0
 """Seconds that something may take."""
+
+
+@dataclass(frozen=True)
+class Guise:
+    """How a window looks in a picture.
+
+    Attributes
+    ----------
+    theme : str
+        Name of a theme.
+    scale : int
+        Percent, 100 to 250.
+    size : tuple of int
+        Width and height of the window.
+    """
+
+    theme: str = "daylight"
+    scale: int = 100
+    size: tuple[int, int] = (1280, 800)
+
+    @classmethod
+    def given(cls, arguments: argparse.Namespace) -> Guise:
+        """Return what was asked for on the command line; see `picture_parser`."""
+        return cls(theme=arguments.theme, scale=arguments.scale, size=arguments.size)
 
 
 class Photographer:
@@ -133,22 +158,14 @@ def wait(
 
 @contextlib.contextmanager
 def studio(
-    *,
-    theme: str,
-    scale: int,
-    size: tuple[int, int],
-    prepare: Callable[[Path], object] | None = None,
+    guise: Guise, *, prepare: Callable[[Path], object] | None = None
 ) -> Iterator[MainWindow]:
     """Open a window with settings of its own, and close it whatever happens.
 
     Parameters
     ----------
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
+    guise : Guise
+        How it looks.
     prepare : callable, optional
         Called with the folder of the settings before the window opens.
     """
@@ -160,12 +177,12 @@ def studio(
     application = make_application()
     with tempfile.TemporaryDirectory() as home, no_recorders(Path(home)):
         store = SettingsStore(Path(home) / "window.toml")
-        store.change(theme=theme, scale=scale, flights=str(Path(home) / "flights"))
+        store.change(theme=guise.theme, scale=guise.scale, flights=str(Path(home) / "flights"))
         if prepare is not None:
             prepare(Path(home))
         window = MainWindow(store, FaultDesk(), offer_recorders=False)
         try:
-            window.resize(*size)
+            window.resize(*guise.size)
             window.show()
             window.activateWindow()
             yield window
@@ -177,14 +194,16 @@ def studio(
             application.processEvents()
 
 
-def picture_parser(module: str, about: str | None) -> argparse.ArgumentParser:
+def picture_parser(
+    module: str, about: str | None, out: str = "folder of the pictures"
+) -> argparse.ArgumentParser:
     """Return what reads the arguments that all programs for pictures share."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     parser = argparse.ArgumentParser(prog=f"python -m {module}", description=about)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the pictures")
-    parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
-    parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
-    parser.add_argument("--size", type=window_size, default=(1280, 800), help="1280x800, ...")
+    parser.add_argument("--out", type=Path, required=True, help=out)
+    parser.add_argument("--theme", choices=sorted(THEMES), default=Guise.theme)
+    parser.add_argument("--scale", type=int, default=Guise.scale, help="percent, 100 to 250")
+    parser.add_argument("--size", type=window_size, default=Guise.size, help="1280x800, ...")
     return parser
 
 

@@ -7,16 +7,13 @@ follows it live, and saves what is on screen a minute and a half later, after tw
 
 from __future__ import annotations
 
-import argparse
-import os
 import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError
-from ui.photographer import Photographer, studio
-from ui.theme import THEMES
+from ui.photographer import Guise, Photographer, picture_parser, studio
 
 _PATIENCE = 60.0
 _SETTLED = 0.5
@@ -40,10 +37,8 @@ def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
 def photograph(
     flight: Path,
     out: Path,
+    guise: Guise,
     *,
-    theme: str = "daylight",
-    scale: int = 100,
-    size: tuple[int, int] = (1280, 800),
     at: float | None = None,
 ) -> Path:
     """Open a flight in a window of its own and save what it shows.
@@ -54,12 +49,8 @@ def photograph(
         Flight folder or file.
     out : Path
         Picture to write, ``.png``.
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
+    guise : Guise
+        How the window looks.
     at : float, optional
         Share of the flight to go to, 0 to 1; two thirds by default.
 
@@ -68,7 +59,7 @@ def photograph(
     GroundStationError
         If the flight does not open in time, or the picture cannot be written.
     """
-    with studio(theme=theme, scale=scale, size=size) as window:
+    with studio(guise) as window:
         desk = window.desk
         crew = Photographer(window, out.parent, settles=_SETTLED, patience=_PATIENCE)
         desk.starter.open_flight(flight, playing=False)
@@ -81,19 +72,15 @@ def photograph(
         return crew.save(out)
 
 
-def photograph_live(out: Path, *, theme: str, scale: int, size: tuple[int, int]) -> Path:
+def photograph_live(out: Path, guise: Guise) -> Path:
     """Fly the virtual aircraft in real time, follow it, and save what the window shows.
 
     Parameters
     ----------
     out : Path
         Picture to write, ``.png``.
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
+    guise : Guise
+        How the window looks.
 
     Raises
     ------
@@ -102,7 +89,7 @@ def photograph_live(out: Path, *, theme: str, scale: int, size: tuple[int, int])
     """
     from ui.dialogs.requests import VirtualRequest
 
-    with studio(theme=theme, scale=scale, size=size) as window:
+    with studio(guise) as window:
         desk = window.desk
         crew = Photographer(window, out.parent, settles=_SETTLED, patience=_FLOWN + _PATIENCE)
         desk.starter.fly_virtual(
@@ -121,27 +108,18 @@ def photograph_live(out: Path, *, theme: str, scale: int, size: tuple[int, int])
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take one picture; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m ui.screenshot", description=__doc__)
-    parser.add_argument("--out", type=Path, required=True, help="picture to write")
+    parser = picture_parser("ui.screenshot", __doc__, out="picture to write")
     parser.add_argument("--flight", type=Path, help="flight to show; by default one flown live")
-    parser.add_argument("--theme", choices=sorted(THEMES), default="daylight")
-    parser.add_argument("--scale", type=int, default=100, help="percent, 100 to 250")
-    parser.add_argument("--size", default="1280x800", help="of the window")
     parser.add_argument("--at", type=float, help="share of --flight to go to, 0 to 1")
     given = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    width, _, height = given.size.partition("x")
-    size = (int(width), int(height))
     try:
         if given.flight is None:
-            photograph_live(given.out, theme=given.theme, scale=given.scale, size=size)
+            photograph_live(given.out, Guise.given(given))
         else:
             photograph(
                 given.flight,
                 given.out,
-                theme=given.theme,
-                scale=given.scale,
-                size=size,
+                Guise.given(given),
                 at=given.at,
             )
     except GroundStationError as error:

@@ -77,9 +77,9 @@ def working(folder: Path) -> None:
     """Print what a key, a drag and a picture of the time line cost."""
     from PySide6.QtWidgets import QApplication
 
-    from ui.photographer import studio, wait
+    from ui.photographer import Guise, studio, wait
 
-    with studio(theme="daylight", scale=100, size=(1280, 800)) as window:
+    with studio(Guise()) as window:
         window.store.change(review_flights=(str(folder),))
         window.show_place("review")
         window.review.go("maneuvers")

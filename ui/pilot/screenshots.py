@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from gsapp.foundation import GroundStationError
-from ui.photographer import Photographer, picture_parser, studio
+from ui.photographer import Guise, Photographer, picture_parser, studio
 from ui.screenshot import write_virtual_flight
 
 if TYPE_CHECKING:
@@ -45,9 +45,7 @@ def _named(event: CueEvent) -> str:
     return "hands-off" if (event.kind, event.state) == ("hands-off", "begins") else ""
 
 
-def photograph(
-    flight: Path, out: Path, *, theme: str, scale: int, size: tuple[int, int]
-) -> tuple[Path, ...]:
+def photograph(flight: Path, out: Path, guise: Guise) -> tuple[Path, ...]:
     """Save the states of the page as a flight shows them, the debrief, and training.
 
     Parameters
@@ -56,19 +54,15 @@ def photograph(
         Flight folder.
     out : Path
         Folder of the pictures.
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
+    guise : Guise
+        How the window looks.
 
     Raises
     ------
     GroundStationError
         If the flight does not open in time, or a picture cannot be written.
     """
-    with studio(theme=theme, scale=scale, size=size) as window:
+    with studio(guise) as window:
         crew = Photographer(window, out, settles=_SETTLED, patience=_PATIENCE)
         return (*_flown(crew, flight), *_trained(crew))
 
@@ -153,9 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             photograph(
                 given.flight or _virtual(Path(scratch)),
                 given.out,
-                theme=given.theme,
-                scale=given.scale,
-                size=given.size,
+                Guise.given(given),
             )
         except GroundStationError as error:
             sys.exit(str(error))

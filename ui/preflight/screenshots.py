@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError, write_toml
-from ui.photographer import Photographer, picture_parser, studio
+from ui.photographer import Guise, Photographer, picture_parser, studio
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
@@ -39,19 +39,15 @@ _CARD = {
 }  # fmt: skip
 
 
-def photograph(out: Path, *, theme: str, scale: int, size: tuple[int, int]) -> tuple[Path, ...]:
+def photograph(out: Path, guise: Guise) -> tuple[Path, ...]:
     """Go through the steps before a flight and save a picture of each.
 
     Parameters
     ----------
     out : Path
         Folder of the pictures.
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
+    guise : Guise
+        How the window looks.
 
     Raises
     ------
@@ -62,7 +58,7 @@ def photograph(out: Path, *, theme: str, scale: int, size: tuple[int, int]) -> t
     def lay_out(home: Path) -> None:
         write_toml(home / "next flight" / "flight.toml", _CARD)
 
-    with studio(theme=theme, scale=scale, size=size, prepare=lay_out) as window:
+    with studio(guise, prepare=lay_out) as window:
         crew = Photographer(window, out, patience=_PATIENCE)
         return (*_pictures(crew), _certificate(out))
 
@@ -194,7 +190,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
     given = picture_parser("ui.preflight.screenshots", __doc__).parse_args(arguments)
     try:
-        photograph(given.out, theme=given.theme, scale=given.scale, size=given.size)
+        photograph(given.out, Guise.given(given))
     except GroundStationError as error:
         sys.exit(str(error))
     return 0

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from gsapp.foundation import GroundStationError
-from ui.photographer import Photographer, picture_parser, studio
+from ui.photographer import Guise, Photographer, picture_parser, studio
 from ui.screenshot import write_virtual_flight
 
 _SETTLED: Final = 1.0
@@ -24,9 +24,7 @@ _FIGURES: Final = ("fit", "residuals", "online", "linear", "correlations", "boun
 """Names of the pictures of the figures after that of the values."""
 
 
-def photograph(
-    flights: Sequence[Path], out: Path, *, theme: str, scale: int, size: tuple[int, int]
-) -> tuple[Path, ...]:
+def photograph(flights: Sequence[Path], out: Path, guise: Guise) -> tuple[Path, ...]:
     """Save the chapters of the review of some flights.
 
     Parameters
@@ -35,19 +33,15 @@ def photograph(
         Flight folders or files.
     out : Path
         Folder of the pictures.
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
+    guise : Guise
+        How the window looks.
 
     Raises
     ------
     GroundStationError
         If a chapter does not come in time, or a picture cannot be written.
     """
-    with studio(theme=theme, scale=scale, size=size) as window:
+    with studio(guise) as window:
         window.store.change(review_flights=tuple(str(path.absolute()) for path in flights))
         crew = Photographer(window, out, settles=_SETTLED, patience=_PATIENCE)
         return tuple(_chapters(crew, len(flights)))
@@ -113,9 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             photograph(
                 given.flight or [write_virtual_flight(Path(scratch), "default")],
                 given.out,
-                theme=given.theme,
-                scale=given.scale,
-                size=given.size,
+                Guise.given(given),
             )
         except GroundStationError as error:
             sys.exit(str(error))
