@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _QT_PACKAGES = "libgl1 libegl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
 
 _COLLECT_SECONDS = 1.0
+_IDLE_MS = 500
+"""From the opening of a window without a flight until it gets ready for one."""
 
 log = logging.getLogger(__name__)
 
@@ -124,6 +126,7 @@ def run_window(
     application = make_application()
     from PySide6.QtCore import QTimer
 
+    from ui.desk import load_what_maneuvers_need
     from ui.faults import FaultDesk, start_log
     from ui.settings import SettingsStore, log_path, settings_path
     from ui.window import MainWindow
@@ -153,6 +156,9 @@ def run_window(
                 link, channel_map=channel_map, aircraft=aircraft
             ),
         )
+    else:
+        # Nothing moves yet, so nobody sees the hitch.
+        QTimer.singleShot(_IDLE_MS, window, load_what_maneuvers_need)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
         with asked_to_end(lambda _signal: application.quit()):

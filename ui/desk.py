@@ -226,7 +226,7 @@ class Desk(QObject):
         self._snapshot = session.snapshot()
         self.changed.emit()
         self._timer.start()
-        QTimer.singleShot(_SETTLING_MS, self, _load_what_maneuvers_need)
+        QTimer.singleShot(_SETTLING_MS, self, load_what_maneuvers_need)
         self._tell_of(former)
 
     def close_flight(self) -> None:
@@ -523,6 +523,9 @@ def _budget(session: Session) -> float:
     return _BESIDE_BUDGET if replay.playing else _CATCH_UP_BUDGET
 
 
-def _load_what_maneuvers_need() -> None:
-    """Load it in a thread: in the middle of a flight the window would stand still for it."""
+def load_what_maneuvers_need() -> None:
+    """Load it in a thread: in the middle of a flight the window would stand still for it.
+
+    Even so it hitches once, for a tenth of a second at most.
+    """
     Thread(target=importlib.import_module, args=(_OF_MANEUVERS,), name="loading").start()

@@ -47,6 +47,24 @@ window.desk.close()
 print(loaded())
 """
 
+WAITING = """
+import sys
+from pathlib import Path
+from PySide6.QtCore import QTimer
+from ui.app import make_application, run_window
+
+application = make_application()
+
+def look():
+    if "scipy.signal" in sys.modules:
+        application.quit()
+
+timer = QTimer()
+timer.timeout.connect(look)
+timer.start(50)
+run_window(settings=Path(sys.argv[1]) / "window.toml")
+"""
+
 
 def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None:
     """It is not there when the flight is shown, and is there soon after, without a maneuver."""
@@ -59,6 +77,17 @@ def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None
     at_first, *_, in_the_end = done.stdout.split("\n")[:-1]
     assert at_first == "none"
     assert "scipy.signal" in in_the_end.split()
+
+
+def test_a_window_that_waits_for_a_flight_gets_ready_for_its_maneuvers(tmp_path: Path) -> None:
+    """The charts of a flight that is opened then do not hitch for what maneuvers need."""
+    homes = {f"XDG_{name}_HOME": str(tmp_path) for name in ("CONFIG", "STATE", "CACHE", "DATA")}
+    subprocess.run(
+        [sys.executable, "-c", WAITING, str(tmp_path)],
+        check=True,
+        timeout=60.0,
+        env={**os.environ, **homes},
+    )
 
 
 @pytest.mark.skipif(os.name == "nt", reason="SIGTERM ends a process at once on Windows")
