@@ -19,8 +19,6 @@ if sys.platform != "win32":
     import fcntl
 
     _FULL: int | None = getattr(fcntl, "F_FULLFSYNC", None)
-else:
-    _FULL = None
 
 _PATIENCE = 1.0
 """Seconds for which what others have open is tried to be renamed on Windows."""
@@ -107,7 +105,7 @@ def flush_to_disk(descriptor: int) -> None:
     OSError
         If the disk refuses.
     """
-    if _FULL is not None:
+    if sys.platform != "win32" and _FULL is not None:
         try:
             fcntl.fcntl(descriptor, _FULL)
         except OSError:
