@@ -128,6 +128,7 @@ def run_window(
 
     from ui.desk import load_what_maneuvers_need
     from ui.faults import FaultDesk, start_log
+    from ui.lit_screen import LitScreen
     from ui.settings import SettingsStore, log_path, settings_path
     from ui.window import MainWindow
 
@@ -136,6 +137,7 @@ def run_window(
     faults = FaultDesk()
     faults.install()
     window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
+    lit_screen = LitScreen(window.desk)
     window.show()
     QTimer.singleShot(0, lambda: log.info("window opened, process %d", os.getpid()))
     # What it made is not looked through later either.
@@ -164,6 +166,7 @@ def run_window(
         with asked_to_end(lambda _signal: application.quit()):
             return int(application.exec())
     finally:
+        lit_screen.close()
         window.desk.close()
         faults.remove()
         log.info("window closed, process %d", os.getpid())

@@ -21,6 +21,7 @@ from typing import Any
 from gsapp.flight.names import LOCK_FILE, STATUS_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.awake import kept_awake
 from gsapp.foundation.endings import asked_to_end
 from gsapp.foundation.locking import FileLock, holder
 from gsapp.telemetry.address import LinkAddress, parse_link
@@ -110,7 +111,8 @@ def record(
         try:
             with contextlib.suppress(LinkAwaitedError):
                 source.open()
-            recorder.run(stop or threading.Event(), give_up)
+            with kept_awake(f"recording {place.name}"):
+                recorder.run(stop or threading.Event(), give_up)
         except BaseException:
             source.close()
             writer.close()

@@ -1,0 +1,98 @@
+"""The desktop is asked to keep the screen lit while a flight is recorded: over a real bus."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import ClassInfo, QObject, Signal, Slot
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import until
+
+from ui.lit_screen import LitScreen
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("dbus-daemon") is None, reason="there is no bus on this computer"
+)
+
+
+@pytest.fixture
+def bus(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Return the address of a bus of the test's own."""
+    command = ["dbus-daemon", "--session", "--nofork", "--print-address=1"]
+    daemon = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    assert daemon.stdout is not None
+    address = daemon.stdout.readline().strip()
+    monkeypatch.setenv("DBUS_SESSION_BUS_ADDRESS", address)
+    yield address
+    daemon.terminate()
+    daemon.wait()
+    daemon.stdout.close()
+
+
+@ClassInfo({"D-Bus Interface": "org.freedesktop.ScreenSaver"})
+class Saver(QObject):
+    """What darkens the screen on a desktop."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: list[tuple[str, str]] = []
+
+    @Slot(str, str, result=int)
+    def Inhibit(self, who: str, why: str) -> int:  # noqa: N802  its name on the bus
+        self.asked.append((who, why))
+        return 1
+
+
+class Desk(QObject):
+    """The signals of a desk."""
+
+    changed = Signal()
+    ended = Signal(object)
+    records_here = False
+
+
+@pytest.mark.parametrize("how", ["another flight", "the recording ends", "the window closes"])
+def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
+    bus: str, qtbot: QtBot, how: str
+) -> None:
+    """What was asked for ends with the connection over which it was asked."""
+    from PySide6.QtDBus import QDBusConnection
+
+    saver = Saver()
+    desktop = QDBusConnection.connectToBus(bus, "desktop")
+    try:
+        flags = QDBusConnection.RegisterOption.ExportAllSlots
+        assert desktop.registerObject("/org/freedesktop/ScreenSaver", saver, flags)
+        assert desktop.registerService("org.freedesktop.ScreenSaver")
+
+        def connections() -> int:
+            return len(desktop.interface().registeredServiceNames().value())
+
+        alone = connections()
+        desk = Desk()
+        screen = LitScreen(desk)
+        desk.changed.emit()
+        assert connections() == alone
+        desk.records_here = True
+        desk.changed.emit()
+        until(qtbot, lambda: bool(saver.asked))
+        assert saver.asked == [("Ground station", "a flight is being recorded")]
+        assert connections() > alone
+        if how == "another flight":
+            desk.records_here = False
+            desk.changed.emit()
+        elif how == "the recording ends":
+            desk.ended.emit(None)
+        else:
+            screen.close()
+        until(qtbot, lambda: connections() == alone)
+    finally:
+        QDBusConnection.disconnectFromBus("desktop")
